@@ -14,7 +14,7 @@ from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
-from hmrsim_zenoh.server.liveliness import MAX_TOKENS
+from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.settings import Ros2Settings
 
 if TYPE_CHECKING:

@@ -16,17 +16,15 @@ class Inbox:
     """Commands on their way in, in order of arrival; any thread may put.
 
     Reading is for the simulation's thread. A subclass may bring commands in by another way.
+
+    Attributes:
+        closed: Whether the inbox accepts no further commands.
     """
 
     def __init__(self) -> None:
         self._commands: deque[AnyCommand] = deque()
         self._changed = threading.Condition()
-        self._closed = False
-
-    @property
-    def closed(self) -> bool:
-        """Return whether the inbox accepts no further commands."""
-        return self._closed
+        self.closed = False
 
     def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation.
@@ -35,7 +33,7 @@ class Inbox:
             SimulationStopped: The inbox is closed.
         """
         with self._changed:
-            if self._closed:
+            if self.closed:
                 raise SimulationStopped("the simulation has ended")
             self._commands.append(command)
             self._changed.notify()
@@ -52,10 +50,10 @@ class Inbox:
     def wait(self, timeout: float | None) -> None:
         """Return when there is a command, the inbox was closed, or *timeout* seconds of wall time have passed."""
         with self._changed:
-            self._changed.wait_for(lambda: self._commands or self._closed, timeout)
+            self._changed.wait_for(lambda: self._commands or self.closed, timeout)
 
     def close(self) -> None:
         """Close the inbox, and wake the simulation."""
         with self._changed:
-            self._closed = True
+            self.closed = True
             self._changed.notify_all()

@@ -42,6 +42,8 @@ class Conditions:
 
     Attributes:
         watched: The conditions of each participant that has any, by name.
+        met: The names of each participant's conditions that were met and not yet reported to it.
+        changed: Whether conditions were added or removed since the last `refresh`.
     """
 
     def __init__(self, simulator: Simulator, on_met: Callable[[], None]) -> None:
@@ -52,7 +54,8 @@ class Conditions:
         # Those on the level of a battery, by robot.
         self._levels: dict[str, dict[ConditionId, Watch]] = {}
         self.watched: dict[str, dict[str, Watch]] = {}
-        self._met: dict[str, dict[str, None]] = {}
+        self.met: dict[str, dict[str, None]] = {}
+        self.changed = False
         # The number of conditions that need a topic's messages, and the topics that are subscribed to.
         self._needed: Counter[Topic] = Counter()
         self._topics: frozenset[Topic] = frozenset()
@@ -60,11 +63,6 @@ class Conditions:
         self._batteries: dict[str, BatteryLevels] = {}
         self._next: dict[str, float] = {}
         self._heap: list[tuple[float, str]] = []
-
-    @property
-    def met(self) -> tuple[str, ...]:
-        """The participants with a condition that was met and not yet reported to them."""
-        return tuple(self._met)
 
     @property
     def due(self) -> float:
@@ -81,7 +79,7 @@ class Conditions:
     def take_met(self, participant: str) -> tuple[str, ...]:
         """Return the conditions of a participant that were met, by name, and forget them."""
         # In what order they were met at one instant could depend on who else subscribes.
-        return tuple(sorted(self._met.pop(participant, ())))
+        return tuple(sorted(self.met.pop(participant, ())))
 
     def watch(self, participant: str, watch: Watch) -> Watching | Refused:
         """Watch a condition until it is met; it may be met at once."""
@@ -101,6 +99,7 @@ class Conditions:
         if _needs_messages(watch):
             self._compared.setdefault(_place(watch), {})[ours] = watch
             self._needed[watch.topic] += 1
+            self.changed = True
         if _has_levels(watch):
             self._levels.setdefault(watch.robot, {})[ours] = watch
             self._watch_level(ours, watch)
@@ -113,6 +112,7 @@ class Conditions:
             ours = participant, name
             if _needs_messages(watch):
                 self._needed[watch.topic] -= 1
+                self.changed = True
                 place = _place(watch)
                 del self._compared[place][ours]
                 if not self._compared[place]:
@@ -121,20 +121,21 @@ class Conditions:
                 self._unwatch_level(ours, watch.robot)
             if not names:
                 del self.watched[participant]
-        if met := self._met.get(participant):
+        if met := self.met.get(participant):
             met.pop(name, None)
             if not met:
-                del self._met[participant]
+                del self.met[participant]
         return Watching(watching=False)
 
     def drop(self, participant: str) -> None:
         """Forget all conditions of a participant."""
         for name in list(self.watched.get(participant, ())):
             self.unwatch(participant, name)
-        self._met.pop(participant, None)
+        self.met.pop(participant, None)
 
     def refresh(self) -> None:
         """Subscribe to exactly the topics that conditions need now."""
+        self.changed = False
         wanted = frozenset(topic for topic, number in self._needed.items() if number)
         if wanted != self._topics:
             self._topics = wanted
@@ -190,7 +191,7 @@ class Conditions:
 
     def _note_met(self, ours: ConditionId) -> None:
         participant, name = ours
-        self._met.setdefault(participant, {})[name] = None
+        self.met.setdefault(participant, {})[name] = None
         self._on_met()
 
     def _current(self, watch: Watch) -> Iterator[object]:

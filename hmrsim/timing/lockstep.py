@@ -38,7 +38,7 @@ from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
 from hmrsim.protocol.topics import Topic
 from hmrsim.timing.conditions import Conditions
-from hmrsim.timing.participants import NO_KINDS, Participants, Slot, State, Told, kinds_wanted
+from hmrsim.timing.participants import NO_KINDS, Participants, Reported, Slot, State, kinds_wanted
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance
@@ -50,6 +50,9 @@ _log = logging.getLogger(__name__)
 
 _ENDED: Final = "the simulation has ended"
 """The default reason for the end of a run."""
+
+_FINAL: Final = (Refused, ResultResponse, bytes)
+"""The answers to commands without an event to follow."""
 
 
 class Lockstep(SelectiveSink):
@@ -66,6 +69,7 @@ class Lockstep(SelectiveSink):
         epoch: The next grant.
         granting: Whether time is being granted just now.
         lost: Which participant was dropped last, and why; empty if none was.
+        ended: Why the run has ended; empty while it goes on.
     """
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
@@ -77,26 +81,26 @@ class Lockstep(SelectiveSink):
         self._env = simulator.env
         self._gate = simulator.gate
         self._end = until
-        self._over = ""
+        self.ended = ""
         self._participants = Participants(awaited)
-        self._conditions = Conditions(simulator, self._note_met)
+        self._conditions = Conditions(simulator, self._on_condition_met)
         # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
         # The events since the last grant, of the kinds that any participant wants.
-        self._events: list[Told] = []
+        self._events: list[Reported] = []
         self._kinds = NO_KINDS
         # Changes of goals of robots that clients can't reach.
         self._withheld: list[GoalChanged] = []
-        self._noting: dict[type, Callable[[Any], None]] = {
-            Answered: self._note_answer,
-            GoalChanged: self._note_change,
-            GoalTold: lambda told: self._note_news(told.change),
-            FeedbackSent: self._note_feedback,
+        self._handlers: dict[type, Callable[[Any], None]] = {
+            Answered: self._on_answer,
+            GoalChanged: self._on_goal_changed,
+            GoalTold: lambda told: self._record_change(told.change),
+            FeedbackSent: self._on_feedback,
             TimeRestarted: lambda restarted: self._participants.shift(restarted.ended / NANOSECONDS),
-            RosterChanged: self._note_roster,
-            PlanWanted: self._note_plan,
+            RosterChanged: self._on_roster_changed,
+            PlanWanted: self._on_plan_wanted,
             Sampled: self._follow,
             EventStamped: self._follow,
         }
@@ -108,12 +112,12 @@ class Lockstep(SelectiveSink):
 
     @property
     def participates(self) -> bool:
-        """Whether there is a participant."""
+        """Return whether there is a participant."""
         return bool(self._participants.all)
 
     @property
     def thinks(self) -> bool:
-        """Whether a participant has yet to ask to advance."""
+        """Return whether a participant has yet to ask to advance."""
         return bool(self._participants.thinking)
 
     @property
@@ -124,13 +128,13 @@ class Lockstep(SelectiveSink):
 
     @property
     def expects(self) -> bool:
-        """Whether time moves, or waits, because of a participant that is absent or stalled."""
+        """Return whether time moves, or waits, because of a participant that is absent or stalled."""
         there = self._participants
         return there.later or bool(there.awaited) or any(each.state.stalled for each in there.all)
 
     @property
     def over(self) -> bool:
-        """Whether the simulated time has reached the end of the run."""
+        """Return whether the simulated time has reached the end of the run."""
         return self._end < math.inf and stamp(self._env.now) >= stamp(self._end)
 
     @property
@@ -141,7 +145,7 @@ class Lockstep(SelectiveSink):
     def join(self, command: Join, wall: float) -> None:
         """Add a participant from the next grant on; *wall* is the time by the watchdog's clock."""
         name, participants = command.name, self._participants
-        there = participants.get(name)
+        there = participants.by_name.get(name)
         if there is None:
             participants.add(name, wall, command.token)
             waiting = f"; waiting for {', '.join(participants.missing)}" if participants.missing else ""
@@ -155,7 +159,7 @@ class Lockstep(SelectiveSink):
     def leave(self, command: Leave) -> None:
         """Remove a participant on its own request."""
         name = command.participant
-        if not self._participants.get(name):
+        if not self._participants.by_name.get(name):
             self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         _log.info("sim %.3f | participant %s has left", self._simulator.now, name)
@@ -167,7 +171,7 @@ class Lockstep(SelectiveSink):
         _log.warning("sim %.3f | participant %s is dropped: %s", self._simulator.now, name, why)
         self.lost = f"participant {name!r} was dropped at {self._simulator.now:.3f} s: {why}"
         error = f"{self.lost}; join again"
-        participant = self._participants.get(name)
+        participant = self._participants.by_name.get(name)
         if participant is not None:
             self._stop_waiting(participant)
             for reply_to in participant.drop_request():
@@ -200,7 +204,7 @@ class Lockstep(SelectiveSink):
             name: Who is stalled.
             until: Simulated seconds; it may be stalled for longer already.
         """
-        if participant := self._participants.get(name):
+        if participant := self._participants.by_name.get(name):
             participant.stall(until, self._next)
             self._reconsider()
 
@@ -217,7 +221,7 @@ class Lockstep(SelectiveSink):
         self._reconsider()
 
     def expect_no_more(self, name: str) -> None:
-        """Do not wait for a participant that was expected."""
+        """Stop expecting a participant."""
         self._participants.expect_no_more(name)
 
     def keep(self, name: str) -> None:
@@ -231,26 +235,26 @@ class Lockstep(SelectiveSink):
     def advance(self, command: Advance, wall: float) -> None:
         """Take a participant's request to advance; a repeated request gets the same answer."""
         name, epoch = command.participant, command.epoch
-        participant = self._participants.get(name)
+        participant, following = self._participants.by_name.get(name), self.epoch + self.granting
         if participant is None:
             self._refuse(command.reply_to, "participant", name, self._participants.why_unknown(name))
             return
         request = participant.request
         if request is not None and request.epoch == epoch:
             participant.askers.append(command.reply_to)
-        elif participant.last is not None and participant.last[0] == epoch != self._next:
+        elif participant.last is not None and participant.last[0] == epoch != following:
             self._simulator.answer(command.reply_to, participant.last[1])
-        elif request is None and epoch in (self._next, participant.behind):
+        elif request is None and epoch in (following, participant.behind):
             participant.ask(command, wall)
         else:
-            text = f"epoch {epoch} is not the current one, which is {self._next}"
+            text = f"epoch {epoch} is not the current one, which is {following}"
             if request is not None:
-                text = f"epoch {request.epoch} is being waited for; its answer says which is next"
+                text = f"epoch {request.epoch} is pending; its answer says which epoch is next"
             self._refuse(command.reply_to, "epoch", epoch, text)
 
     @property
     def ready(self) -> bool:
-        """Whether a grant may begin: all expected participants have joined, and every participant has asked for it."""
+        """Return whether a grant may begin: all expected participants have joined, and each has asked to advance."""
         there = self._participants
         if self.granting or there.missing or there.awaited or self._gate.limit <= self._env.now:
             return False
@@ -262,7 +266,8 @@ class Lockstep(SelectiveSink):
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
         self.granting, self._woken = True, False
-        self._submit_changes()
+        if self._participants.changes:
+            self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
             if participant.state.begins:
@@ -277,7 +282,8 @@ class Lockstep(SelectiveSink):
         for participant, request in asked:
             if request.commands:
                 self._apply(participant, request)
-        self._conditions.refresh()
+        if self._conditions.changed:
+            self._conditions.refresh()
 
     def _limit_grant(self) -> None:
         """Set the horizon of the grant, and the kinds of events that end it, from the requests of the participants."""
@@ -290,7 +296,7 @@ class Lockstep(SelectiveSink):
 
     @property
     def _has_news(self) -> bool:
-        """Whether an event is pending that wakes a participant, or a participant has to join first."""
+        """Return whether an event is pending that wakes a participant, or a participant has to join first."""
         if self._participants.awaited:
             return True
         if self._events and any(kind in self._wake for kind, _, _ in self._events):
@@ -389,7 +395,8 @@ class Lockstep(SelectiveSink):
         if self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
-        self._sort_events()
+        if "feedback" in self._kinds:
+            self._sort_events()
         asked = [each for each in self._participants.all if each.state is State.GRANTED]
         sampled = self._sampled(asked)
         for participant in asked:
@@ -397,7 +404,7 @@ class Lockstep(SelectiveSink):
             self._answer(participant, reason, sampled)
         self._forget_events()
 
-    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Told] = ()) -> None:
+    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Reported] = ()) -> None:
         """Answer one participant; time waits for its next request."""
         request = participant.request
         if request is None:
@@ -406,15 +413,15 @@ class Lockstep(SelectiveSink):
         if reason == "until" and request.until > now and stamp(request.until) == stamp(now):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = request.until
-        wanted = kinds_wanted(request)
+        wanted = participant.kinds if participant.state is State.GRANTED else kinds_wanted(request)
         events = tuple([each for each in (*participant.missed, *self._events) if each[0] in wanted])
         if sampled and "feedback" in request.report - request.wake:
             events = (*events, *sampled)
         accepted = tuple([slot.answer for slot in participant.slots])
-        met = self._conditions.take_met(participant.name)
-        granted = Granted(self.epoch, now, reason, accepted, events, met, self._over)
+        met = self._conditions.take_met(participant.name) if self._conditions.met else ()
+        granted = Granted(self.epoch, now, reason, accepted, events, met, self.ended)
         self._stop_waiting(participant)
-        for reply_to in participant.answer(granted):
+        for reply_to in participant.answer(request.epoch, granted):
             self._simulator.answer(reply_to, granted)
 
     def end(self, why: str, reason: str) -> None:
@@ -426,24 +433,25 @@ class Lockstep(SelectiveSink):
             why: The reason for the end of the run.
             reason: The message in the results of the active goals.
         """
-        if self._over:
+        if self.ended:
             return
-        self._over, self.granting = why, False
+        self.ended, self.granting = why, False
         self._participants.expect_nobody()
         asked = [each for each in self._participants.all if each.request is not None]
         for name in self.participants:
             self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
         self._submit_kept()
         self._simulator.stop(reason)
-        self._sort_events()
+        if "feedback" in self._kinds:
+            self._sort_events()
         for participant in asked:
             self._answer(participant, "end")
 
-    def tell_end(self, command: Advance) -> None:
+    def report_end(self, command: Advance) -> None:
         """Answer a participant that asks to advance after the end of the run."""
         wanted = kinds_wanted(command)
         events = tuple(each for each in self._events if each[0] in wanted)
-        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self._over or _ENDED)
+        granted = Granted(self.epoch, self._simulator.now, "end", events=events, over=self.ended or _ENDED)
         self._simulator.answer(command.reply_to, granted)
 
     def dismiss(self, why: str) -> None:
@@ -468,7 +476,7 @@ class Lockstep(SelectiveSink):
             self._forget_events()
 
     def _remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
-        participant = self._participants.get(name)
+        participant = self._participants.by_name.get(name)
         if participant and participant.request is not None:
             self._answer(participant, "end")
         self._participants.remove(name, change, why, error=error)
@@ -506,7 +514,7 @@ class Lockstep(SelectiveSink):
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self._noting.get(kind)
+        return self._handlers.get(kind)
 
     def _follow(self, output: Output) -> None:
         if self._conditions.watched:
@@ -519,54 +527,58 @@ class Lockstep(SelectiveSink):
         if changed:
             self._simulator.submit(InterestChanged())
 
-    def _note_answer(self, answered: Answered) -> None:
+    def _on_answer(self, answered: Answered) -> None:
         if type(answered.reply_to) is Slot:
             self._fill(answered.reply_to, answered.answer)
 
     def _fill(self, slot: Slot, answer: Any) -> None:
         slot.answer = answer
-        if slot.wakes and not _goes_on(answer):
+        if slot.wakes and (isinstance(answer, _FINAL) or not getattr(answer, "accepted", True)):
             # It counts as the result: no later event could wake the participant that sent the command.
             slot.woke = True
             self._halt()
 
-    def _note_change(self, change: GoalChanged) -> None:
-        if change.robot not in self._simulator.dispatcher.updates.late:
-            self._note_news(change)
-        self._follow(change)
+    def _on_goal_changed(self, change: GoalChanged) -> None:
+        dispatcher = self._simulator.dispatcher
+        # Every goal changes several times, and most participants wait for its result alone.
+        relevant = change.result is not None or "status" in self._kinds or change.robot in dispatcher.cut_off
+        if relevant and change.robot not in dispatcher.updates.late:
+            self._record_change(change)
+        if self._conditions.watched:
+            self._conditions.emit(change)
 
-    def _note_news(self, change: GoalChanged) -> None:
+    def _record_change(self, change: GoalChanged) -> None:
         """Record a change of a goal when participants may know it."""
         if change.robot in self._simulator.dispatcher.cut_off:
             self._withheld.append(change)
             return
         if "status" in self._kinds:
-            self._note("status", change.stamp, change)
+            self._record_event("status", change.stamp, change)
         if change.result is not None and "result" in self._kinds:
-            self._note("result", change.stamp, change)
+            self._record_event("result", change.stamp, change)
 
-    def _note_feedback(self, feedback: FeedbackSent) -> None:
+    def _on_feedback(self, feedback: FeedbackSent) -> None:
         if "feedback" in self._kinds:
-            self._note("feedback", stamp(self._simulator.now), feedback)
+            self._record_event("feedback", stamp(self._simulator.now), feedback)
         self._follow(feedback)
 
-    def _note_roster(self, _changed: RosterChanged) -> None:
+    def _on_roster_changed(self, _changed: RosterChanged) -> None:
         """Record the withheld changes of goals of robots that are connected again."""
         withheld, self._withheld = self._withheld, []
         for change in withheld:
-            self._note_news(change)
+            self._record_change(change)
         self._conditions.follow()
 
-    def _note_plan(self, _wanted: PlanWanted) -> None:
+    def _on_plan_wanted(self, _wanted: PlanWanted) -> None:
         if self.granting:
             self._simulator.halt()
 
-    def _note(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
+    def _record_event(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
         self._events.append((kind, at, event))
         if self.granting and not self._woken and kind in self._wake:
             self._halt()
 
-    def _note_met(self) -> None:
+    def _on_condition_met(self) -> None:
         if self.granting and not self._woken and self._has_news:
             self._halt()
 
@@ -576,7 +588,7 @@ class Lockstep(SelectiveSink):
         self._horizon = self._env.now
         self._simulator.halt()
 
-    def _sampled(self, asked: Iterable[Participant]) -> list[Told]:
+    def _sampled(self, asked: Iterable[Participant]) -> list[Reported]:
         """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
         for each in asked:
             if each.request and each.request.report and "feedback" in each.request.report - each.request.wake:
@@ -586,9 +598,7 @@ class Lockstep(SelectiveSink):
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""
-        if "feedback" not in self._kinds:
-            return
-        ordered: list[Told] = []
+        ordered: list[Reported] = []
         for (kind, _), group in itertools.groupby(self._events, key=lambda event: event[:2]):
             found = list(group)
             if kind == "feedback":
@@ -605,8 +615,3 @@ class Lockstep(SelectiveSink):
 
     def _refuse(self, reply_to: Any, name: str, value: object, text: str) -> None:
         self._simulator.answer(reply_to, Refused(name, value, text))
-
-
-def _goes_on(answer: Any) -> bool:
-    """Return whether a command has an effect of which an event will tell."""
-    return not isinstance(answer, (Refused, ResultResponse, bytes)) and getattr(answer, "accepted", True)

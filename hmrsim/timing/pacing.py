@@ -9,9 +9,9 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.wall_clock import wall_time
 from hmrsim.errors import SimulationStopped
@@ -118,6 +118,16 @@ class Pacing:
         self._idle = False
         self._over = False
         self._last_state: TimeState | None = None
+        self._handlers: Mapping[type, Callable[[Any], None]] = {
+            ReadTime: lambda command: simulator.answer(command.reply_to, self.state),
+            SetClock: self._set_clock,
+            Join: self._join,
+            Advance: self._advance,
+            Leave: self.lockstep.leave,
+            TokenSeen: lambda command: self.lockstep.token_seen(command.participant, alive=command.alive),
+            Intervene: self._intervene,
+            CheckWatchdog: self._drop_overdue,
+        }
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; `end` ends goals that still execute."""
@@ -138,7 +148,7 @@ class Pacing:
 
     @property
     def over(self) -> bool:
-        """Whether the run has ended, or ends after this instant."""
+        """Return whether the run has ended, or ends after this instant."""
         return self._over
 
     def finish_instant(self) -> None:
@@ -174,7 +184,10 @@ class Pacing:
     def submit(self, command: AnyCommand) -> None:
         """Apply a command now, in the simulation's thread."""
         if isinstance(command, TimeCommand):
-            self._apply(command)
+            self._handlers[type(command)](command)
+            # Another participant that still thinks learns of the end when it asks to advance.
+            if self._end_on_loss and self.lockstep.lost and not self.lockstep.thinks:
+                self._over = True
         elif isinstance(command, PlanAnswered) and self.clock == LOCKSTEP:
             self._simulator.plans.keep(command)
         else:
@@ -198,7 +211,7 @@ class Pacing:
 
     @property
     def hurries(self) -> bool:
-        """Whether simulated time may run faster than wall time."""
+        """Return whether simulated time may run faster than wall time."""
         return self.clock == LOCKSTEP or not 0.0 < self.real_time_factor <= 1.0
 
     @property
@@ -229,31 +242,31 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        if taken and (taken == _COMMANDS_AT_ONCE or self._is_interrupted):
+        interrupted = self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
+        if taken and (taken == _COMMANDS_AT_ONCE or interrupted):
             return
-        if not lockstep.granting:
-            if lockstep.over:
-                self._over = True
-                return
-            if lockstep.ready:
-                lockstep.begin()
-                # Commands that the start of a goal caused, such as an intervention, come before time moves.
-                if inbox.waiting:
-                    return
-            elif not (taken or lockstep.participates) and next(self._preparations, self) is not self:
-                return
+        if not lockstep.granting and self._begins(prepares=not taken):
+            return
         if lockstep.granting:
-            if lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()):
-                return
+            while lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()):
+                if inbox.waiting or not lockstep.granting or self._over:
+                    return
             ended = not lockstep.granting
-            if ended and (inbox.waiting or lockstep.over or lockstep.ready or self._is_interrupted):
+            if ended and (inbox.waiting or lockstep.ended or lockstep.ready or self._over):
                 return
         self._stand()
 
-    @property
-    def _is_interrupted(self) -> bool:
-        """Whether the run ended, was reset, or got another clock during this round."""
-        return self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
+    def _begins(self, *, prepares: bool) -> bool:
+        """Begin a grant, end the run, or take a step of the preparations; return whether commands come next."""
+        lockstep = self.lockstep
+        if lockstep.over:
+            self._over = True
+            return True
+        if lockstep.ready:
+            lockstep.begin()
+            # Commands that the start of a goal caused, such as an intervention, come before time moves.
+            return self._inbox.waiting
+        return prepares and not lockstep.participates and next(self._preparations, self) is not self
 
     def _free_round(self) -> None:
         simulator = self._simulator
@@ -299,12 +312,16 @@ class Pacing:
 
     def _stand(self) -> None:
         """Wait for the next command, however long that takes."""
-        self._simulator.settle()
+        if self._simulator.interest.clock:
+            self._simulator.settle()
         self._wait(None)
 
     def _wait(self, timeout: float | None) -> None:
         self._idle = True
-        self._tell()
+        if self._simulator.interest.time:
+            self._publish_state()
+        else:
+            self._last_state = None
         for call in self._on_wait:
             call()
         self._inbox.wait(timeout)
@@ -318,19 +335,15 @@ class Pacing:
             if simulator.next_due > target:
                 simulator.advance(max(target, simulator.now))
 
-    def _take(self, command: AnyCommand) -> None:
-        """Submit a command of the inbox."""
-        self._retention.apply(self._simulator)
-        self.submit(command)
-
-    def _take_commands(self) -> int:
-        """Submit some commands; return how many."""
-        for taken in range(_COMMANDS_AT_ONCE):
+    def _take_commands(self, most: int = _COMMANDS_AT_ONCE) -> int:
+        """Submit at most so many commands of the inbox; return how many there were."""
+        for taken in range(most):
             command = self._inbox.poll()
             if command is None:
                 return taken
-            self._take(command)
-        return _COMMANDS_AT_ONCE
+            self._retention.apply(self._simulator)
+            self.submit(command)
+        return most
 
     def _take_waiting(self, target: float) -> None:
         """Submit the next command at the time of its arrival; when time lags, some commands at the time that it is.
@@ -339,47 +352,37 @@ class Pacing:
         """
         if self._simulator.next_due > target:
             self._simulator.advance(max(target, self._simulator.now))
-            # Only one: the next may be caused by its answer, and is later.
-            if (command := self._inbox.poll()) is not None:
-                self._take(command)
+            # The next command may be a reaction to the answer, so that it is later.
+            self._take_commands(1)
         else:
             self._take_commands()
 
-    def _apply(self, command: TimeCommand) -> None:
-        """Apply a command that is about time, not about the world."""
-        lockstep = self.lockstep
-        match command:
-            case ReadTime(reply_to):
-                self._simulator.answer(reply_to, self.state)
-            case SetClock():
-                self._set_clock(command)
-            case Join() | Advance():
-                self._let_move(command)
-            case Leave():
-                lockstep.leave(command)
-            case TokenSeen(name, alive):
-                lockstep.token_seen(name, alive=alive)
-            case Intervene(act):
-                self._simulator.finish_instant()
-                act()
-            case CheckWatchdog():
-                for name in lockstep.overdue(wall_time() - self._participant_timeout):
-                    lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
-        # Another participant that still thinks learns of the end when it asks to advance.
-        if self._end_on_loss and lockstep.lost and not lockstep.thinks:
-            self._over = True
-
-    def _let_move(self, command: Join | Advance) -> None:
-        if self._over and isinstance(command, Advance):
-            # A participant that was thinking at the end gets the same answer as the others.
-            self.lockstep.tell_end(command)
-        elif self._over or self.clock != LOCKSTEP:
-            why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
-            self._simulator.answer(command.reply_to, Refused("", None, why))
-        elif isinstance(command, Join):
+    def _join(self, command: Join) -> None:
+        if self._over or self.clock != LOCKSTEP:
+            self._refuse(command)
+        else:
             self.lockstep.join(command, wall_time())
+
+    def _advance(self, command: Advance) -> None:
+        if self._over:
+            # A participant that was thinking at the end gets the same answer as the others.
+            self.lockstep.report_end(command)
+        elif self.clock != LOCKSTEP:
+            self._refuse(command)
         else:
             self.lockstep.advance(command, wall_time())
+
+    def _refuse(self, command: Join | Advance) -> None:
+        why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
+        self._simulator.answer(command.reply_to, Refused("", None, why))
+
+    def _intervene(self, command: Intervene) -> None:
+        self._simulator.finish_instant()
+        command.act()
+
+    def _drop_overdue(self, _command: CheckWatchdog) -> None:
+        for name in self.lockstep.overdue(wall_time() - self._participant_timeout):
+            self.lockstep.drop(name, f"it has not asked to advance for more than {self._participant_timeout:g} s")
 
     def _set_clock(self, command: SetClock) -> None:
         clock = command.clock or self.clock
@@ -402,11 +405,8 @@ class Pacing:
             self._reported = now
             self._on_lag(self.lag)
 
-    def _tell(self) -> None:
-        """Publish the time state, if it has changed and has a subscriber."""
-        if not self._simulator.interest.time:
-            self._last_state = None
-            return
+    def _publish_state(self) -> None:
+        """Publish the time state, if it has changed."""
         state = self.state
         # Time and epoch change always.
         if self._last_state is None or state._replace(now=0.0, epoch=0) != self._last_state:

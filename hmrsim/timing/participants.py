@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, GetResult
     from hmrsim.protocol.outputs import Granted
 
-Told = tuple[str, int, GoalChanged | FeedbackSent]
+Reported = tuple[str, int, GoalChanged | FeedbackSent]
 """An event that a grant reports: its kind, its time in nanoseconds, and the output."""
 
 NO_KINDS: Final[frozenset[str]] = frozenset()
@@ -44,7 +44,7 @@ class State(Enum):
     """The state of a participant: which side waits for the other.
 
     Attributes:
-        stalled: Whether time goes on without it.
+        stalled: Whether time moves without it.
         begins: Whether its commands are applied when the next grant begins.
     """
 
@@ -137,7 +137,7 @@ class Slot:
 
 @dataclass(slots=True, eq=False)
 class Participant:
-    """A participant.
+    """A participant in lockstep.
 
     Attributes:
         since: When it last got an answer, by the watchdog's clock.
@@ -151,7 +151,7 @@ class Participant:
         last: Its last epoch, and the grant of that epoch.
         kinds: The kinds of events that it asked for last.
         missed: The events of grants that it did not get, as it is stalled.
-        behind: The epoch that it may ask for though there have been later ones; None if there is none.
+        behind: An earlier epoch that it may still ask for; None if it may not.
     """
 
     name: str
@@ -165,7 +165,7 @@ class Participant:
     slots: list[Slot] = field(default_factory=list)
     last: tuple[int, Granted] | None = None
     kinds: frozenset[str] = NO_KINDS
-    missed: list[Told] = field(default_factory=list)
+    missed: list[Reported] = field(default_factory=list)
     behind: int | None = None
 
     def ask(self, request: Advance, wall: float) -> None:
@@ -176,14 +176,15 @@ class Participant:
     def begin(self) -> Advance:
         """Return the request whose commands are applied now."""
         self.state = TRANSITIONS[self.state, Event.BEGIN]
-        request = self._open
+        if (request := self.request) is None:
+            raise AssertionError(f"{self.name} has not asked to advance")
         self.behind, self.kinds = None, kinds_wanted(request)
         return request
 
-    def answer(self, granted: Granted) -> list[Any]:
-        """Take its answer, and return the senders to give it to."""
+    def answer(self, epoch: int, granted: Granted) -> list[Any]:
+        """Take the answer to its request for an epoch, and return the senders to give it to."""
         self.state = TRANSITIONS[self.state, Event.ANSWER]
-        self.last = (self._open.epoch, granted)
+        self.last = (epoch, granted)
         askers, self.askers = self.askers, []
         self.request, self.behind = None, None
         self.slots, self.missed = [], []
@@ -199,7 +200,7 @@ class Participant:
             slot.wakes = slot.woke = False
 
     def resume(self, wall: float | None) -> None:
-        """End its stall."""
+        """End the stall of the participant."""
         self.state = TRANSITIONS[self.state, Event.RESUME]
         self.stalled_until = math.inf
         if wall is not None:
@@ -209,12 +210,6 @@ class Participant:
         """Forget its open request, as it will be removed; return the senders, which get no other answer."""
         askers, self.askers, self.request = self.askers, [], None
         return askers
-
-    @property
-    def _open(self) -> Advance:
-        if self.request is None:
-            raise AssertionError(f"{self.name} is {self.state.value}, and has asked for nothing")
-        return self.request
 
 
 @dataclass(slots=True)
@@ -234,20 +229,22 @@ class Participants:
 
     Attributes:
         all: The participants, in the order of their names.
+        by_name: The same, to be looked up.
         missing: Those that have yet to join for the first time; a number in place of names that are not known.
         awaited: Who is to join now, by name.
+        changes: The changes of participation since the last call of `take_changes`.
     """
 
     def __init__(self, awaited: int | Collection[str]) -> None:
         self._wanted = awaited
         self.all: list[Participant] = []
         self.awaited: list[str] = []
-        self._here: dict[str, Participant] = {}
+        self.by_name: dict[str, Participant] = {}
         self._known: dict[str, None] = {}
         self._gone: dict[str, str] = {}
         self._goals: dict[str, int] = {}
         self._tokens: dict[str, None] = {}
-        self._changes: list[Participation] = []
+        self.changes: list[Participation] = []
         self._expected: dict[str, _Expected] = {}
         self._kept: dict[str, None] = {}
         self.missing = self._missing()
@@ -262,37 +259,33 @@ class Participants:
         """The names of those that time waits for, as they have yet to ask; from any thread."""
         return [each.name for each in list(self.all) if each.state is State.THINKING]
 
-    def get(self, name: str) -> Participant | None:
-        """Return the participant of a name; None if there is none."""
-        return self._here.get(name)
-
     def why_unknown(self, name: str) -> str:
         """Return why there is no participant of a name."""
         return self._gone.get(name) or f"no participant {name!r}; join first"
 
     def add(self, name: str, since: float, joined_with: str = "") -> None:
         """Add a participant; its name must be free."""
-        participant = self._here[name] = Participant(name, since, name in self._tokens, joined_with)
+        participant = self.by_name[name] = Participant(name, since, name in self._tokens, joined_with)
         bisect.insort(self.all, participant, key=lambda each: each.name)
         self._known[name] = None
         self._gone.pop(name, None)
-        self._changes.append(Participation(name, "joined"))
+        self.changes.append(Participation(name, "joined"))
         self.missing = self._missing()
         self.expect_no_more(name)
 
     def remove(self, name: str, change: str, why: str = "", *, error: str = "") -> None:
         """Remove a participant, and wait for it at once if it is to be kept.
 
-        *change* says how it left, as in `Participation`; *error* is the error for its later requests, empty for the
-        one that says to join first.
+        *change* is how it left, as in `Participation`. *error* is the error for its later requests; empty for the
+        default, which asks to join first.
         """
-        self.all.remove(self._here.pop(name))
+        self.all.remove(self.by_name.pop(name))
         if error:
             self._gone[name] = error
         if change == "left":
             # The loss of its token may be reported after it has joined again with another token.
             self._tokens.pop(name, None)
-        self._changes.append(Participation(name, change, why))
+        self.changes.append(Participation(name, change, why))
         self.expect_no_more(name)
         if name in self._kept:
             self._expected[name] = _Expected(0.0, lambda: None, due=True)
@@ -300,12 +293,12 @@ class Participants:
 
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
-        changes, self._changes = sorted(self._changes, key=lambda change: change.participant), []
+        changes, self.changes = sorted(self.changes, key=lambda change: change.participant), []
         return changes
 
     def lost_token(self, name: str, *, alive: bool) -> bool:
-        """Record whether a liveliness token is there; return whether a participant has lost its token."""
-        participant = self._here.get(name)
+        """Record whether a liveliness token exists; return whether a participant has lost its token."""
+        participant = self.by_name.get(name)
         if alive:
             self._tokens[name] = None
             if participant:
@@ -324,22 +317,22 @@ class Participants:
         return number
 
     def expect(self, name: str, at: float, on_due: Callable[[], None]) -> None:
-        """Expect that a participant joins at some time, which waits for that from then on; *on_due* is called then.
+        """Expect a participant to join at some time: time waits for it from then on.
 
         Args:
             name: The participant that joins; empty to continue from there without one.
             at: When; infinite for never.
-            on_due: Must not change who is expected.
+            on_due: Called at that time; it must not change the expected participants.
         """
         self._expected[name] = _Expected(at, on_due)
 
     def expect_no_more(self, name: str) -> None:
-        """Do not wait for a participant that was expected."""
+        """Stop expecting a participant."""
         if self._expected.pop(name, None):
             self._note_awaited()
 
     def keep(self, name: str) -> None:
-        """Expect a participant again at once whenever it goes."""
+        """Expect a participant to join again at once whenever it leaves."""
         self._kept[name] = None
 
     def expect_nobody(self) -> None:
@@ -354,7 +347,7 @@ class Participants:
 
     @property
     def later(self) -> bool:
-        """Whether time may move without any request, because a participant is expected later."""
+        """Return whether time may move without any request, because a participant is expected later."""
         return any(not each.due for each in self._expected.values())
 
     @property

@@ -6,7 +6,7 @@ import logging
 import threading
 from collections.abc import Callable, Mapping
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from hmrsim.actions import F, G, R
 from hmrsim.diagnostics import shown
@@ -29,16 +29,22 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
+class Participating(Protocol):
+    """The part of a `Client` that its action clients use."""
+
+    @property
+    def lockstep(self) -> Lockstep | None:
+        """The client's participation in lockstep; None where simulated time moves by itself."""
+
+
 class ActionClient(Generic[G, R, F]):
     """Sends one robot goals of one action; `Client.action_client` makes it."""
 
-    def __init__(
-        self, link: Link, lockstep: Callable[[], Lockstep | None], robot: str, action: Action[G, R, F]
-    ) -> None:
+    def __init__(self, client: Participating, link: Link, robot: str, action: Action[G, R, F]) -> None:
         self.robot = robot
         self.action = action
+        self._client = client
         self._link = link
-        self._lockstep = lockstep
         self._target = ActionTarget(robot, action)
         self._lock = threading.Lock()
         self._listening: dict[str, GoalExchange[R, F]] = {}
@@ -57,10 +63,10 @@ class ActionClient(Generic[G, R, F]):
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
 
         Args:
-            goal: What to do; plain values are not checked here, but by the simulator.
+            goal: The goal as a message, or as plain values, which the simulator checks.
             goal_id: 32 hex digits, hyphens optional; generated if not given.
             adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
-                that was killed and restarted finds its goal. The handle says that it was *adopted*; its *error* is
+                that was killed and restarted finds its goal. The handle is *adopted* then; its *error* is
                 a `ResultExpired` if the goal ended so long ago that its result is no longer kept.
             read_result: Whether to read the result of a goal that succeeds; if not, its *result_message* is None.
             on_feedback: Called for each feedback, never after the goal is done.
@@ -73,10 +79,10 @@ class ActionClient(Generic[G, R, F]):
             ClientClosed: The client was closed.
             Dropped: The simulator goes on without this client.
             RequestError: The simulator refuses this participant.
-            ValueError: *goal_id* is no goal id.
+            ValueError: *goal_id* is not a valid goal id.
             TypeError: *goal* is of another action.
         """
-        exchange = self._exchange(self._lockstep(), goal, goal_id, on_feedback, on_change)
+        exchange = self._exchange(self._client.lockstep, goal, goal_id, on_feedback, on_change)
         exchange.start(adopt=adopt, read_result=read_result)
         return exchange
 
@@ -91,13 +97,13 @@ class ActionClient(Generic[G, R, F]):
     ) -> GoalHandle[R, F]:
         """Send a goal as `send_goal` does, in one query instead of two, and return its handle.
 
-        That takes three quarters of the time where the goal itself takes none. A robot whose own server does not know
-        `execute` is sent the goal by `send_goal`. In lockstep there is no difference.
+        For a goal that ends at once, that takes three quarters of the time. If a robot's own server does not support
+        `execute`, the goal is sent as by `send_goal`. In lockstep there is no difference.
 
         Raises:
             ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
         """
-        lockstep = self._lockstep()
+        lockstep = self._client.lockstep
         exchange = self._exchange(lockstep, goal, goal_id, on_feedback, on_change)
         if lockstep:
             exchange.start(read_result=read_result)
@@ -137,24 +143,24 @@ class ActionClient(Generic[G, R, F]):
     def cancel_all(self) -> None:
         """Cancel all goals of the action, also those of other clients, and wait for the answer.
 
-        In lockstep it returns at once: the wish goes along when time goes on, behind the goals that were sent before.
+        In lockstep it returns at once; the request goes with the next advance, after goals that were sent before.
 
         Raises:
             ClientClosed: The client was closed.
             SimulatorNotFound, SimulatorGone: No simulator is there.
-            Dropped: It goes on without us.
-            RequestError: It answers with an error, or does not want us to take part.
-            RequestTimeout: It does not answer.
+            Dropped: The simulator goes on without this client.
+            RequestError: The simulator answers with an error, or refuses this participant.
+            RequestTimeout: The simulator does not answer.
         """
         self._link.check_open()
-        lockstep = self._lockstep()
+        lockstep = self._client.lockstep
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
-            lockstep.cancel(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
+            lockstep.send(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
             return
         self._link.presence.start()
         answers = SimpleQueue[Answer]()
-        self._link.connection.cancel(self._target, all_goals, answers.put, timeout=PATIENCE)
+        self._link.connection.send(self._target, all_goals, answers.put, timeout=PATIENCE)
         try:
             answer = answers.get(timeout=PATIENCE)
         except Empty:
@@ -170,7 +176,8 @@ class ActionClient(Generic[G, R, F]):
 
     def _forget(self, exchange: GoalExchange[R, F]) -> None:
         self._link.leave(exchange)
-        self._listening.pop(exchange.goal_id, None)
+        if self._listening:
+            self._listening.pop(exchange.goal_id, None)
 
     def _listen(self, exchange: GoalExchange[R, F], lockstep: Lockstep | None) -> None:
         self._listening[exchange.goal_id] = exchange
@@ -181,7 +188,7 @@ class ActionClient(Generic[G, R, F]):
 
     @property
     def wanted(self) -> bool:
-        """Whether there is a goal whose feedback matters."""
+        """Return whether there is a goal whose feedback matters."""
         return bool(self._listening)
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:

@@ -6,9 +6,9 @@
         mocha, latte = client.robot("mocha"), client.robot("latte")
         await asyncio.gather(mocha.navigate_to("table_1"), latte.navigate_to("table_3"))
 
-In lockstep time goes on when all tasks wait: for robots, for simulated time, or for each other. The clock of the event
-loop is that of the simulation then, so that `asyncio.sleep` and `asyncio.timeout` take simulated seconds, and tasks run
-in the same order each time. Simulated time does not wait for tasks that await a thread or a file.
+In lockstep, time advances when all tasks wait: for robots, for simulated time, or for each other. The event loop then
+uses the clock of the simulation, so that `asyncio.sleep` and `asyncio.timeout` take simulated seconds, and tasks run in
+the same order each time. Simulated time does not wait for tasks that await a thread or a file.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ R = TypeVar("R", bound=Message)
 _CANCEL_PATIENCE = 2.0
 _EVENTS = "_world/events"
 _ON_ITS_WAY = 1.0
-"""Wall seconds for which time stands in lockstep until an event has come by the network, for which it has stopped."""
+"""Wall seconds for which time stands still in lockstep until an event arrives over the network."""
 
 
 class AsyncClient:
@@ -73,7 +73,7 @@ class AsyncClient:
         self._options = options
 
     async def __aenter__(self) -> Self:
-        """Connect, and take part in lockstep if that is how time goes on."""
+        """Connect, and take part in lockstep if the simulator is in lockstep."""
         given = self._given
         self.client = await asyncio.to_thread(partial(Client, **self._options)) if given is None else given
         self._places = self.client.places
@@ -82,7 +82,7 @@ class AsyncClient:
         return self
 
     async def __aexit__(self, *_error: object) -> None:
-        """Disconnect from the simulator."""
+        """Leave lockstep and disconnect from the simulator."""
         stops = self._time.stops
         self._time.close()
         if self._given is not None:
@@ -109,23 +109,23 @@ class AsyncClient:
         """Sleep for simulated seconds.
 
         Raises:
-            ValueError: They are less than 0.
-            SimulationEnded, SimulatorGone, Dropped: Time does not go on.
+            ValueError: The time is negative.
+            SimulationEnded, SimulatorGone, Dropped: Time no longer advances.
         """
         await self._time.sleep(seconds)
 
     async def events(self, *kinds: str) -> AsyncIterator[dict[str, Any]]:
         """Yield the events of the world from now on, as ``_world/events`` has them; see the table of events.
 
-        In lockstep time goes on until one comes, and stands while the task deals with it. Over a network several events
-        of one instant may be divided by what else happens then.
+        In lockstep, time advances until an event comes, and stands still while the task processes it. Over a network,
+        other work of the same instant may come between several events.
 
         Args:
-            kinds: Of these kinds, such as ``order_placed``, at which time stops; of all if there are none.
+            kinds: The kinds of events at which time stops, such as ``order_placed``; without any, all events.
 
         Raises:
-            ValueError: There is no event of such a kind.
-            SimulationEnded, SimulatorGone, Dropped, Idle: Time does not go on.
+            ValueError: One of the kinds of events does not exist.
+            SimulationEnded, SimulatorGone, Dropped, Idle: Time no longer advances.
         """
         for kind in kinds:
             known_name("event", kind, registry())
@@ -160,7 +160,7 @@ class AsyncClient:
                     yield event
 
     async def _on_its_way(self, come: asyncio.Queue[dict[str, Any] | None]) -> dict[str, Any] | None:
-        """Return an event that comes by the network, where time stands meanwhile; None if it was lost."""
+        """Return an event that arrives over the network, while time stands still; None if it was lost."""
         loss = threading.Timer(_ON_ITS_WAY, self._time.post, [partial(come.put_nowait, None)])
         loss.daemon, loss.name = True, "hmrsim-loss"
         with self._time.held():
@@ -186,8 +186,8 @@ def _awaitable(
 class AsyncRobot:
     """Sends goals to one robot; made by `AsyncClient.robot`.
 
-    Methods, targets, results and errors are those of `Commander`. A task that is canceled cancels its goal, and ends
-    when that has ended. Each method takes *on_feedback*, which is called with each feedback.
+    Methods, targets, results and errors are those of `Commander`. A canceled task cancels its goal, and ends when the
+    goal has ended. Most methods take *on_feedback*, which is called with each feedback.
     """
 
     def __init__(self, client: Client, time: AsyncTime, name: str, places: NamedPlaces) -> None:
@@ -275,6 +275,6 @@ class AsyncRobot:
 
 
 def _load(places: NamedPlaces) -> None:
-    """Look the places up while that may take its time; a real robot may know none."""
+    """Query the places in advance, while a wait does no harm; a real robot may have none."""
     with suppress(Unreachable):
         places.load()

@@ -1,8 +1,8 @@
 """Simulated time for the tasks of an event loop.
 
-Where time moves by itself, waits end by callbacks of the client. In lockstep a thread advances time, but only while
-every task of the loop waits: so what tasks do at an instant is done before time goes on, and a run is the same each
-time. The loop becomes an `OrderedLoop`, whose timers ring by simulated time.
+Where time moves by itself, callbacks of the client end the waits. In lockstep a thread advances time, but only while
+every task of the loop waits: tasks finish their work at an instant before time advances, so that each run is the same.
+The loop becomes an `OrderedLoop`, whose timers use simulated time.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import RequestError
 
 _LOOK_AROUND: Final = 0.5
-"""Wall seconds between two looks whether the simulator is still there, where time moves by itself."""
+"""Wall seconds between two checks for the simulator, where time moves by itself."""
 _PASSES: Final = 100
-"""How often an event loop that can't be ordered is left to its tasks before time goes on."""
+"""Passes of an event loop that can't be ordered, before time advances."""
 
 
 class Waiting:
-    """Something that a task awaits, and that any thread may say has happened."""
+    """An awaitable that any thread can end by `happen` or `fail`."""
 
     def __init__(self, time: AsyncTime, until: float = math.inf) -> None:
         self.until = until
@@ -46,7 +46,7 @@ class Waiting:
         self._alarm: SimClock | None = None
 
     def __await__(self) -> Generator[Any, None, None]:
-        """Wait until it has happened."""
+        """Wait for `happen` or `fail`."""
         self._time.add(self)
         try:
             yield from self._future
@@ -56,11 +56,11 @@ class Waiting:
                 self._alarm.close()
 
     def set_alarm(self, client: Client, seconds: float) -> None:
-        """Have it happen after so many simulated seconds, where time moves by itself."""
+        """End the wait after some simulated seconds, where time moves by itself."""
         self._alarm = client.alarm(seconds, self.happen)
 
     def happen(self) -> None:
-        """Say that it has happened."""
+        """End the wait from any thread."""
         self._time.woken = True
         self._in_loop(self.finish)
 
@@ -86,7 +86,7 @@ class AsyncTime:
     """The time of a client's tasks.
 
     Attributes:
-        woken: Whether something has happened that a task waits for, so that time stands.
+        woken: Whether a wait has ended, so that time stands still.
     """
 
     def __init__(self, client: Client, lockstep: Lockstep | None) -> None:
@@ -151,7 +151,7 @@ class AsyncTime:
 
     @property
     def stops(self) -> bool:
-        """Whether time stops for conditions, as in lockstep."""
+        """Return whether time stops for conditions, as in lockstep."""
         return self._lockstep is not None and not self._lockstep.over
 
     def wait(self) -> Waiting:
@@ -168,11 +168,11 @@ class AsyncTime:
         """Sleep for simulated seconds.
 
         Raises:
-            ValueError: They are less than 0, or no number.
-            SimulationEnded, SimulatorGone, Dropped: Time does not go on.
+            ValueError: The time is negative, infinite or not a number.
+            SimulationEnded, SimulatorGone, Dropped: Time no longer advances.
         """
         if not 0 <= seconds < math.inf:
-            raise ValueError(f"{seconds} s is no time to sleep for; expected a number of seconds of at least 0")
+            raise ValueError(f"can't sleep for {seconds} s; expected a number of seconds of at least 0")
         if self._ended is not None:
             raise self._ended
         if self._lockstep is not None and not self._lockstep.over:
@@ -183,7 +183,7 @@ class AsyncTime:
         await wait
 
     def add(self, wait: Waiting) -> None:
-        """Note that a task waits."""
+        """Add a wait that a task has begun."""
         self._waits.append(wait)
         if self._ended is not None:
             wait.finish(self._ended)
@@ -193,12 +193,12 @@ class AsyncTime:
             self._look_later()
 
     def remove(self, wait: Waiting) -> None:
-        """Note that it does no longer."""
+        """Remove a wait that has ended."""
         self._waits.remove(wait)
 
     @contextmanager
     def watching(self, conditions: Sequence[Condition], wait: Waiting) -> Iterator[None]:
-        """Have time stop as soon as one of some conditions is met, and say then that *wait* has happened."""
+        """Stop time as soon as one of the conditions is met, and end *wait* then."""
         lockstep = self._lockstep
 
         def then(error: RequestError | None) -> None:
@@ -218,7 +218,7 @@ class AsyncTime:
 
     @contextmanager
     def listening(self, subscription: Subscription) -> Iterator[None]:
-        """Let no task run after an advance of time before a subscription has handed out all that it brought."""
+        """Hold all tasks after an advance until a subscription has delivered its samples."""
         self._subscriptions.append(subscription)
         try:
             yield
@@ -227,7 +227,7 @@ class AsyncTime:
 
     @contextmanager
     def held(self) -> Iterator[None]:
-        """Let no time pass in lockstep, also where every task waits: something is on its way by the network."""
+        """Hold time in lockstep even if every task waits, as a message is on its way over the network."""
         self._holds += 1
         try:
             yield
@@ -250,7 +250,7 @@ class AsyncTime:
         self._ordered = None
 
     def on_quiet(self, timer: float) -> bool:
-        """Let time go on, as no task is ready to run; return whether something will happen."""
+        """Advance time, as no task is ready to run; return whether anything can still happen."""
         if self._fatal is not None:
             fatal, self._fatal = self._fatal, None
             self._leave_order()
@@ -268,7 +268,7 @@ class AsyncTime:
             self._loop.call_soon(self._look)
 
     def _look(self) -> None:
-        """Have time go on if no task was ready to run for a while, as far as that can be known."""
+        """Advance time if no task was ready to run for some passes of the loop."""
         self._passes += 1
         if self._passes < _PASSES:
             self._loop.call_soon(self._look)
@@ -298,7 +298,7 @@ class AsyncTime:
         return lockstep.now
 
     def _on_driven(self, driven: asyncio.Future[float]) -> None:
-        """Wake who waits for the time that it is, or tell all why time does not go on."""
+        """End the waits that are due, or fail all of them if time can't advance."""
         with self._posting:
             self._driving, self._driver = False, None
             posted, self._posted = self._posted, []
@@ -307,13 +307,13 @@ class AsyncTime:
         if self._lockstep is not None:
             self._loop_time = self._lockstep.now
         if error := driven.exception():
-            told = error if isinstance(error, Exception) else RuntimeError(str(error))
+            failure = error if isinstance(error, Exception) else RuntimeError(str(error))
             if self._lockstep is None or self._lockstep.lost or not self._waits:
                 # A task that sleeps by the loop's own clock can't be detected.
-                self._fatal = None if self._waits else told
+                self._fatal = None if self._waits else failure
                 if self._waits:
                     self._leave_order()
-            self._fail(told)
+            self._fail(failure)
             return
         for wait in sorted(self._waits, key=lambda each: each.until):
             if wait.until <= driven.result():
@@ -324,11 +324,11 @@ class AsyncTime:
             self._look_later()
 
     def _leave_lockstep(self, lockstep: Lockstep, now: float) -> None:
-        """Go on where time moves by itself, if it still moves."""
+        """Continue with time that moves by itself, or fail all waits if the run has ended."""
         self._leave_order()
         self._lockstep = None
         if lockstep.ended is not None:
-            # Whoever asks for anything meanwhile has lockstep closed, so that the drive ends without an error.
+            # A request of another task may have closed lockstep, so that the drive ends without an error.
             self._ended = lockstep.ended
             self._fail(self._ended)
             return

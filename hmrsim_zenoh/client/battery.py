@@ -52,7 +52,7 @@ class Charge:
             ValueError: The share is not from 0 to 1.
         """
         if not 0.0 <= percentage <= 1.0:
-            raise ValueError(f"{percentage} is no share of a capacity; expected a number from 0 to 1")
+            raise ValueError(f"{percentage} is not a share of a capacity; expected a number from 0 to 1")
         key, charging = f"{self._robot}/{_TOPIC}", BatteryState.POWER_SUPPLY_STATUS_CHARGING
         return [
             Condition(key, [("/percentage", ">=", percentage)]),

@@ -90,18 +90,18 @@ class Client:
         """Open a session, or borrow one that stays open when the client is closed.
 
         Args:
-            options: Where to connect, and the prefix of all keys; None for what the environment says, or for the
+            options: Where to connect, and the prefix of all keys; None for the options of the environment, or for the
                 defaults with a *session*; see `SessionOptions.from_environment`.
             clock: Whether to take part in lockstep, where time waits for the client; ``auto`` follows the simulator.
-            name: The participant's name, unique within a simulator. What the variable ``HMRSIM_NAME_SUFFIX`` says is
-                added to it, by which the same program can be run twice.
+            name: The participant's name, unique within a simulator. The value of the environment variable
+                ``HMRSIM_NAME_SUFFIX`` is appended, so that the same program can be run twice.
             session: A session to borrow.
             acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
             grace: Wall seconds for which the simulator may be unreachable, as when a router is restarted.
 
         Raises:
             SimulatorNotFound: No peer answers at the endpoints.
-            ConnectionDenied: A peer is there, but does not let this client in.
+            ConnectionDenied: A peer answers, but denies the connection.
             BadOptions: An endpoint, the prefix, the configuration or the enclave is invalid.
             ValueError: *name* is not a valid name.
         """
@@ -141,7 +141,7 @@ class Client:
 
     @property
     def alive(self) -> bool:
-        """Whether the simulator is alive; the first call waits for an answer."""
+        """Return whether the simulator is alive; the first call waits for an answer."""
         return not self._link.closed and self._link.presence.alive(self._timeout)
 
     @property
@@ -171,21 +171,21 @@ class Client:
         return info
 
     def _meet(self, run_id: str) -> None:
-        """Log that this is another run than the one before."""
+        """Log if this is another run than the one before."""
         before, self._run_id = self._run_id, run_id
         if before and run_id != before:
-            _log.warning("the simulator was started anew; what was sent to the run before, its goals included, is gone")
+            _log.warning("the simulator was restarted; the goals of the previous run are lost")
 
     def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
         """Report how the run ended to the experiment, which then ends it, and to all subscribers of events.
 
         Args:
-            label: How: a word of the controller's own, such as ``no_skill``.
+            label: A word that describes the end, chosen by the controller, such as ``no_skill``.
             timeout: Wall seconds to wait for the answer.
             values: Further numbers and texts, by name.
 
         Raises:
-            RequestError: The label or a value is none.
+            RequestError: The label or a value is invalid.
             SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: As `get`.
         """
         request = json.dumps({"label": label, "values": json.dumps(values)}).encode()
@@ -196,8 +196,8 @@ class Client:
 
     @property
     def places(self) -> NamedPlaces:
-        """The waypoints, places and docks of its world by name, as they are when they are first looked up."""
-        # Unlike other requests a lookup changes nothing: one whose answer is lost can be sent again.
+        """The waypoints, places and docks of the world by name, as of the first lookup."""
+        # A lookup changes nothing, so that it can be repeated if the answer is lost.
         return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), PATIENCE))
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
@@ -207,11 +207,13 @@ class Client:
             ValueError: *robot* is not a valid robot name.
         """
         if not _ROBOT_NAME.fullmatch(robot):
-            raise ValueError(f"{robot!r} is no robot's name; letters, digits and underscores, no digit first")
+            raise ValueError(
+                f"{robot!r} is not a valid robot name; expected letters, digits and underscores, no digit first"
+            )
         # All callers share one client, which subscribes to feedback once.
         known = self._action_clients.get((robot, action.name))
         if known is None or known.action is not action:
-            known = ActionClient(self._link, lambda: self.lockstep, robot, action)
+            known = ActionClient(self, self._link, robot, action)
             self._action_clients[robot, action.name] = known
         return known
 
@@ -219,18 +221,19 @@ class Client:
     def lockstep(self) -> Lockstep | None:
         """This client's participation in lockstep; None where simulated time moves by itself.
 
-        The first access asks for the clock mode and joins; so does an access after time moved by itself or after the
-        simulator has gone.
+        The first access asks for the clock mode and joins. So does an access after the simulator has gone, or after the
+        clock was set to real time.
 
         Raises:
             NameTaken: Another participant has this client's name.
             RequestError: The simulator refuses this participant.
             SimulationEnded: The run in which it took part is over, and there is no other one.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
-            Unreachable, RequestTimeout: There is one, and it does not say for a minute which clock it has.
+            Unreachable, RequestTimeout: The simulator does not report its clock mode within a minute.
         """
-        if self._lockstep is not None and self._lockstep.takes_part:
-            return self._lockstep
+        lockstep = self._lockstep
+        if lockstep is not None and lockstep.takes_part:
+            return lockstep
         with self._joining:
             if self._lockstep is not None and (self._lockstep.over or self._lockstep.lost):
                 self._lockstep.close()
@@ -305,13 +308,13 @@ class Client:
         A request with a payload may have changed something and is never sent twice.
 
         Raises:
-            SimulatorNotFound, SimulatorGone: No simulator is there.
-            Unreachable: The simulator is there, but nothing answers on that key.
-            Denied: Its access control does not let the request through.
-            RequestError: It answers with an error.
+            SimulatorNotFound, SimulatorGone: There is no simulator.
+            Unreachable: The simulator is alive, but nothing answers on the key.
+            Denied: The access control of the simulator denies the request.
+            RequestError: The simulator answers with an error.
             RequestTimeout: The answer takes longer than *timeout* seconds.
             ClientClosed: The client was closed.
-            ValueError: *key* is none.
+            ValueError: *key* is not a valid key.
         """
         self._link.check_open()
         _check_key(key)
@@ -322,12 +325,12 @@ class Client:
         return answer
 
     def _ask(self, asked: ReadInfo | Ask, key: str, timeout: float) -> Any:
-        """Return the answer to something that changes nothing, so that it is asked again if the answer is lost."""
+        """Return the answer to a request that changes nothing, and that is repeated if the answer is lost."""
         self._link.check_open()
         return self._answer(partial(self._link.connection.call, asked), key, timeout, _TRIES)
 
     def _answer(self, call: Callable[..., Call], key: str, timeout: float, tries: int) -> Any:
-        """Return the answer to a call, which is made again, up to so many *tries*, if it has none."""
+        """Return the answer to a call, which is tried at most so many times until it has one."""
         until = time.monotonic() + timeout
         self._link.presence.start()
         for _ in range(tries):
@@ -349,7 +352,7 @@ class Client:
 
         Raises:
             ClientClosed: The client was closed.
-            ValueError: *key* is none.
+            ValueError: *key* is not a valid key.
         """
         self._link.check_open()
         _check_key(key)
@@ -367,7 +370,7 @@ class Client:
 
         Raises:
             ClientClosed: The client was closed.
-            ValueError: *key* is none.
+            ValueError: *key* is not a valid key.
         """
         self._link.check_open()
         _check_key(key)
@@ -380,7 +383,7 @@ class Client:
 
         Raises:
             ClientClosed: The client was closed.
-            ValueError: *key* is none.
+            ValueError: *key* is not a valid key.
         """
         self._link.check_open()
         _check_key(key)
@@ -400,17 +403,17 @@ class Client:
             self._disconnect()
 
     def _disconnect(self) -> None:
-        """Close without a word to the simulator, which may not answer."""
+        """Close without a request to the simulator, which may not answer."""
         _OPEN.discard(self)
         self._link.close()
         if self._owns_session:
             self.session.close()
 
     def _simulators_clock(self) -> ClockChoice:
-        """Return the simulator's clock mode; where there is none, time runs freely, as that of real robots does.
+        """Return the simulator's clock mode; without a simulator, real time, as with real robots.
 
         Raises:
-            Unreachable, RequestTimeout: A simulator is there, and does not say for a minute.
+            Unreachable, RequestTimeout: The simulator does not report its clock mode within a minute.
         """
         if self._link.connection.in_process:
             return "lockstep"
@@ -419,7 +422,7 @@ class Client:
             try:
                 return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
             except (Unreachable, RequestTimeout):
-                # On a busy machine what it has declared may be on its way still: to guess would be to wait for ever.
+                # On a busy machine its declarations may still be on their way, and a wrong guess would wait for ever.
                 if not self._link.presence.is_there:
                     return "realtime"
                 if time.monotonic() >= limit:

@@ -6,8 +6,10 @@ at the server's. Nothing else in the client knows which, or what JSON looks like
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
 from pydantic_core import ValidationError
@@ -22,27 +24,30 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.errors import Denied
 
 M = TypeVar("M", bound=Message)
+T = TypeVar("T")
 
 PATIENCE: Final = 60.0
-"""Wall seconds for an answer on a busy machine, unless the caller gives others; that nobody is there, or any more, is
-noticed before."""
+"""Wall seconds to wait for an answer by default; an absent simulator is noticed earlier."""
+
+_LOOK: Final = 1.0
+"""The longest wait in wall seconds."""
 
 Answer = Any
 """The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
 back, and the effect of the command is unknown."""
 
 
-@dataclass(frozen=True)
 class ActionTarget:
-    """An action of a robot."""
+    """An action of a robot.
 
-    robot: str
-    action: Action[Any, Any, Any]
+    Attributes:
+        name: The name of the action in ROS.
+    """
 
-    @property
-    def name(self) -> str:
-        """The name of the action in ROS."""
-        return f"/{self.robot}/{self.action.name}"
+    def __init__(self, robot: str, action: Action[Any, Any, Any]) -> None:
+        self.robot = robot
+        self.action = action
+        self.name = f"/{robot}/{action.name}"
 
 
 class ReadInfo(NamedTuple):
@@ -62,6 +67,9 @@ class Ask(NamedTuple):
     response: type[Message]
 
 
+GoalCommand = Union["SendGoal", "CancelGoal", "GetResult"]
+"""A command about the goals of one action."""
+
 Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
 """A request that blocks the calling thread until its answer arrives."""
 
@@ -70,7 +78,7 @@ class Call(Protocol):
     """A request for whose answer one thread waits.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     answer: Answer
@@ -85,42 +93,35 @@ class Call(Protocol):
 class Commands(Protocol):
     """The receiver of a goal handle's commands: a connection, or lockstep, which sends them with the next advance.
 
-    *then* receives the answer, once.
-
     Attributes:
         ordered: Whether commands arrive in the order in which they are sent.
     """
 
     ordered: bool
 
-    def send_goal(
-        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Send a goal; its message may be plain values, which the simulator checks. Answered by `GoalResponse`."""
-
-    def cancel(
-        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Cancel goals; answered by `CancelResponse`."""
-
-    def get_result(
+    def send(
         self,
         target: ActionTarget,
-        command: GetResult,
+        command: GoalCommand,
         then: Callable[[Answer], None],
         *,
         timeout: float,
         read: bool = True,
+        ended: bool = False,
     ) -> None:
-        """Ask for a result, which may come much later; answered by `ResultResponse`.
+        """Send a goal, cancel goals, or ask for a result, which may come much later.
 
-        Unless it is to be *read*, the result of a goal that succeeds is None.
+        Answered by `GoalResponse`, `CancelResponse` or `ResultResponse`. The message of a goal may be plain values,
+        which the simulator checks.
+
+        Args:
+            target: The action of the goals.
+            command: The command.
+            then: Receives the answer, once.
+            timeout: Wall seconds for the answer.
+            read: Whether to read the result of a goal that succeeded; if not, it is None.
+            ended: Whether the goal whose result is wanted is known to have ended.
         """
-
-    def look_up(
-        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Ask for the result of a goal that has ended before."""
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action."""
@@ -131,7 +132,7 @@ class Listener(Protocol):
 
     @property
     def wanted(self) -> bool:
-        """Whether the listener has a goal that needs feedback."""
+        """Return whether the listener has a goal that needs feedback."""
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
         """Process the feedback of a goal."""
@@ -159,7 +160,7 @@ class Connection(Commands, Protocol):
         """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
 
     def call(self, command: Asked, *, timeout: float) -> Call:
-        """Send a command for whose answer a thread waits; those about time as `hmrsim.protocol.time` says."""
+        """Send a command for whose answer a thread waits; see `hmrsim.protocol.time` for answers about time."""
 
     def token(self) -> str:
         """Return a text that no other connection has."""
@@ -175,10 +176,24 @@ class Connection(Commands, Protocol):
         """
 
     def close(self) -> None:
-        """Unsubscribe all listeners."""
+        """Unsubscribe all listeners; the session stays open."""
 
-    def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+    def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied; None if access control allows it, or there is none."""
+
+
+def take_within(queue: SimpleQueue[T], timeout: float) -> T:
+    """Return the next item of a queue.
+
+    Raises:
+        Empty: There is none within *timeout* wall seconds.
+    """
+    limit = time.monotonic() + timeout
+    # Ctrl-C may not interrupt a wait that begins at the same moment, so that each wait is a short one.
+    while (left := limit - time.monotonic()) > _LOOK:
+        with suppress(Empty):
+            return queue.get(timeout=_LOOK)
+    return queue.get(timeout=max(0.0, left))
 
 
 def message_of(kind: type[M], value: object) -> M:

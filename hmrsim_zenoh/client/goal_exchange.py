@@ -1,6 +1,6 @@
 """The requests that keep a goal handle up to date over a transport that may lose any of them.
 
-Zenoh delivers at most once, and a missing reply tells nothing. So the client generates the goal id and sends the goal
+Zenoh delivers at most once, and a missing reply means nothing. So the client generates the goal id and sends the goal
 again with the same id; a duplicate then counts as accepted. A get_result request whose reply was lost is repeated.
 The client requests the result right after the goal, before the goal is accepted, which saves a round trip.
 By ``execute`` both are one query; what it does not bring is requested as above.
@@ -145,7 +145,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             return
         self._sends += 1
         timeout = min(patience, _ONE_TRY)
-        self._commands.send_goal(self._target, self._command, self._on_goal_answer, timeout=timeout)
+        self._commands.send(self._target, self._command, self._on_goal_answer, timeout=timeout)
 
     def _on_goal_answer(self, answer: Answer) -> None:
         if answer is None:
@@ -170,16 +170,18 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
     def _on_accepted(self, status: GoalStatus) -> None:
         if self._accept(status):
             self._pause = _FIRST_PAUSE
-            self._ask_result()
-            self._cancel_if_due()
+            if not self._result_asked:
+                self._ask_result()
+            if self._cancel_wanted:
+                self._cancel_if_due()
 
     def _patience_from_now(self) -> float:
         return time.monotonic() + self._link.acknowledge_timeout
 
     def _give_up(self) -> None:
         seconds = self._link.acknowledge_timeout
-        # The goal may have been accepted all the same; a goal without a client should not go on.
-        self._commands.cancel(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
+        # The goal may have been accepted nevertheless, and should not run without a client.
+        self._commands.send(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
         self.fail(
             GoalTimeout(f"{self._name}: no answer to goal {self._goal_id} in {seconds:g} s; the goal is given up")
         )
@@ -192,11 +194,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             accepted = bool(self._accepted)
         command = GetResult(self._target.robot, self._target.action.name, self._goal_id)
         then = partial(self._on_result_answer, accepted)
-        if self._ended_before is None:
-            read = self._read_result
-            self._commands.get_result(self._target, command, then, timeout=_FOR_EVER, read=read)
-        else:
-            self._commands.look_up(self._target, command, then, timeout=_FOR_EVER)
+        read, ended = self._read_result, self._ended_before is not None
+        self._commands.send(self._target, command, then, timeout=_FOR_EVER, read=read or ended, ended=ended)
 
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
         with self._lock:
@@ -228,7 +227,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self.fail(error)
 
     def _take_end(self, answer: ResultResponse) -> Exception | None:
-        """End with a result; return why it can't be read, if that is so."""
+        """End with a result; return the error if it can't be read."""
         result: R | None = None
         if self._read_result or answer.status is not GoalStatus.SUCCEEDED:
             try:
@@ -263,7 +262,7 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
 
     def _send_cancel(self) -> None:
         if not self._done:
-            self._commands.cancel(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
+            self._commands.send(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
 
     def _on_cancel_answer(self, answer: Answer) -> None:
         if self._done:
@@ -278,13 +277,13 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
             self._cancel_refused()
         elif answer.goals_canceling:
             self._progress(GoalStatus.CANCELING)
-        # Otherwise the goal has ended, is canceling or is unknown: its result will tell.
+        # Otherwise the goal has ended, is canceling or is unknown, and its result will show which.
 
     def _wait(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
         if self._lockstep is None:
             return condition() or super()._wait(condition, timeout)
         limit = None if timeout is None else time.monotonic() + timeout
-        if self._lockstep.drive(condition, timeout, at_once=at_once):
+        if self._lockstep.drive(condition, timeout, until=self._lockstep.now if at_once else math.inf):
             return True
         return super()._wait(condition, None if limit is None else limit - time.monotonic())
 

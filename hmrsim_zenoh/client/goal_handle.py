@@ -73,12 +73,12 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def accepted(self) -> bool | None:
-        """Whether the goal was accepted; None until that is known."""
+        """Return whether the goal was accepted; None until that is known."""
         return self._accepted
 
     @property
     def adopted(self) -> bool:
-        """Whether the simulator knew the goal already and the handle only follows it; see `ActionClient.send_goal`."""
+        """Return whether the handle follows a goal that the simulator knew already; see `ActionClient.send_goal`."""
         return self._found is not None
 
     @property
@@ -108,7 +108,7 @@ class GoalHandle(ABC, Generic[R, F]):
 
     @property
     def done(self) -> bool:
-        """Whether the goal is final: terminal, rejected or failed."""
+        """Return whether the goal is final: terminal, rejected or failed."""
         return self._done
 
     def wait_accepted(self, timeout: float | None = None) -> None:
@@ -182,11 +182,11 @@ class GoalHandle(ABC, Generic[R, F]):
             if self._done or self._accepted:
                 return False
             self._accepted = True
-            self._raise_status(GoalStatus.ACCEPTED)
-            # The status of a duplicate; if the goal has ended, get_result reports it together with the result.
-            self._raise_status(status)
+            # A duplicate may have got further; if it has ended, get_result reports the status with the result.
+            self._raise_status(GoalStatus.ACCEPTED if status.terminal else status)
             self._note_change()
-        self._deliver()
+        if self._mail:
+            self._deliver()
         return True
 
     def _progress(self, status: GoalStatus) -> bool:
@@ -219,7 +219,8 @@ class GoalHandle(ABC, Generic[R, F]):
             self._result = result
             self._done = True
             self._note_change()
-        self._deliver()
+        if self._mail:
+            self._deliver()
         return True
 
     def _fail(self, error: Exception, *, rejected: bool = False, status: GoalStatus | None = None) -> bool:
@@ -256,9 +257,9 @@ class GoalHandle(ABC, Generic[R, F]):
             mail: tuple[Callable[[Any], object], object] | None = self._mail.popleft()
         try:
             while mail is not None:
-                callback, told = mail
+                callback, news = mail
                 try:
-                    callback(told)
+                    callback(news)
                 except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("%s: a callback of goal %s failed", self._name, self._goal_id)
                 with self._lock:

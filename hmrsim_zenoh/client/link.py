@@ -1,16 +1,17 @@
-"""The link that all goals of a client share: connection, worker thread, and the simulator's liveliness."""
+"""The link that all goals of a client share: connection, worker thread, and the simulator's presence."""
 
 from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
 
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim_zenoh.client.liveliness import Presence
 from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.client.queries import Queries
 from hmrsim_zenoh.client.subscription import SimClock, Subscription
@@ -81,7 +82,7 @@ class Link:
 
     @property
     def closed(self) -> bool:
-        """Whether the link or its session is known to be closed."""
+        """Return whether the link or its session is known to be closed."""
         return self._closed or self.queries.broken
 
     def check_open(self) -> None:
@@ -99,10 +100,11 @@ class Link:
         Raises:
             ClientClosed: The link is closed already.
         """
-        self.check_open()
-        self.presence.start()
+        if not self.presence.started:
+            self.check_open()
+            self.presence.start()
         with self._lock:
-            # Checked again: closing fails only the goals that are tracked by then.
+            # Closing fails only the goals that are tracked by then.
             self.check_open()
             self._goals[goal] = None
 
@@ -151,7 +153,7 @@ class Link:
 
     @property
     def is_local_and_alive(self) -> bool:
-        """Whether the simulator runs in this process and is alive, so that it answers at once or not at all."""
+        """Return whether the simulator runs in this process and is alive, so that it answers at once or not at all."""
         return self.connection.in_process and self.presence.is_there
 
     def absence(self) -> HmrsimError | None:
@@ -167,7 +169,7 @@ class Link:
 
     @property
     def unseen(self) -> str:
-        """Why there may be no simulator, and what would do."""
+        """A possible reason why no simulator was found, and a remedy."""
         token = self.keys.alive()
         if self.queries.enclave is None:
             return f"there is no token {token!r}; start `hmrsim run WORLD`, or check --connect and --prefix"
@@ -200,3 +202,125 @@ class Link:
     def _give_up(self) -> None:
         if error := self.absence():
             self.fail(error)
+
+
+class Presence:
+    """Follows the simulator's token and reports when it has been gone for longer than the grace period.
+
+    The grace period covers router restarts. Nothing is queried or subscribed before `start`.
+
+    Attributes:
+        started: Whether the token is followed.
+    """
+
+    def __init__(
+        self,
+        session: zenoh.Session,
+        token: str,
+        worker: Worker,
+        *,
+        grace: float,
+        on_gone: Callable[[], None],
+    ) -> None:
+        self._session = session
+        self._token = token
+        self._worker = worker
+        self._grace = grace
+        self._on_gone = on_gone
+        self._changed = threading.Condition()
+        self._starting = threading.Lock()
+        self.started = False
+        self._subscriber: zenoh.Subscriber[None] | None = None
+        self._asked = False
+        self._alive = False
+        self._seen = False
+        self._gone_since = 0.0
+
+    @property
+    def seen(self) -> bool:
+        """Return whether the token has ever been seen."""
+        return self._seen
+
+    @property
+    def is_there(self) -> bool:
+        """Return whether the token exists according to the last notification."""
+        return self._alive
+
+    @property
+    def gone(self) -> bool:
+        """Return whether the token has been missing for longer than the grace period, counted from `start`."""
+        with self._changed:
+            return not self._alive and time.monotonic() - self._gone_since >= self._grace
+
+    def start(self) -> None:
+        """Begin to follow the token and return at once.
+
+        Raises:
+            ClientClosed: The session is closed.
+        """
+        # Not the callback's lock: Zenoh may be calling it right now.
+        with self._starting:
+            if self._subscriber is not None:
+                return
+            self._gone_since = time.monotonic()
+            handler = zenoh.handlers.Callback(self._on_sample, lambda: self._set(alive=False), indirect=False)
+            try:
+                self._subscriber = self._session.liveliness().declare_subscriber(self._token, handler, history=True)
+            except zenoh.ZError:
+                raise ClientClosed("the client is closed") from None
+            self.started = True
+
+    def alive(self, timeout: float) -> bool:
+        """Return whether the token is there; the first call queries for at most *timeout* seconds."""
+        self.start()
+        if not self._asked and not self._alive:
+            answered = threading.Event()
+            self._ask(answered.set)
+            answered.wait(timeout)
+            self._asked = True
+        return self._alive
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for the token, at most *timeout* seconds; return whether it is there."""
+        self.start()
+        with self._changed:
+            return self._changed.wait_for(lambda: self._alive, timeout)
+
+    def close(self) -> None:
+        """Stop following the token."""
+        with self._starting:
+            subscriber, self._subscriber, self.started = self._subscriber, None, False
+        if subscriber is not None:
+            subscriber.undeclare()
+
+    def _ask(self, then: Callable[[], None]) -> None:
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            lambda _reply: self._set(alive=True), then, indirect=False
+        )
+        # A closed session has no liveliness.
+        with suppress(zenoh.ZError):
+            self._session.liveliness().get(self._token, handler, timeout=self._grace)
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        self._set(alive=sample.kind == zenoh.SampleKind.PUT)
+
+    def _set(self, *, alive: bool) -> None:
+        with self._changed:
+            went = self._alive and not alive
+            self._alive = alive
+            self._seen = self._seen or alive
+            if went:
+                self._gone_since = time.monotonic()
+            self._changed.notify_all()
+        if went:
+            self._worker.after(self._grace, self._look_again)
+
+    def _look_again(self) -> None:
+        """Query once more before giving up: Zenoh may have reordered the notifications of a token that came back."""
+        if not self._alive:
+            # In the worker's thread, since Zenoh may end a query with its lock held.
+            self._ask(lambda: self._worker.after(0.0, self._conclude))
+
+    def _conclude(self) -> None:
+        if not self._alive:
+            self._on_gone()

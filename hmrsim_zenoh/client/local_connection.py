@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from hmrsim.protocol.commands import CallService
-from hmrsim_zenoh.client.connection import Ask
+from hmrsim_zenoh.client.connection import Ask, take_within
 from hmrsim_zenoh.errors import ClientClosed
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import AnyCommand, CancelGoal, GetResult, SendGoal
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, Listener, ReadInfo
+    from hmrsim.protocol.commands import AnyCommand, SendGoal
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, ReadInfo
     from hmrsim_zenoh.errors import Denied
     from hmrsim_zenoh.loopback.session import LoopbackSession
     from hmrsim_zenoh.wire.keys import Keys
-
-_LOOK: Final = 1.0
-"""Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
 
 
 class LocalCall:
     """A request whose answer has usually arrived when the call returns.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     def __init__(self) -> None:
@@ -53,15 +50,9 @@ class LocalCall:
             return True
         # Another thread has to advance time first.
         self._bell = self._bell or SimpleQueue()
-        limit = time.monotonic() + timeout
-        while not self._ended:
-            left = max(0.0, limit - time.monotonic())
-            try:
-                self._bell.get(timeout=min(left, _LOOK))
-            except Empty:
-                if left <= _LOOK:
-                    return self._ended
-        return True
+        with suppress(Empty):
+            take_within(self._bell, timeout)
+        return self._ended
 
 
 class LocalConnection:
@@ -79,15 +70,17 @@ class LocalConnection:
         self._keys = keys
         self._on_closed = on_closed
 
-    def send_goal(
+    def send(
         self,
         _target: ActionTarget,
-        command: SendGoal,
+        command: GoalCommand,
         then: Callable[[Answer], None],
         *,
         timeout: float,  # noqa: ARG002 - the answer comes at once
+        read: bool = True,  # noqa: ARG002 - there is nothing to read
+        ended: bool = False,  # noqa: ARG002 - there is no event to wait for
     ) -> None:
-        """Send a goal to the simulator's inbox."""
+        """Send a command to the simulator's inbox."""
         self._send(command, then)
 
     def execute(
@@ -98,36 +91,11 @@ class LocalConnection:
         timeout: float,  # noqa: ARG002 - as above
         on_answer: Callable[[Answer], None],
         on_end: Callable[[], None],
-        read: bool = True,  # noqa: ARG002 - there is nothing to read
+        read: bool = True,  # noqa: ARG002 - as above
     ) -> None:
         """Send a goal; its result is to be asked for."""
         self._send(command, on_answer)
         on_end()
-
-    def cancel(
-        self,
-        _target: ActionTarget,
-        command: CancelGoal,
-        then: Callable[[Answer], None],
-        *,
-        timeout: float,  # noqa: ARG002 - as above
-    ) -> None:
-        """Cancel goals."""
-        self._send(command, then)
-
-    def get_result(
-        self,
-        _target: ActionTarget,
-        command: GetResult,
-        then: Callable[[Answer], None],
-        *,
-        timeout: float,  # noqa: ARG002 - as above
-        read: bool = True,  # noqa: ARG002 - as above
-    ) -> None:
-        """Request the result of a goal."""
-        self._send(command, then)
-
-    look_up = get_result
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Do nothing: in one process time moves in lockstep only, which delivers the feedback."""
@@ -147,7 +115,7 @@ class LocalConnection:
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Show that a participant is there; return what takes that back."""
+        """Declare the liveliness token of a participant; return a function that undeclares it."""
         try:
             token = self._session.liveliness().declare_token(self._keys.participant(name))
         except zenoh.ZError:
@@ -157,7 +125,7 @@ class LocalConnection:
     def close(self) -> None:
         """Do nothing: there are no listeners."""
 
-    def denial(self, _target: ActionTarget, _command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+    def denial(self, _target: ActionTarget, _command: GoalCommand) -> Denied | None:
         """Return None: there is no access control."""
         return None
 

@@ -1,7 +1,7 @@
 """A client's participation in lockstep: requests go with the next advance, and events come with its grant.
 
-A goal handle sees an ordinary transport, which answers ``send_goal``, ``cancel_goal`` and ``get_result``. Simulated
-time stands still while no thread waits: a thread that waits for a condition advances time until it holds.
+A goal handle sends its commands as over any connection. Simulated time stands still while no thread waits: a thread
+that waits for a condition advances time until it holds.
 """
 
 from __future__ import annotations
@@ -15,46 +15,44 @@ from contextlib import suppress
 from functools import partial
 from itertools import chain
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.protocol.answers import ResultResponse
-from hmrsim.protocol.commands import CancelGoal
+from hmrsim.protocol.commands import CancelGoal, GetResult
 from hmrsim.protocol.conditions import Unwatch
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
 from hmrsim_zenoh.client.conditions import Watched
-from hmrsim_zenoh.client.participant import Participant, Wish
+from hmrsim_zenoh.client.participant import NO_KINDS, Participant
 from hmrsim_zenoh.client.threads import SingleFlight
 from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import GetResult, SendGoal
     from hmrsim.protocol.outputs import GoalChanged, Granted
     from hmrsim_zenoh.client.conditions import Condition
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, GoalCommand, Listener
     from hmrsim_zenoh.client.link import Link
-    from hmrsim_zenoh.client.participant import Kind
+    from hmrsim_zenoh.client.participant import Kind, Kinds
 
 _LAST_WORDS: Final = 1.0
 _LATEST: Final = 2.0**31
 """The largest time in seconds that ROS can represent."""
-_RESULT: Final[tuple[Kind, ...]] = ("result",)
-_RESULT_OR_FEEDBACK: Final[tuple[Kind, ...]] = ("result", "feedback")
+_RESULT: Final[Kinds] = frozenset({"result"})
+_RESULT_OR_FEEDBACK: Final[Kinds] = frozenset({"result", "feedback"})
 _SURE: Final = 2
-"""Idle grants in a row after which waiting fails: all participants were told and none sent a command."""
+"""Idle grants in a row after which waiting fails: every participant knew that time stood, and none sent a command."""
 
-
-class _Given(NamedTuple):
-    """A command for the next advance, the callback for its answer, and its action, if it has one."""
-
-    command: Any
-    then: Callable[[Answer], None]
-    target: ActionTarget | None = None
+_Queued = tuple[Any, Callable[["Answer"], None], "ActionTarget | None"]
+"""A command for the next advance, the callback for its answer, and its action, if it has one."""
 
 
 class Lockstep:
     """A client's participation in a simulator's lockstep. Any thread may use it; one at a time advances time.
+
+    Attributes:
+        over: Whether lockstep is over: time moves by itself now, or the run has ended.
+        takes_part: Whether simulated time waits for this client.
 
     Raises:
         RequestError: The simulator refuses this participant, for instance as the name is taken.
@@ -69,20 +67,22 @@ class Lockstep:
         self._name = name
         self._participant = Participant(link, name)
         self._connection = link.connection
+        self._secured = link.queries.enclave is not None
         self._turns = SingleFlight()
         self._lock = threading.Lock()
-        self._untils: list[float | None] = []
-        self._queue: list[_Given] = []
-        self._sent: list[_Given] = []
+        self._untils: list[float] = []
+        self._queue: list[_Queued] = []
+        self._sent: list[_Queued] = []
         # The callbacks for results, by the goal's id.
         self._results: dict[str, list[Callable[[Answer], None]]] = {}
         self._watched: dict[str, Callable[[RequestError | None], None]] = {}
         self._watches = 0
         self._undelivered: deque[Callable[[], None]] = deque()
         self._listeners: dict[tuple[str, str], tuple[ActionTarget, Listener]] = {}
-        self._told: FeedbackSent | None = None
+        self._latest: FeedbackSent | None = None
         self._idle = 0
-        self._over = False
+        self.over = False
+        self.takes_part = True
         self._error: Exception | None = None
         self._goals = self._participant.join()
 
@@ -92,34 +92,24 @@ class Lockstep:
         return self._participant.now
 
     @property
-    def over(self) -> bool:
-        """Whether lockstep is over: time moves by itself now, or the run has ended."""
-        return self._over
-
-    @property
-    def takes_part(self) -> bool:
-        """Whether simulated time waits for this client."""
-        return not self._over and self._error is None
-
-    @property
     def ended(self) -> SimulationEnded | None:
         """The end of the run; None while it goes on."""
         return self._error if isinstance(self._error, SimulationEnded) else None
 
     @property
     def lost(self) -> bool:
-        """Whether the client was dropped, or the simulator is gone; the client may then join again."""
+        """Return whether the client was dropped, or the simulator is gone; the client may then join again."""
         return self._error is not None
 
     def look_at_time(self) -> None:
-        """Ask for the time, which may have gone back; nothing happens while an advance is pending, which will tell."""
+        """Ask for the time, which may have gone back, unless the answer to a pending advance will report it."""
         if self._turns.held:
             self._look_at_time()
         else:
-            self._turns.run(self._look_at_time, lambda: self._over or self.lost, _LAST_WORDS)
+            self._turns.run(self._look_at_time, lambda: not self.takes_part, _LAST_WORDS)
 
     def _look_at_time(self) -> bool:
-        if not self._participant.asking:
+        if self._participant.request is None:
             self._participant.look_at_time()
         return True
 
@@ -129,65 +119,40 @@ class Lockstep:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
 
-    def send_goal(
-        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Send a goal with the next advance; *timeout* does not count, as time stands still."""
-        if not self._give(target, command, then):
-            self._connection.send_goal(target, command, then, timeout=timeout)
-
-    def cancel(
-        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Cancel goals with the next advance; *timeout* does not count."""
-        if not self._give(target, command, then):
-            self._connection.cancel(target, command, then, timeout=timeout)
-
-    def get_result(
+    def send(
         self,
         target: ActionTarget,
-        command: GetResult,
+        command: GoalCommand,
         then: Callable[[Answer], None],
         *,
         timeout: float,
         read: bool = True,
+        ended: bool = False,
     ) -> None:
-        """Register for the event with a goal's result."""
-        with self._lock:
-            if not self._over:
-                self._results.setdefault(command.goal_id, []).append(then)
-                return
-        self._connection.get_result(target, command, then, timeout=timeout, read=read)
+        """Send a command with the next advance, or wait for the event that reports a result.
 
-    def look_up(
-        self, target: ActionTarget, command: GetResult, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Request the result of a goal that ended before, without an event to come; the next advance ends at once."""
-        if not self._give(target, command, then):
-            self._connection.look_up(target, command, then, timeout=timeout)
+        The timeout does not count, as time stands still.
+        """
+        with self._lock:
+            if not self.over:
+                if isinstance(command, GetResult) and not ended:
+                    self._results.setdefault(command.goal_id, []).append(then)
+                elif self._secured and (denial := self._connection.denial(target, command)):
+                    self._undelivered.append(partial(then, denial))
+                else:
+                    self._queue.append((command, then, target))
+                return
+        self._connection.send(target, command, then, timeout=timeout, read=read, ended=ended)
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action; time stops at feedback while the listener wants it."""
         with self._lock:
-            if not self._over:
+            if not self.over:
                 self._listeners[target.robot, target.action.name] = target, listener
                 return
         self._connection.listen(target, listener)
 
-    def _give(
-        self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult, then: Callable[[Answer], None]
-    ) -> bool:
-        """Queue a command for the next advance; return whether there will be one."""
-        with self._lock:
-            if self._over:
-                return False
-            if denial := self._connection.denial(target, command):
-                self._undelivered.append(partial(then, denial))
-            else:
-                self._queue.append(_Given(command, then, target))
-        return True
-
-    def drive(self, condition: Callable[[], bool], timeout: float | None, *, at_once: bool = False) -> bool:
+    def drive(self, condition: Callable[[], bool], timeout: float | None, *, until: float = math.inf) -> bool:
         """Advance time until a condition holds; return whether it does.
 
         It does not if that takes more than *timeout* wall seconds, or lockstep is over.
@@ -195,13 +160,29 @@ class Lockstep:
         Args:
             condition: The condition to wait for.
             timeout: Wall seconds; None for no limit.
-            at_once: Whether to apply the pending commands without advancing time.
+            until: Simulated seconds of each advance at most; if they have passed, pending commands are still applied.
 
         Raises:
             Idle: The condition can't become true.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: As above.
         """
-        return self._drive(condition, timeout, self.now if at_once else None)
+        timeout, met = math.inf if timeout is None else timeout, False
+
+        def ends() -> bool:
+            # As `_ended`, which is not called as this happens twice for each goal.
+            nonlocal met
+            if met := condition():
+                return True
+            if self._error is not None:
+                raise self._error
+            return self.over
+
+        self._untils.append(until)
+        try:
+            self._turns.run(partial(self._step, time.monotonic() + timeout), ends, timeout, again=True)
+        finally:
+            self._untils.remove(until)
+        return met or condition()
 
     def drive_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> float:
         """Advance time until a condition holds, by so many simulated seconds at most; return how many are left.
@@ -211,7 +192,7 @@ class Lockstep:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
         """
         end = self.now + sim_timeout
-        self._drive(lambda: condition() or self.now >= end, timeout, min(end, _LATEST))
+        self.drive(lambda: condition() or self.now >= end, timeout, until=min(end, _LATEST))
         return end - self.now
 
     def sleep(self, seconds: float) -> bool:
@@ -224,9 +205,9 @@ class Lockstep:
         begin = self.now
         end = begin + seconds
         if not 0 <= end < _LATEST:
-            raise ValueError(f"{seconds} s is no time to sleep for; it is {begin} s now")
+            raise ValueError(f"can't sleep for {seconds} s; it is {begin} s now")
         # Time went back: the simulation was reset, and the old deadline is void.
-        return self._drive(lambda: not begin <= self.now < end, None, end)
+        return self.drive(lambda: not begin <= self.now < end, None, until=end)
 
     def advance(
         self,
@@ -253,8 +234,9 @@ class Lockstep:
             Idle: Nothing is scheduled, for the second time in a row.
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
-        limit = time.monotonic() + timeout
-        return self._turns.run(lambda: self._step(until, wake, report, limit), self._ended, timeout)
+        wish = (math.inf if until is None else until, frozenset(wake), frozenset(report))
+        step = partial(self._step, time.monotonic() + timeout, wish)
+        return self._turns.run(step, self._ended, timeout)
 
     def watch(self, condition: Condition, then: Callable[[RequestError | None], None]) -> Callable[[], None]:
         """Stop time as soon as a condition is met, in any advance; return a function that withdraws the condition.
@@ -267,12 +249,12 @@ class Lockstep:
             self._watches += 1
             name = str(self._watches)
             self._watched[name] = then
-            self._queue.append(_Given(Watched(name, condition), partial(self._note_watched, name)))
+            self._queue.append((Watched(name, condition), partial(self._note_watched, name), None))
 
         def unwatch() -> None:
             with self._lock:
                 if self._watched.pop(name, None) is not None:
-                    self._queue.append(_Given(Unwatch(name), lambda _answer: None))
+                    self._queue.append((Unwatch(name), lambda _answer: None, None))
 
         return unwatch
 
@@ -295,7 +277,7 @@ class Lockstep:
         takes_back = [self.watch(each, partial(_note_end, ended, each)) for each in conditions]
         end = math.inf if until is None else until
         try:
-            self._drive(lambda: bool(ended) or self.now >= end, timeout, until)
+            self.drive(lambda: bool(ended) or self.now >= end, timeout, until=end)
         finally:
             for take_back in takes_back:
                 take_back()
@@ -307,9 +289,9 @@ class Lockstep:
     def close(self) -> None:
         """Leave; cancels that are not applied yet are sent on their own keys."""
         with self._lock:
-            if self._over:
+            if self.over:
                 return
-            self._over = True
+            self.over, self.takes_part = True, False
         self._turns.look()
         self._participant.leave()
         # A thread that waits for a grant has one now.
@@ -318,9 +300,10 @@ class Lockstep:
         self._flush([*self._sent, *self._queue])
 
     def _take_last(self) -> bool:
-        return self._participant.asking and self._step(None, (), (), time.monotonic() + _LAST_WORDS)
+        pending = self._participant.request is not None
+        return pending and self._step(time.monotonic() + _LAST_WORDS, (math.inf, NO_KINDS, NO_KINDS))
 
-    def _flush(self, unsent: Sequence[_Given]) -> None:
+    def _flush(self, unsent: Sequence[_Queued]) -> None:
         answered: SimpleQueue[Answer] = SimpleQueue()
         canceled = 0
         for command, then, target in unsent:
@@ -328,26 +311,12 @@ class Lockstep:
                 continue
             if isinstance(command, CancelGoal):
                 canceled += 1
-                self._connection.cancel(target, command, answered.put, timeout=_LAST_WORDS)
+                self._connection.send(target, command, answered.put, timeout=_LAST_WORDS)
             else:
                 then(RequestError("the client was closed before the goal could be sent"))
         with suppress(Empty):
             for _ in range(canceled):
                 answered.get(timeout=_LAST_WORDS)
-
-    def _drive(self, condition: Callable[[], bool], timeout: float | None, until: float | None) -> bool:
-        limit = math.inf if timeout is None else time.monotonic() + timeout
-        self._untils.append(until)
-        try:
-            while not (condition() or self._ended()) and time.monotonic() < limit:
-                self._turns.run(
-                    lambda: self._step(self._least_until(), self._kinds(), (), limit),
-                    lambda: condition() or self._ended(),
-                    limit - time.monotonic(),
-                )
-        finally:
-            self._untils.remove(until)
-        return condition()
 
     def _ended(self) -> bool:
         """Return whether lockstep is over.
@@ -357,42 +326,47 @@ class Lockstep:
         """
         if self._error is not None:
             raise self._error
-        return self._over
+        return self.over
 
-    def _least_until(self) -> float | None:
-        return min((until for until in list(self._untils) if until is not None), default=None)
-
-    def _kinds(self) -> tuple[Kind, ...]:
+    def _kinds(self) -> Kinds:
         for _, listener in list(self._listeners.values()):
             if listener.wanted:
                 return _RESULT_OR_FEEDBACK
         return _RESULT
 
-    def _step(self, until: float | None, wake: Sequence[Kind], report: Sequence[Kind], limit: float) -> bool:
-        """Request an advance, unless one is pending, and process the grant; return whether there was one."""
+    def _step(self, limit: float, wish: tuple[float, Kinds, Kinds] | None = None) -> bool:
+        """Request an advance, unless one is pending, and process the grant; return whether there was one.
+
+        Args:
+            limit: Until when to wait for the grant, by the wall clock.
+            wish: How far to advance, the events that stop time, and further events to report; None for as much as all
+                waiting threads allow.
+        """
         if self._undelivered:
             # The thread that ran the callbacks was interrupted in one.
             self._hand_out()
             return True
-        if not self._participant.asking:
+        participant = self._participant
+        if participant.request is None:
+            until, wake, report = wish or (min(self._untils), self._kinds(), NO_KINDS)
             with self._lock:
-                # What is left there was taken from the queue, and an interrupt came before it was asked for.
+                # After an interrupt, commands that were taken from the queue before may not have been sent.
                 waiting = [*self._sent, *self._queue]
-                most = self._connection.fitting([each.command for each in waiting])
+                commands = [command for command, _, _ in waiting]
+                most = self._connection.fitting(commands)
                 self._sent, self._queue = waiting[:most], waiting[most:]
-            until = until if most == len(waiting) else self.now
-            commands = tuple([each.command for each in self._sent])
-            self._participant.ask(Wish(until, frozenset(wake), frozenset(report), commands))
+            if most < len(commands):
+                until = participant.now
+            participant.ask(until, wake, report, tuple(commands[:most]))
         try:
-            grant = self._participant.take(limit - time.monotonic())
+            grant = participant.take(limit - time.monotonic())
         except (Dropped, SimulatorNotFound, SimulatorGone) as error:
-            self._error = error
-            self._link.fail(error)
+            self._fail(error)
             raise
         except RequestError as error:
             if not self._sent:
                 raise
-            self._undelivered.extend(partial(each.then, error) for each in self._sent)
+            self._undelivered.extend(partial(then, error) for _, then, _ in self._sent)
             self._sent = []
             self._hand_out()
             return True
@@ -401,26 +375,30 @@ class Lockstep:
         return grant is not None
 
     def _deliver(self, grant: Granted) -> None:
-        """Run the callbacks of a grant. Only its acceptance, the first of them, makes that the next one is taken."""
+        """Run the callbacks of a grant; the first one accepts it, so that the next advance may be requested."""
         applied = self._sent[: len(grant.accepted)]
         idle = self._idle + 1 if grant.reason == "idle" and not applied else 0
         calls: list[Callable[[], None]] = [partial(self._accept, grant, idle=idle)]
-        for each, answer in zip(applied, grant.accepted, strict=True):
-            calls.append(partial(each.then, answer))
+        for (_, then, _), answer in zip(applied, grant.accepted, strict=True):
+            calls.append(partial(then, answer))
         for kind, _, event in grant.events:
-            calls.append(partial(self._tell, kind, event))
+            calls.append(partial(self._report, kind, event))
         if grant.met:
             calls += [partial(self._end_watch, name, None) for name in grant.met]
         self._undelivered.extend(calls)
         self._hand_out()
         if grant.over and self._error is None:
-            self._error = SimulationEnded(f"the run is over: {grant.over}")
-            self._link.fail(self._error)
-            self._end_watches(str(self._error))
-        elif grant.reason == "end" and not self._over:
+            why = f"the run is over: {grant.over}"
+            self._fail(SimulationEnded(why))
+            self._end_watches(why)
+        elif grant.reason == "end" and not self.over:
             self._end()
         if self._idle >= _SURE:
             raise Idle("nothing is scheduled in the simulation and no participant acts: time can't go on")
+
+    def _fail(self, error: Exception) -> None:
+        self._error, self.takes_part = error, False
+        self._link.fail(error)
 
     def _hand_out(self) -> None:
         """Run callbacks. After an interrupt the next step runs the rest, from the interrupted one on."""
@@ -441,15 +419,15 @@ class Lockstep:
             self._sent, self._queue = [], [*self._sent[len(grant.accepted) :], *self._queue]
         self._participant.accept(grant)
 
-    def _tell(self, kind: str, event: GoalChanged | FeedbackSent) -> None:
+    def _report(self, kind: str, event: GoalChanged | FeedbackSent) -> None:
         if isinstance(event, FeedbackSent):
-            if event is not self._told:
-                self._told = event
+            if event is not self._latest:
+                self._latest = event
                 if listening := self._listeners.get((event.robot, event.action)):
                     listening[1].take(event.goal_id, event.feedback)
-        elif kind == "result" and event.result is not None:
+        elif kind == "result" and event.result is not None and (waiting := self._results.get(event.goal_id)):
             ended = ResultResponse(event.status, event.result, event.cause)
-            for then in tuple(self._results.get(event.goal_id, ())):
+            for then in tuple(waiting):
                 then(ended)
             self._results.pop(event.goal_id, None)
 
@@ -464,8 +442,8 @@ class Lockstep:
     def _end(self) -> None:
         """Go on without lockstep: unanswered requests count as lost, so that goal handles send them again."""
         with self._lock:
-            self._over = True
-            unanswered = [*chain.from_iterable(self._results.values()), *(each.then for each in self._queue)]
+            self.over, self.takes_part = True, False
+            unanswered = [*chain.from_iterable(self._results.values()), *(then for _, then, _ in self._queue)]
             self._results, self._queue = {}, []
         self._participant.close()
         for target, listener in self._listeners.values():

@@ -32,11 +32,11 @@ _MOST_NAMED: Final = 10
 _COLLECT_EVERY: Final = 1000
 """Advances of time after which garbage is collected.
 
-What is collected may be a task or a generator, which then acts. When Python would collect depends on all that the
-process has done before.
+A collected task or generator may run code, and the time of an automatic collection depends on all that the process has
+done before.
 """
 _LAST_WORDS: Final = 10.0
-"""Seconds after which Python collects by itself again where a loop goes on without a client."""
+"""Seconds after which Python collects garbage automatically again, if a loop continues without a client."""
 _BEFORE: Final = frozenset(threading.enumerate())
 
 
@@ -48,7 +48,7 @@ class Clock(Protocol):
         ...
 
     def on_quiet(self, timer: float) -> bool:
-        """Let time go on, as no task is ready to run; return whether something will happen.
+        """Advance time, as no task is ready to run; return whether anything can still happen.
 
         Args:
             timer: When the first timer of the loop is due, in simulated seconds; infinite without one.
@@ -112,7 +112,7 @@ class _Generators(WeakKeyDictionary[Any, None]):
 class OrderedLoop(asyncio.SelectorEventLoop):
     """An event loop that numbers its tasks and futures, and whose timers ring by simulated time.
 
-    Users call `asyncio.run`, which has made its loop before they connect: `of` makes that one ordered.
+    `asyncio.run` makes its loop before a client connects: `of` makes that loop ordered.
     """
 
     # Of asyncio, and in none of its type stubs.
@@ -279,7 +279,7 @@ def _number_of(gathered: asyncio.Future[Any]) -> int:
 
 
 def _order_sets() -> None:
-    """Have asyncio's own functions keep the order.
+    """Make asyncio's own functions keep the order.
 
     `asyncio.as_completed` starts coroutines in the order of a set; the set of all tasks has those of `asyncio.run`,
     which were made before; what `asyncio.gather` returns is made by none of the methods of a loop.
@@ -292,7 +292,7 @@ def _order_sets() -> None:
 
 
 def _described(tasks: Iterable[asyncio.Task[Any]]) -> str:
-    """Return who waits, and where."""
+    """Describe which tasks wait, and where."""
     waiting = [f"{task.get_name()} ({place})" if (place := _place(task)) else task.get_name() for task in tasks]
     more = len(waiting) - _MOST_NAMED
     named = "; ".join(waiting[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")

@@ -10,7 +10,6 @@ import math
 import re
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from hmrsim.protocol.commands import Advance
@@ -35,28 +34,17 @@ _PAUSE: Final = 0.1
 _LOCKSTEP: Final = "lockstep"
 
 
-@dataclass(frozen=True)
-class Wish:
-    """The content of an advance.
-
-    Attributes:
-        until: Simulated seconds; None for as far as anything is scheduled.
-        wake: The kinds of events that end the advance.
-        report: Further kinds of events to report; of feedback only the latest of each goal.
-        commands: The commands to apply first, in this order.
-    """
-
-    until: float | None = None
-    wake: frozenset[Kind] = frozenset()
-    report: frozenset[Kind] = frozenset()
-    commands: tuple[Any, ...] = ()
+Kinds = frozenset[Kind]
+NO_KINDS: Final[Kinds] = frozenset()
 
 
 class Participant:
     """A participant for which a simulator's time waits. For one thread at a time, except for `fail`.
 
     Attributes:
+        epoch: The epoch of the next advance.
         now: Simulated seconds of the last grant.
+        request: The pending advance; None if there is none.
     """
 
     def __init__(self, link: Link, name: str) -> None:
@@ -66,22 +54,17 @@ class Participant:
         self._link = link
         self._connection = link.connection
         self._withdraw: Callable[[], None] | None = None
-        self._wish: Wish | None = None
+        self.request: Advance | None = None
         self._call: Call | None = None
-        self._resynchronised = False
+        self._resynchronized = False
         self._failure: Exception | None = None
-
-    @property
-    def asking(self) -> bool:
-        """Whether an advance is pending."""
-        return self._wish is not None
 
     def join(self) -> int:
         """Join, and return how many goals were sent under this name before.
 
         Raises:
             NameTaken: Another participant has this name.
-            RequestError: The simulator refuses this participant; the text says why.
+            RequestError: The simulator refuses this participant, for the reason in the text.
             SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
         """
         self._link.enter(self)
@@ -94,10 +77,23 @@ class Participant:
         self.epoch, self.now = joined.epoch, joined.now
         return joined.goals
 
-    def ask(self, wish: Wish) -> None:
-        """Request an advance; `take` sends it and returns the answer."""
-        self._resynchronised = False
-        self._wish, self._call = wish, None
+    def ask(
+        self,
+        until: float = math.inf,
+        wake: Kinds = NO_KINDS,
+        report: Kinds = NO_KINDS,
+        commands: tuple[Any, ...] = (),
+    ) -> None:
+        """Prepare an advance, which `take` sends.
+
+        Args:
+            until: Simulated seconds; infinite for as far as anything is scheduled.
+            wake: The kinds of events that end the advance.
+            report: Further kinds of events to report; of feedback only the latest of each goal.
+            commands: The commands to apply first, in this order.
+        """
+        self._resynchronized = False
+        self.request, self._call = Advance(self.name, self.epoch, until, wake, report, commands), None
 
     def take(self, timeout: float = math.inf) -> Granted | None:
         """Wait for the answer; None if it does not come within *timeout* wall seconds: the caller may wait again.
@@ -110,23 +106,26 @@ class Participant:
             SimulatorNotFound, SimulatorGone, ClientClosed: There will be no answer.
         """
         limit = time.monotonic() + timeout
-        if self._call is None:
-            self._call = self._advance()
-        while self._answered(self._call, limit - time.monotonic()):
-            answer = self._call.answer
+        while (request := self.request) is not None:
+            call = self._call
+            if call is None:
+                call = self._call = self._connection.call(request, timeout=_FOR_EVER)
+            if not self._answered(call, limit - time.monotonic()):
+                break
+            answer = call.answer
             if isinstance(answer, Granted):
                 return answer
             if isinstance(answer, RequestError):
-                if (grant := self._ended(answer)) is not None:
+                if (grant := self._ended(request, answer)) is not None:
                     return grant
-                self._resynchronised = True
-            self._call = self._advance()
+                self._resynchronized = True
+            self._call = None
         return None
 
     def accept(self, grant: Granted) -> None:
         """Go on from where a grant leaves off; the next advance may be requested."""
         self.epoch, self.now = grant.epoch, grant.now
-        self._wish = None
+        self.request = None
 
     def look_at_time(self) -> None:
         """Ask for the time, and take it over if it has gone back."""
@@ -135,13 +134,13 @@ class Participant:
             self.epoch, self.now = state.epoch, state.now
 
     def leave(self) -> None:
-        """Leave, and tell the simulator if it is there."""
+        """Leave, and report that to the simulator."""
         if self._withdraw is not None:
             self._connection.call(Leave(self.name), timeout=_LAST_WORDS).wait(_LAST_WORDS)
         self.close()
 
     def close(self) -> None:
-        """Leave without telling the simulator."""
+        """Leave without a request to the simulator."""
         self._link.leave(self)
         withdraw, self._withdraw = self._withdraw, None
         if withdraw is not None and not self._link.closed:
@@ -164,18 +163,14 @@ class Participant:
                 case RequestError() as error:
                     raise NameTaken(str(error), error.details) if _field(error) == "name" else error
 
-    def _advance(self) -> Call:
-        wish = self._wish or Wish()
-        until = math.inf if wish.until is None else wish.until
-        command = Advance(self.name, self.epoch, until, wish.wake, wish.report, wish.commands)
-        return self._connection.call(command, timeout=_FOR_EVER)
-
     def _answered(self, call: Call, timeout: float) -> bool:
         """Wait for the answer; an answer of None was lost, and the request may be repeated."""
-        self._check()
+        if self._failure is not None:
+            raise self._failure
         if not call.wait(timeout):
             return False
-        self._check()
+        if self._failure is not None:
+            raise self._failure
         if call.answer is None:
             if absence := self._link.absence():
                 raise absence
@@ -183,11 +178,7 @@ class Participant:
                 time.sleep(_PAUSE)
         return True
 
-    def _check(self) -> None:
-        if self._failure is not None:
-            raise self._failure
-
-    def _ended(self, error: RequestError) -> Granted | None:
+    def _ended(self, request: Advance, error: RequestError) -> Granted | None:
         """Return the last grant if time moves by itself now; None to repeat the request after a reset.
 
         Raises:
@@ -197,18 +188,19 @@ class Participant:
         field = _field(error)
         state = self._state()
         if state is None:
-            self._wish = None
+            self.request = None
             raise error
         if state.clock != _LOCKSTEP:
             return Granted(state.epoch, state.now, "end")
-        if field == "epoch" and not self._resynchronised:
+        if field == "epoch" and not self._resynchronized:
             # The simulation was reset before this request.
-            if self._wish is not None and state.now < self.now:
+            if state.now < self.now:
                 # The request was meant for the old time; an advance without commands shows the new one first.
-                self._wish = replace(self._wish, until=state.now, commands=())
+                request = request._replace(until=state.now, commands=())
+            self.request = request._replace(epoch=state.epoch)
             self.epoch, self.now = state.epoch, state.now
             return None
-        self._wish = None
+        self.request = None
         raise Dropped(str(error)) if field == "participant" else error
 
     def _state(self) -> TimeState | None:
@@ -225,7 +217,7 @@ def check_name(name: str) -> None:
     """
     if not _NAME.fullmatch(name):
         raise ValueError(
-            f"{name!r} is no participant's name; letters, digits and underscores are expected, no digit first"
+            f"{name!r} is not a valid participant name; expected letters, digits and underscores, no digit first"
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 from pydantic_core import to_json
 
+from hmrsim_zenoh.client.connection import take_within
 from hmrsim_zenoh.errors import ClientClosed, Denied, RequestError
 
 if TYPE_CHECKING:
@@ -25,9 +25,6 @@ _TIMED_OUT: Final = b"Timeout"
 
 _JSON: Final = "application/json"
 
-_LOOK: Final = 1.0
-"""Wall seconds until a wait begins anew: one that begins as Ctrl-C is pressed may not be interrupted."""
-
 
 class QueryCall:
     """A query for whose answer one thread waits.
@@ -40,7 +37,7 @@ class QueryCall:
         silence: Returns the answer if nothing comes back.
 
     Attributes:
-        answer: The answer; None while there is none, too.
+        answer: The answer; None before it arrives, and if it was lost.
     """
 
     def __init__(
@@ -63,15 +60,11 @@ class QueryCall:
 
     def wait(self, timeout: float) -> bool:
         """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
-        limit = time.monotonic() + timeout
-        while not self._ended:
-            left = max(0.0, limit - time.monotonic())
+        if not self._ended:
             try:
-                reply = self._replies.get(timeout=min(left, _LOOK))
+                reply = take_within(self._replies, timeout)
             except Empty:
-                if left <= _LOOK:
-                    return False
-                continue
+                return False
             self._ended = True
             body = None if reply is None else body_of(reply)
             self.answer = self._silence() if body is None else self._decode(body)
@@ -97,7 +90,7 @@ class Queries:
         self.broken = False
 
     def note_closed(self) -> None:
-        """Note that the session was closed by its owner."""
+        """Record that the session was closed by its owner."""
         self.broken = True
 
     def ask(
@@ -166,7 +159,7 @@ class Queries:
         return call
 
     def listen(self, key: str, on_payload: Callable[[bytes], None]) -> Callable[[], None]:
-        """Call a function in Zenoh's thread for each payload on a key; return what ends that.
+        """Call a function in Zenoh's thread for each payload on a key; return a function that ends it.
 
         Raises:
             ClientClosed: The session is closed.
@@ -236,7 +229,7 @@ class _Once:
 
 
 def body_of(reply: zenoh.Reply) -> Reply:
-    """Return what a reply says."""
+    """Return the payload or the error of a reply."""
     if (sample := reply.ok) is not None:
         payload, attachment = sample.payload.to_bytes(), sample.attachment
         if attachment is None:

@@ -53,7 +53,7 @@ class Subscription:
 
     @property
     def closed(self) -> bool:
-        """Whether the subscription is closed."""
+        """Return whether the subscription is closed."""
         return self._closed
 
     def close(self) -> None:
@@ -138,7 +138,7 @@ class Subscriber(Protocol):
 
 
 class SimClock:
-    """Subscribes to ``_world/clock``.
+    """Follows simulated time by ``_world/clock``.
 
     Args:
         on_time: Called with each time received, in the subscription's thread.
@@ -155,7 +155,7 @@ class SimClock:
         return self._now
 
     def close(self) -> None:
-        """Unsubscribe from the clock."""
+        """Close the subscription to the clock."""
         self._subscription.close()
 
     def _on_sample(self, key: str, payload: bytes) -> None:

@@ -110,33 +110,49 @@ class SingleFlight:
 
     @property
     def held(self) -> bool:
-        """Whether it is the calling thread's turn."""
+        """Return whether it is the calling thread's turn."""
         return self._who == threading.get_ident()
 
-    def run(self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float) -> bool:
+    def run(
+        self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float, *, again: bool = False
+    ) -> bool:
         """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
 
         Args:
             work: Called unless it became needless before this thread's turn came, or the time was over.
             needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
             timeout: Wall seconds.
+            again: Whether to work again, in further turns, until *needless* or *work* returns False.
 
         Returns:
-            What *work* returned; False if it was not called.
+            What *work* returned last; False if it became needless, or the time was over.
 
         Raises:
             RuntimeError: The calling thread has the turn already: a callback waits for an event that comes after it.
         """
         me = threading.get_ident()
         if self._who == me:
+            if needless():
+                return False
             raise RuntimeError("a callback can't wait for what happens after it")
+        limit = time.monotonic() + timeout
         try:
-            with self._lock:
-                if needless() or (self._who is not None and not self._free(needless, timeout)):
-                    return False
-                self._who = me
-            return work()
+            while True:
+                with self._lock:
+                    if needless() or (again and time.monotonic() >= limit):
+                        return False
+                    if self._who not in (None, me) and not self._free(needless, limit - time.monotonic()):
+                        return False
+                    self._who = me
+                worked = work()
+                if not (worked and again):
+                    return worked
+                if self._waiting:
+                    with self._lock:
+                        self._who = None
+                        self._changed.notify_all()
         finally:
+            # Without a further call, in which an interrupt could come.
             if self._who == me:
                 with self._lock:
                     self._who = None

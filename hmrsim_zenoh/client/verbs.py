@@ -69,7 +69,7 @@ class Request(Generic[R]):
 
     @property
     def definition(self) -> AnyAction:
-        """The action.
+        """The definition of the action.
 
         Raises:
             ValueError: No action of this name is installed.
@@ -108,7 +108,7 @@ def _reason(result: Message) -> str:
 def navigate_to(
     places: NamedPlaces, target: Target, *, on_feedback: OnFeedback[NavigateToPose.Feedback] = None
 ) -> Request[NavigateToPose.Result]:
-    """Drive to a place."""
+    """Drive to a place or a pose."""
     goal = NavigateToPose.Goal(pose=places.pose(target))
     return Request("navigate_to_pose", goal, NavigateToPose.Result, on_feedback)
 
@@ -171,7 +171,7 @@ def follow_path(
 
 
 def smooth_path(_places: NamedPlaces, path: Path) -> Request[SmoothPath.Result]:
-    """Smooth a path."""
+    """Smooth a path without driving along it."""
     return Request("smooth_path", SmoothPath.Goal(path=path), SmoothPath.Result)
 
 
@@ -183,14 +183,14 @@ def spin(_places: NamedPlaces, yaw: float, *, on_feedback: OnFeedback[Spin.Feedb
 def back_up(
     _places: NamedPlaces, distance: float, speed: float, *, on_feedback: OnFeedback[BackUp.Feedback] = None
 ) -> Request[BackUp.Result]:
-    """Drive straight back."""
+    """Drive straight back by a distance, at a speed."""
     return Request("back_up", BackUp.Goal(target=Point(x=distance), speed=speed), BackUp.Result, on_feedback)
 
 
 def drive_on_heading(
     _places: NamedPlaces, distance: float, speed: float, *, on_feedback: OnFeedback[DriveOnHeading.Feedback] = None
 ) -> Request[DriveOnHeading.Result]:
-    """Drive straight ahead."""
+    """Drive straight ahead by a distance, at a speed."""
     goal = DriveOnHeading.Goal(target=Point(x=distance), speed=speed)
     return Request("drive_on_heading", goal, DriveOnHeading.Result, on_feedback)
 
@@ -206,7 +206,7 @@ def dock(
 def undock(
     _places: NamedPlaces, *, on_feedback: OnFeedback[UndockRobot.Feedback] = None
 ) -> Request[UndockRobot.Result]:
-    """Leave the dock."""
+    """Leave the dock that the robot is in."""
     return Request("undock_robot", UndockRobot.Goal(), UndockRobot.Result, on_feedback)
 
 

@@ -46,7 +46,7 @@ from hmrsim_zenoh.wire.envelopes import (
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener
     from hmrsim_zenoh.client.queries import Queries, QueryCall, Reply
     from hmrsim_zenoh.errors import Denied
     from hmrsim_zenoh.wire.keys import Keys
@@ -61,7 +61,6 @@ MAX_BYTES: Final = 2**19
 _NOT_READ: Final[Any] = None
 """In place of a result that does not matter."""
 _STATUSES: Final[Mapping[int | None, GoalStatus]] = MappingProxyType({int(status): status for status in GoalStatus})
-_CANCEL: Final = "application/json;action_msgs/srv/CancelGoal_Request"
 
 
 class _GrantedEvent(BaseModel):
@@ -123,33 +122,28 @@ class _State(BaseModel):
 
 @dataclass(frozen=True)
 class _Ports:
-    """The keys and encodings of an action's requests."""
+    """The keys of an action, and the key and encoding of the request for each kind of command."""
 
-    send_goal: str
     execute: str
-    cancel_goal: str
-    get_result: str
     feedback: str
-    goal: str
-    result: str
+    requests: Mapping[type, tuple[str, str]]
 
     @classmethod
     def of(cls, keys: Keys, target: ActionTarget) -> _Ports:
         """Return the ports of one robot's action."""
-        robot, action = target.robot, target.action
-        return cls(
-            send_goal=keys.action(robot, action.name, Verb.SEND_GOAL),
-            execute=keys.action(robot, action.name, Verb.EXECUTE),
-            cancel_goal=keys.action(robot, action.name, Verb.CANCEL_GOAL),
-            get_result=keys.action(robot, action.name, Verb.GET_RESULT),
-            feedback=keys.action(robot, action.name, Verb.FEEDBACK),
-            goal=f"application/json;{action.ros_type}_SendGoal_Request",
-            result=f"application/json;{action.ros_type}_GetResult_Request",
-        )
+        action = target.action
+        requests = {
+            SendGoal: (Verb.SEND_GOAL, f"application/json;{action.ros_type}_SendGoal_Request"),
+            CancelGoal: (Verb.CANCEL_GOAL, "application/json;action_msgs/srv/CancelGoal_Request"),
+            GetResult: (Verb.GET_RESULT, f"application/json;{action.ros_type}_GetResult_Request"),
+        }
+        key = partial(keys.action, target.robot, action.name)
+        by_command = {command: (key(verb), mime) for command, (verb, mime) in requests.items()}
+        return cls(key(Verb.EXECUTE), key(Verb.FEEDBACK), by_command)
 
 
 class ZenohConnection:
-    """A `Connection` over Zenoh."""
+    """A `Connection` to a simulator over Zenoh."""
 
     ordered = False
     in_process = False
@@ -162,13 +156,29 @@ class ZenohConnection:
         # The commands that go with the next advance, as JSON, by the identities of the commands.
         self._encoded: dict[int, tuple[object, bytes]] = {}
 
-    def send_goal(
-        self, target: ActionTarget, command: SendGoal, then: Callable[[Answer], None], *, timeout: float
+    def send(
+        self,
+        target: ActionTarget,
+        command: GoalCommand,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,
+        read: bool = True,
+        ended: bool = False,  # noqa: ARG002 - a result is asked for in the same way
     ) -> None:
-        """Send a goal."""
-        ports = self._of(target)
-        answered = partial(_decode, then, _goal_response)
-        self._queries.ask(ports.send_goal, _goal(command), answered, timeout=timeout, mime=ports.goal)
+        """Send a command as a query."""
+        key, mime = self._of(target).requests[type(command)]
+        decoder: Callable[[bytes], Answer]
+        match command:
+            case SendGoal():
+                payload, decoder = _goal(command), _goal_response
+            case CancelGoal(goal_id=goal_id):
+                payload = b'{"goal_info":{"goal_id":"%b","stamp":{"sec":0,"nanosec":0}}}' % goal_id.encode()
+                decoder = _cancel_response
+            case GetResult(goal_id=goal_id):
+                payload = b'{"goal_id":"%b"}' % goal_id.encode()
+                decoder = partial(_result_response, target, whole=read)
+        self._queries.ask(key, payload, partial(_decode, then, decoder), timeout=timeout, mime=mime)
 
     def execute(
         self,
@@ -190,33 +200,13 @@ class ZenohConnection:
             _decode(on_answer, decoder, reply)
 
         self._queries.ask_often(
-            ports.execute, _goal(command), timeout=timeout, mime=ports.goal, on_reply=take, on_end=on_end
+            ports.execute,
+            _goal(command),
+            timeout=timeout,
+            mime=ports.requests[SendGoal][1],
+            on_reply=take,
+            on_end=on_end,
         )
-
-    def cancel(
-        self, target: ActionTarget, command: CancelGoal, then: Callable[[Answer], None], *, timeout: float
-    ) -> None:
-        """Cancel goals."""
-        payload = b'{"goal_info":{"goal_id":"%b","stamp":{"sec":0,"nanosec":0}}}' % command.goal_id.encode()
-        answered = partial(_decode, then, _cancel_response)
-        self._queries.ask(self._of(target).cancel_goal, payload, answered, timeout=timeout, mime=_CANCEL)
-
-    def get_result(
-        self,
-        target: ActionTarget,
-        command: GetResult,
-        then: Callable[[Answer], None],
-        *,
-        timeout: float,
-        read: bool = True,
-    ) -> None:
-        """Request the result of a goal."""
-        ports = self._of(target)
-        answered = partial(_decode, then, partial(_result_response, target, whole=read))
-        payload = b'{"goal_id":"%b"}' % command.goal_id.encode()
-        self._queries.ask(ports.get_result, payload, answered, timeout=timeout, mime=ports.result)
-
-    look_up = get_result
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action; it is called in Zenoh's thread."""
@@ -278,7 +268,7 @@ class ZenohConnection:
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Declare the liveliness token of a participant; return what takes it back."""
+        """Declare the liveliness token of a participant; return a function that undeclares it."""
         try:
             token = self._queries.session.liveliness().declare_token(self._keys.participant(name))
         except zenoh.ZError:
@@ -286,15 +276,9 @@ class ZenohConnection:
         undeclare: Callable[[], None] = token.undeclare
         return undeclare
 
-    def denial(self, target: ActionTarget, command: SendGoal | CancelGoal | GetResult) -> Denied | None:
+    def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied."""
-        ports = self._of(target)
-        match command:
-            case SendGoal():
-                return self._queries.denial(ports.send_goal)
-            case CancelGoal():
-                return self._queries.denial(ports.cancel_goal)
-        return self._queries.denial(ports.get_result)
+        return self._queries.denial(self._of(target).requests[type(command)][0])
 
     def _of(self, target: ActionTarget) -> _Ports:
         ports = self._ports.get((target.robot, target.action.name))
@@ -440,7 +424,7 @@ def _event(sent: _GrantedEvent) -> tuple[str, int, GoalChanged | FeedbackSent]:
     stamp = sent.stamp.to_nanoseconds()
     if sent.kind == "feedback":
         return sent.kind, stamp, FeedbackSent(sent.robot, sent.action, sent.goal_id, sent.feedback or {})
-    # It becomes a message where somebody waits for it, who knows its type.
+    # The client that waits for the result knows its type, and makes it a message.
     result: Any = sent.result
     status = status_of(sent.status)
     change = GoalChanged(stamp, sent.robot, sent.action, sent.goal_id, status, None, result, sent.cause)

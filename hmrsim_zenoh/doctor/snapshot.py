@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
-from hmrsim_zenoh.server.liveliness import MAX_TOKENS
+from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, product
 from typing import TYPE_CHECKING, Self
 
+from hmrsim.actions import registry as all_actions
+from hmrsim.errors import NoRoute
+from hmrsim.protocol.goal import WORLD
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
-from hmrsim_zenoh.server import warm_up
-from hmrsim_zenoh.server.claim import Claim
-from hmrsim_zenoh.server.sessions import Sessions
+from hmrsim_zenoh.server.tokens import Claim
+from hmrsim_zenoh.server.world_info import Sessions
+from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.enclave import SIMULATOR
+from hmrsim_zenoh.wire.envelopes import plain, read
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 
 if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
     from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.losses import Losses
@@ -42,7 +48,7 @@ class Host:
     Attributes:
         endpoints: The endpoints on which the session listens.
         simulator: Other threads may read it while it runs, but must not change it.
-        pacing: Likewise.
+        pacing: The clock that advances its time; read-only, too.
         error: The error that ended the simulation thread; None if it runs or ended regularly.
 
     Raises:
@@ -83,7 +89,7 @@ class Host:
                 loaded.world,
                 settings,
                 Observers(sinks, watchers, on_wait),
-                preparations=lambda simulator: chain(warm_up.steps(simulator), preparations),
+                preparations=lambda simulator: chain(_warm_up(simulator), preparations),
             )
         except BaseException:
             self._session.close()
@@ -156,8 +162,37 @@ class Host:
             self._reason = str(self.error)
         try:
             self._served.finish(self._reason)
-        except BaseException as error:  # noqa: BLE001 - likewise
+        except BaseException as error:  # noqa: BLE001 - as above
             self.error = self.error or error
         finally:
             self._claim.undeclare()
         self._ended.set()
+
+
+def _warm_up(simulator: Simulator) -> Iterator[None]:
+    """Prepare for the actions of a simulation's robots and for routes to the places of its world.
+
+    pydantic builds a message's validator and serializer upon first use, which takes 0.1 s for MoveIt's large messages.
+    Yields after each step; a step takes at most 0.1 s.
+    """
+    world, servers = simulator.world, simulator.dispatcher.servers
+    served = {name for robot in (*simulator.robots, WORLD) for name in servers.actions_of(robot)}
+    for name, action in all_actions().items():
+        if name in served:
+            goal: type[Message] = action.goal
+            read(plain(goal), b"{}")
+            encoding.message(action.result())
+            yield
+    speeds = sorted({robot.speed for robot in simulator.robots.values()})
+    points = [*(place.at for place in world.places.values()), *(dock.at for dock in world.docks.values())]
+    for point, speed in product(points, speeds):
+        _find_ways(simulator, world.point(point), speed)
+        yield
+
+
+def _find_ways(simulator: Simulator, goal: tuple[float, float], speed: float) -> None:
+    try:
+        simulator.graph.find_ways(goal, speed)
+    except NoRoute:
+        # A goal to such a place is aborted with this reason.
+        return

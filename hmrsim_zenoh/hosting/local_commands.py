@@ -1,4 +1,4 @@
-"""Commands of clients in the simulator's own process: they go to its inbox as they are, and answers come back so."""
+"""Commands of clients in the simulator's process: they go to its inbox as objects; the answers come back as objects."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
-from hmrsim_zenoh.server.decode_conditions import WatchRequest, condition
-from hmrsim_zenoh.server.decode_time import read_goal
+from hmrsim_zenoh.server.decode_time import WatchRequest, condition, read_goal
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, unreadable, unreadable_at
 from hmrsim_zenoh.wire.texts import check_texts_of
 
 if TYPE_CHECKING:
     from hmrsim.protocol.topics import Topic
     from hmrsim_zenoh.loopback.exchange import Exchange
+    from hmrsim_zenoh.loopback.session import LoopbackSession
     from hmrsim_zenoh.server.server import Server
 
 
@@ -35,18 +35,24 @@ ClientCommand = SendGoal | CancelGoal | GetResult | CallService | Join | Advance
 """The commands that clients in this process send as objects; other requests go by keys."""
 
 
-class _Asked:
-    """A command that awaits its answer, which may get lost."""
+class _Pending:
+    """A command that awaits its answer."""
 
-    __slots__ = ("loses", "then")
+    __slots__ = ("may_be_lost", "session", "then")
 
-    def __init__(self, then: Callable[[Any], object], loses: Callable[[], bool] | None) -> None:
+    def __init__(self, session: LoopbackSession, then: Callable[[Any], object]) -> None:
+        self.session = session
         self.then = then
-        self.loses = loses
+        self.may_be_lost = False
+
+    def take(self, answer: Any) -> None:
+        """Pass the answer on, unless the session was cut off."""
+        if self.session.error is None:
+            self.then(answer)
 
 
 class LocalCommands(SelectiveSink):
-    """Takes the commands of all clients of a process; a sink of the simulation, for the answers.
+    """Receives the commands of all clients of a process; a sink of the simulation, which emits the answers.
 
     Args:
         exchange: Delivers the answers while the simulation does not run.
@@ -60,26 +66,32 @@ class LocalCommands(SelectiveSink):
         self._losses = server.inbox.losses
         self._actions = all_actions()
 
-    def send(self, command: ClientCommand | ReadInfo, then: Callable[[Any], object]) -> None:
+    def send(self, session: LoopbackSession, command: ClientCommand | ReadInfo, then: Callable[[Any], object]) -> None:
         """Send a command; *then* receives its answer, once, while the simulation does not run.
 
         It is None if the answer is lost, and a `RequestError` if the command can't be served.
         """
-        if isinstance(command, ReadInfo):
-            self._exchange.deliver(then, self._refusal(command) if self._inbox.closed else self._server.info())
-            self._exchange.settle()
-            return
-        losses = self._losses
-        # Readings are left alone, which are repeated without a thought.
-        disturbed = losses.active and not isinstance(command, ReadTime)
-        asked = _Asked(then, losses.lost if disturbed and losses.watching else None)
+        pending, losses = _Pending(session, then), self._losses
+        # Requests that change nothing are exempt, as a client simply repeats them.
+        disturbed = losses.active and not isinstance(command, (ReadInfo, ReadTime))
+        pending.may_be_lost = disturbed and losses.watching
         try:
-            command = self._checked(command, asked, "goal_info.goal_id", "goal_id")
+            if isinstance(command, ReadInfo):
+                self._exchange.deliver(
+                    pending.take, self._refusal(command) if self._inbox.closed else self._server.info()
+                )
+            else:
+                command = self._checked(command, pending, "goal_info.goal_id", "goal_id")
+                for each in self._server.before(command):
+                    self._inbox.put(each)
+                self._inbox.put(command)
+                if disturbed and losses.comes_twice():
+                    self._inbox.put(command._replace(reply_to=None))
         except UnreadableError as error:
-            self._exchange.deliver(then, RequestError(str(error), error.details))
-        else:
-            self._put(command, then, repeated=disturbed and losses.comes_twice())
-        self._exchange.settle()
+            self._exchange.deliver(pending.take, _error(error))
+        except SimulationStopped:
+            self._exchange.deliver(pending.take, self._refusal(command))
+        self._exchange.settle(resume=True)
 
     def wants(self, _topic: Topic) -> bool:
         """Return False: answers are sent regardless of topics."""
@@ -90,30 +102,20 @@ class LocalCommands(SelectiveSink):
         return self._answer if kind is Answered else None
 
     def _answer(self, answered: Answered) -> None:
-        asked = answered.reply_to
-        if type(asked) is _Asked:
-            lost = asked.loses is not None and asked.loses()
-            self._exchange.deliver(asked.then, None if lost else _as_told(answered.answer))
-
-    def _put(self, command: ClientCommand, then: Callable[[Any], object], *, repeated: bool) -> None:
-        try:
-            for each in self._server.before(command):
-                self._inbox.put(each)
-            self._inbox.put(command)
-            if repeated:
-                self._inbox.put(command._replace(reply_to=None))
-        except SimulationStopped:
-            self._exchange.deliver(then, self._refusal(command))
+        pending = answered.reply_to
+        if type(pending) is _Pending:
+            lost = pending.may_be_lost and self._losses.lost()
+            self._exchange.deliver(pending.take, None if lost else _for_client(answered.answer))
 
     def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
         """Return the answer to a command after the end of the run; None once the server is gone."""
         served = self._exchange.matching(Kind.QUERYABLE, self._server.keys.wakeup_key())
-        return _as_told(self._server.refusal_of(command)) if served else None
+        return _for_client(self._server.refusal_of(command)) if served else None
 
-    def _checked(self, command: ClientCommand, asked: _Asked | None, cancel: str, result: str) -> ClientCommand:
+    def _checked(self, command: ClientCommand, pending: _Pending | None, cancel: str, result: str) -> ClientCommand:
         """Return a command with resolved names and validated messages.
 
-        *asked* receives its answer; *cancel* and *result* are the fields that have the goal's id on the wire, for
+        *pending* receives its answer; *cancel* and *result* are the fields that have the goal's id on the wire, for
         errors.
 
         Raises:
@@ -121,20 +123,22 @@ class LocalCommands(SelectiveSink):
         """
         match command:
             case Advance(participant, epoch, until, wake, report, commands):
-                return Advance(participant, epoch, until, wake, report, tuple(map(self._given, commands)), asked)
+                return Advance(participant, epoch, until, wake, report, tuple(map(self._queued, commands)), pending)
             case SendGoal():
-                return self._goal(command, asked)
+                return self._goal(command, pending)
             case CancelGoal():
-                return self._named(command, asked, cancel)
+                return self._named(command, pending, cancel)
             case GetResult():
-                return self._named(command, asked, result)
+                return self._named(command, pending, result)
             case CallService(request=request):
                 check_texts_of(request)
-        return command if asked is None else command._replace(reply_to=asked)
+        return command if pending is None else command._replace(reply_to=pending)
 
-    def _given(self, command: Any) -> Any:
+    def _queued(self, command: Any) -> Any:
         """Return a command of an advance, or why it can't be understood, which is its answer."""
         try:
+            if isinstance(command, SendGoal):
+                return self._goal(command, None)
             if not isinstance(command, Watched):
                 return self._checked(command, None, "cancel", "result")
             name, wanted = command
@@ -145,20 +149,20 @@ class LocalCommands(SelectiveSink):
         except UnreadableError as error:
             return Unreadable(_error(error))
 
-    def _named(self, command: CancelGoal | GetResult, asked: _Asked | None, field: str) -> CancelGoal | GetResult:
+    def _named(self, command: CancelGoal | GetResult, pending: _Pending | None, field: str) -> CancelGoal | GetResult:
         try:
             goal_id = parse_goal_id(command.goal_id)
         except ValueError as error:
             raise unreadable_at(field, str(error), command.goal_id) from None
         robot, action = self._server.keys.resolve(command.robot, command.action)
-        return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=asked)
+        return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=pending)
 
-    def _goal(self, command: SendGoal, asked: _Asked | None) -> SendGoal:
+    def _goal(self, command: SendGoal, pending: _Pending | None) -> SendGoal:
         robot, name = self._server.keys.resolve(command.robot, command.action)
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
         goal = None if action is None else _message(action.goal, command.goal)
-        return SendGoal(robot, name, goal, command.goal_id, asked)
+        return SendGoal(robot, name, goal, command.goal_id, pending)
 
 
 def _message(kind: type[Message], goal: Any) -> Message:
@@ -177,11 +181,11 @@ def _error(error: UnreadableError) -> RequestError:
     return RequestError(str(error), error.details)
 
 
-def _as_told(answer: Any) -> Any:
+def _for_client(answer: Any) -> Any:
     """Return an answer as the client receives it, with refusals turned into errors."""
     match answer:
         case Refused(field, value, text):
             return RequestError(text, [{"field": field, "message": text, "value": value}])
-        case Granted(accepted=accepted) if any(type(each) is Refused for each in accepted):
-            return answer._replace(accepted=tuple(map(_as_told, accepted)))
+        case Granted(accepted=accepted) if Refused in map(type, accepted):
+            return answer._replace(accepted=tuple(map(_for_client, accepted)))
     return answer

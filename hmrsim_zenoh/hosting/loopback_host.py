@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.time import LOCKSTEP
@@ -11,8 +11,9 @@ from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
 from hmrsim_zenoh.loopback.exchange import Exchange, Kind
-from hmrsim_zenoh.loopback.session import LoopbackSession, open_session
+from hmrsim_zenoh.loopback.session import LoopbackSession
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
+from hmrsim_zenoh.server.interest import Interest
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class LoopbackHost:
     have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
 
     Args:
-        settings: The clock is lockstep, whatever they say.
+        settings: The settings of the run, except that its clock is lockstep.
         prefix: The prefix of all keys.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
@@ -42,7 +43,7 @@ class LoopbackHost:
         pacing: The clock that advances its time; read-only.
 
     Raises:
-        ValueError: The prefix is none.
+        ValueError: The prefix is invalid.
     """
 
     def __init__(
@@ -56,14 +57,14 @@ class LoopbackHost:
     ) -> None:
         self._reason = "the simulation has ended"
         self._begun = self._ended = False
-        self._exchange = Exchange(self._run)
-        self._session = open_session(self._exchange)
+        self._exchange = Exchange(self._run, self._has_messages)
+        self._session = cast("zenoh.Session", LoopbackSession(self._exchange))
         self._served = ServedSimulation(
             Wiring(
                 self._session,
                 Keys(prefix, world.remap),
                 LocalInbox,
-                lambda _session, patterns, _anything, _changed: LocalInterest(self._exchange, patterns),
+                LocalInterest,
                 answers=self._answers,
             ),
             world,
@@ -75,6 +76,7 @@ class LoopbackHost:
         self.pacing = self._served.pacing
         self._begun = True
         self._served.declare()
+        self.go_on()
 
     def __enter__(self) -> Self:
         """Return the host."""
@@ -94,7 +96,7 @@ class LoopbackHost:
 
         *waits* returns whether what the session wants to send has to wait, as another thread comes first.
         """
-        return open_session(self._exchange, self._commands.send, waits)
+        return cast("zenoh.Session", LoopbackSession(self._exchange, self._commands.send, waits))
 
     def cut(self, session: zenoh.Session, error: BaseException) -> None:
         """Cut a session off, as the end of its process would; also from within the simulation.
@@ -106,7 +108,7 @@ class LoopbackHost:
 
     def go_on(self) -> None:
         """Run the simulation until it needs a message to continue."""
-        self._exchange.settle()
+        self._exchange.settle(resume=True)
 
     def end(self, reason: str) -> None:
         """End the run once all events of this instant are processed; a sink may call it.
@@ -118,14 +120,14 @@ class LoopbackHost:
         self.pacing.finish_instant()
 
     def stop(self, reason: str = "the simulator was stopped") -> None:
-        """End every goal.
+        """Stop the simulation and end every goal.
 
         Args:
             reason: The message in the results of the active goals.
         """
         self._reason = reason
         self._served.close()
-        self._exchange.settle()
+        self.go_on()
         self._served.leave()
         self._session.close()
 
@@ -133,9 +135,10 @@ class LoopbackHost:
         self._commands = LocalCommands(self._exchange, server)
         return self._commands
 
-    def _run(self, again: bool) -> None:  # noqa: FBT001 - as the exchange calls it
-        if again and not self._served.server.inbox.waiting:
-            return
+    def _has_messages(self) -> bool:
+        return self._begun and self._served.server.inbox.waiting
+
+    def _run(self) -> None:
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
             self._served.finish(self._reason)
@@ -150,11 +153,10 @@ class LocalInbox(QueryInbox):
         key_expr: str,
         reader: Reader,
         *,
-        wakeup_key: str,  # noqa: ARG002 - no thread sleeps
+        wakeup_key: str,
         prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
     ) -> None:
-        super().__init__(reader, prepare)
-        self._session = session
+        super().__init__(session, key_expr, reader, wakeup_key=wakeup_key, prepare=prepare)
         self._queryables = [session.declare_queryable(key_expr, self.put_query)]
 
     def serve(
@@ -165,14 +167,14 @@ class LocalInbox(QueryInbox):
         refuse: Callable[[zenoh.Query], None],
         complete: bool = False,  # noqa: ARG002 - there is no network
     ) -> None:
-        """Serve a further key expression, too."""
+        """Serve a further key expression."""
         reader = Reader(decode, refuse)
         self._queryables.append(self._session.declare_queryable(key_expr, lambda query: self.put_query(query, reader)))
 
     def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
         """Add a query."""
         reader = reader or self._reader
-        if self._closed:
+        if self.closed:
             reader.refuse(query)
         else:
             self._queries.append((reader, query))
@@ -183,7 +185,7 @@ class LocalInbox(QueryInbox):
         Raises:
             SimulationStopped: The inbox is closed.
         """
-        if self._closed:
+        if self.closed:
             raise SimulationStopped("the simulation has ended")
         self._commands.append(command)
 
@@ -195,7 +197,7 @@ class LocalInbox(QueryInbox):
 
     @property
     def waiting(self) -> bool:
-        """Whether a query or a command waits."""
+        """Return whether a query or a command waits."""
         return bool(self._commands or self._queries)
 
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
@@ -203,7 +205,7 @@ class LocalInbox(QueryInbox):
         self._prepare(None)
 
     def leave(self) -> None:
-        """Take back what is declared."""
+        """Undeclare the queryables of the inbox."""
         for queryable in self._queryables:
             queryable.undeclare()
 
@@ -211,28 +213,16 @@ class LocalInbox(QueryInbox):
 K = TypeVar("K", bound="Hashable")
 
 
-class LocalInterest(Generic[K]):
-    """Whether there are subscribers, for each kind of keys, as of the last `look`.
+class LocalInterest(Interest[K]):
+    """Knows which kinds of keys had subscribers in this process at the last `look`."""
 
-    Args:
-        exchange: Where they are.
-        patterns: A key expression for each kind.
-
-    Attributes:
-        any: Whether any kind of keys had a subscriber at the last look.
-    """
-
-    def __init__(self, exchange: Exchange, patterns: Mapping[K, str]) -> None:
-        self._exchange = exchange
+    def __init__(
+        self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None]
+    ) -> None:
+        super().__init__(session, patterns, anything, changed)
+        self._exchange = cast("LoopbackSession", session).exchange
         self._patterns = patterns
-        self._listened = dict.fromkeys(patterns, False)
-        self.any = False
         self._version = -1
-        self._changes = 0
-
-    def __getitem__(self, kind: K) -> bool:
-        """Return whether a kind of keys had a subscriber at the last look."""
-        return self._listened[kind]
 
     def look(self, kinds: Collection[K] | None = None) -> int:  # noqa: ARG002 - all of them are soon looked up
         """Check all kinds; return how often anything has changed."""
@@ -248,6 +238,3 @@ class LocalInterest(Generic[K]):
     def in_key(self, key: str) -> bool:
         """Return whether a key has a subscriber now."""
         return bool(self._exchange.matching(Kind.SUBSCRIBER, key))
-
-    def join(self) -> None:
-        """Do nothing: there is no thread."""

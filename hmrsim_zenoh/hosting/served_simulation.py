@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 
@@ -16,10 +16,10 @@ from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
 from hmrsim.timing.result_retention import Retention
-from hmrsim_zenoh.server.channel_inbox import ChannelInbox
+from hmrsim_zenoh.server.inbox import ChannelInbox
 from hmrsim_zenoh.server.interest import SubscriberWatch
-from hmrsim_zenoh.server.liveliness import LivelinessTokens
 from hmrsim_zenoh.server.server import Server
+from hmrsim_zenoh.server.tokens import LivelinessTokens
 from hmrsim_zenoh.server.world_info import Description
 
 if TYPE_CHECKING:
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.inbox import InboxMaker
-    from hmrsim_zenoh.server.interest import InterestMaker
+    from hmrsim_zenoh.server.inbox import QueryInbox
+    from hmrsim_zenoh.server.interest import Interest
     from hmrsim_zenoh.server.losses import Losses
-    from hmrsim_zenoh.server.sessions import Sessions
+    from hmrsim_zenoh.server.world_info import Sessions
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -56,17 +56,17 @@ class Wiring:
     Attributes:
         session: An open session.
         keys: How keys are spelled there.
-        inbox: Makes the inbox of queries.
-        interest: Makes the detection of subscribers.
-        sessions: Who is connected, where certificates say so.
+        inbox: The kind of the inbox of queries.
+        interest: The kind of the detection of subscribers.
+        sessions: The connected sessions, if the simulator is secured.
         wires: The ROS 2 wires to serve beside the JSON wire.
-        answers: Makes the sink that answers commands of this process; None where there are none.
+        answers: Makes the sink that answers the clients of this process; None over a network.
     """
 
     session: zenoh.Session
     keys: Keys
-    inbox: InboxMaker = ChannelInbox
-    interest: InterestMaker = SubscriberWatch
+    inbox: type[QueryInbox] = ChannelInbox
+    interest: type[Interest[Any]] = SubscriberWatch
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
     answers: Callable[[Server], Sink] | None = None
@@ -164,11 +164,11 @@ class ServedSimulation:
             ros2.start()
 
     def close(self) -> None:
-        """Accept no more queries, so that the run ends."""
+        """Close the inbox, so that the run ends."""
         self.server.close()
 
     def finish(self, reason: str) -> None:
-        """End every goal, answer what still waits, and take back what was declared.
+        """End every goal, answer pending requests, and undeclare the simulation.
 
         Args:
             reason: The message in the results of the active goals.

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class Kind(Enum):
-    """A kind of declaration."""
+    """A kind of declaration of a session."""
 
     __hash__ = object.__hash__
     """Enum's own is written in Python."""
@@ -48,32 +48,33 @@ class Declaration:
         key_expr: str,
         call: Callable[[Any], object],
         owner: object,
-        take_back: Callable[[Declaration], None],
+        take_back: Callable[[Declaration], bool],
     ) -> None:
         self.key_expr = zenoh.KeyExpr(key_expr)
         self.call = call
         self.owner = owner
         self._take_back = take_back
 
-    def undeclare(self) -> None:
-        """Withdraw the declaration; a second call has no effect."""
-        self._take_back(self)
+    def undeclare(self) -> bool:
+        """Withdraw the declaration; return whether it was in force."""
+        return self._take_back(self)
 
 
 class Exchange:
     """The declarations of all sessions of a process, and the messages that wait for delivery.
 
     Args:
-        run: Runs the simulation until it needs a message to continue. Its argument says whether it ran just before, so
-            that only a message could make a difference.
+        run: Runs the simulation until it needs a message to continue.
+        has_messages: Returns whether the simulation has a message to process.
 
     Attributes:
         version: Changes with each declaration.
     """
 
-    def __init__(self, run: Callable[[bool], None]) -> None:
+    def __init__(self, run: Callable[[], None], has_messages: Callable[[], bool]) -> None:
         self.version = 0
         self._run = run
+        self._has_messages = has_messages
         self._declared: dict[Kind, list[Declaration]] = {kind: [] for kind in Kind}
         self._matching: dict[tuple[Kind, str], list[Declaration]] = {}
         self._waiting: deque[Callable[[], object]] = deque()
@@ -92,7 +93,7 @@ class Exchange:
         """Add a declaration.
 
         Raises:
-            zenoh.ZError: *key_expr* is none.
+            zenoh.ZError: *key_expr* is not a valid key expression.
         """
         declaration = Declaration(key_expr, call, owner, partial(self._take_back, kind))
         with self._lock:
@@ -114,11 +115,26 @@ class Exchange:
         """Call a function with an item once the simulation pauses."""
         self._waiting.append(partial(call, item))
 
-    def settle(self) -> None:
-        """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs."""
-        again = False
-        while self._has_run(again=again):
-            again = True
+    def settle(self, *, resume: bool = False) -> None:
+        """Run the simulation and deliver the waiting messages until neither has more to do; not while it runs.
+
+        Args:
+            resume: Whether to run the simulation even if it has no message to process.
+        """
+        while True:
+            with self._lock:
+                if self._running:
+                    # A callback of the simulation itself.
+                    break
+                if resume or self._has_messages():
+                    self._running = True
+                    try:
+                        self._run()
+                    finally:
+                        self._running = False
+            if not self._waiting:
+                break
+            resume = False
             while self._waiting:
                 try:
                     call = self._waiting.popleft()
@@ -129,7 +145,8 @@ class Exchange:
                     call()
                 except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
                     _log.exception("a callback failed")
-        self.notify()
+        if self._settling:
+            self.notify()
 
     def wait_while(self, holds: Callable[[], bool]) -> None:
         """Block the calling thread while a condition holds; it is evaluated only while the simulation pauses."""
@@ -148,28 +165,16 @@ class Exchange:
 
     def notify(self) -> None:
         """Wake the threads in `wait_while`."""
-        if self._settling:
-            with self._settled:
-                self._settled.notify_all()
+        with self._settled:
+            self._settled.notify_all()
 
-    def _has_run(self, *, again: bool) -> bool:
-        """Run the simulation, and return whether there are messages to deliver."""
+    def _take_back(self, kind: Kind, declaration: Declaration) -> bool:
         with self._lock:
-            if self._running:
-                # A callback of the simulation itself.
-                return False
-            self._running = True
-            try:
-                self._run(again)
-            finally:
-                self._running = False
-        return bool(self._waiting)
-
-    def _take_back(self, kind: Kind, declaration: Declaration) -> None:
-        with self._lock:
-            if declaration in self._declared[kind]:
+            found = declaration in self._declared[kind]
+            if found:
                 self._declared[kind].remove(declaration)
                 self._note_change()
+            return found
 
     def _note_change(self) -> None:
         self.version += 1

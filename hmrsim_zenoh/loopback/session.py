@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, Self, cast
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import zenoh
 
@@ -14,35 +15,30 @@ from hmrsim_zenoh.loopback.exchange import Kind
 if TYPE_CHECKING:
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
-Submit = Callable[[Any, Callable[[Any], object]], None]
-"""Receives a command of a client, and the callback for its answer."""
-
-
-def open_session(
-    exchange: Exchange, submit: Submit | None = None, waits: Callable[[], bool] | None = None
-) -> zenoh.Session:
-    """Return a session on an exchange: it passes for one of Zenoh's.
-
-    Args:
-        exchange: The exchange.
-        submit: Receives the commands of clients.
-        waits: Returns whether the session has to wait before it sends, because other threads come first.
-    """
-    return cast("zenoh.Session", LoopbackSession(exchange, submit, waits))
+Submit = Callable[["LoopbackSession", Any, Callable[[Any], object]], None]
+"""Receives a session, a command of its client, and the callback for the answer."""
 
 
 class LoopbackSession:
     """A session on an exchange. Requests are handled, and answered if possible, before a call returns.
 
+    Args:
+        exchange: The exchange.
+        submit: Receives the commands of a client; None for the session of the simulator.
+        waits: Returns whether the session has to wait before it sends, because other threads come first.
+
     Attributes:
         exchange: The exchange.
+        error: The error with which the session was cut off, so that it receives nothing; None if it was not.
     """
 
-    def __init__(self, exchange: Exchange, submit: Submit | None, waits: Callable[[], bool] | None) -> None:
+    def __init__(
+        self, exchange: Exchange, submit: Submit | None = None, waits: Callable[[], bool] | None = None
+    ) -> None:
         self.exchange = exchange
         self._take = submit
         self._waits = waits
-        self._error: BaseException | None = None
+        self.error: BaseException | None = None
         self._number = exchange.number()
         self._tokens: list[Token] = []
         self._declared: list[Declaration] = []
@@ -65,7 +61,7 @@ class LoopbackSession:
         """
         if self._closed:
             return
-        self._closed, self._error = True, error
+        self._closed, self.error = True, error
         for declared in self._declared:
             declared.undeclare()
         for token in self._tokens:
@@ -94,12 +90,12 @@ class LoopbackSession:
             self._check()
         if self._take is None:
             raise zenoh.ZError("the session is the simulator's own")
-        self._take(command, self._heard(then))
-        if self._error is not None:
-            raise self._error
+        self._take(self, command, then)
+        if self.error is not None:
+            raise self.error
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
-        """Publish a sample."""
+        """Publish a sample to all subscribers."""
         self._check()
         name = str(key)
         found = self.exchange.matching(Kind.SUBSCRIBER, name)
@@ -185,12 +181,12 @@ class LoopbackSession:
         self._check_cut()
 
     def _check_cut(self) -> None:
-        if self._error is not None:
-            raise self._error
+        if self.error is not None:
+            raise self.error
 
     def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
         """Return a callback that ignores its message once the session was cut off."""
-        return lambda item: take(item) if self._error is None else None
+        return lambda item: take(item) if self.error is None else None
 
 
 class Liveliness:
@@ -201,13 +197,13 @@ class Liveliness:
         self._exchange = session.exchange
 
     def declare_token(self, key: str) -> Token:
-        """Declare a token."""
+        """Declare a token of this session."""
         return self._session._declare_token(key)  # noqa: SLF001 - a part of the session
 
     def declare_subscriber(self, key: str, handler: Any, *, history: bool = False) -> Declaration:
         """Declare a subscriber to tokens that come and go; *history* includes the tokens that exist already."""
         take = _taker(handler)
-        declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - likewise
+        declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - as above
         if history:
             for each in self._exchange.matching(Kind.TOKEN, key):
                 self._exchange.deliver(take, Sample(str(each.key_expr)))
@@ -224,30 +220,26 @@ class Liveliness:
 
 
 class Token:
-    """A liveliness token."""
+    """A liveliness token of a session."""
 
     def __init__(self, exchange: Exchange, declaration: Declaration) -> None:
         self._exchange = exchange
-        self._declaration: Declaration | None = declaration
+        self._declaration = declaration
         self._key = str(declaration.key_expr)
-        self._tell(zenoh.SampleKind.PUT)
+        self._announce(zenoh.SampleKind.PUT)
 
     def undeclare(self) -> None:
         """Withdraw the token; a second call has no effect."""
-        declaration, self._declaration = self._declaration, None
-        if declaration is not None:
-            declaration.undeclare()
-            self._tell(zenoh.SampleKind.DELETE)
+        if self._declaration.undeclare():
+            self._announce(zenoh.SampleKind.DELETE)
 
     def lose(self) -> None:
         """Withdraw the token from within the simulation, which learns of it at once."""
-        declaration, self._declaration = self._declaration, None
-        if declaration is not None:
-            declaration.undeclare()
+        if self._declaration.undeclare():
             for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):
                 each.call(Sample(self._key, kind=zenoh.SampleKind.DELETE))
 
-    def _tell(self, kind: zenoh.SampleKind) -> None:
+    def _announce(self, kind: zenoh.SampleKind) -> None:
         for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):
             self._exchange.deliver(each.call, Sample(self._key, kind=kind))
         self._exchange.settle()
@@ -261,9 +253,10 @@ class Querier:
         self._key = key
 
     @property
-    def matching_status(self) -> MatchingStatus:
-        """Whether another session has a queryable there."""
-        return MatchingStatus(any(map(self._is_others, self._session.exchange.matching(Kind.QUERYABLE, self._key))))
+    def matching_status(self) -> SimpleNamespace:
+        """The status that says whether another session has a queryable on the key."""
+        found = self._session.exchange.matching(Kind.QUERYABLE, self._key)
+        return SimpleNamespace(matching=any(map(self._is_others, found)))
 
     def declare_matching_listener(self, handler: object) -> None:
         """Do nothing: the status is read before each request."""
@@ -276,20 +269,13 @@ class Querier:
         return declaration.owner is not self._session
 
 
-class MatchingStatus:
-    """Whether another session has declared a matching key."""
-
-    def __init__(self, matching: bool) -> None:  # noqa: FBT001 - as Zenoh's
-        self.matching = matching
-
-
 def _taker(handler: Any) -> Callable[[Any], object]:
     call: Callable[[Any], object] = handler.callback if isinstance(handler, zenoh.handlers.Callback) else handler
     return call
 
 
 def _ignore(_item: object) -> None:
-    """Ignore a message."""
+    """Ignore a message to a token."""
 
 
 class Payload(bytes):
@@ -363,7 +349,7 @@ class Query:
         self._on_end: Callable[[], None] | None = on_end
 
     def __del__(self) -> None:
-        """End the query."""
+        """End the query, as a query of Zenoh does."""
         self.drop()
 
     def reply(

@@ -20,7 +20,7 @@ from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, S
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.server.decode_time import ReadRequest, TimeRequests, goal_id_in
+from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, ReadRequest, TimeRequests, goal_id_in
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -50,7 +50,6 @@ _log = logging.getLogger(__name__)
 
 _KEPT_KEYS = 16_384
 
-_TOPICS = {"odom": Topic.ODOM, "battery_state": Topic.BATTERY_STATE, "detections": Topic.DETECTIONS}
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
 
@@ -69,7 +68,7 @@ class _Latched:
 
 
 class Requests:
-    """Decodes queries.
+    """Decodes the queries of the JSON wire.
 
     Args:
         actions: All actions by name, to decode goals.
@@ -77,7 +76,7 @@ class Requests:
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.
         timestamp: Returns a timestamp of the session that replies.
-        policy: What the session enforces; None where it is open.
+        policy: The access control that the session enforces; None if it has none.
     """
 
     def __init__(
@@ -112,7 +111,7 @@ class Requests:
         asked = str(query.key_expr)
         key = self._without_history(asked)
         if key == self._wakeup_key or (key != asked and not self._reads(key)):
-            # All that may read may ask for earlier values, so that such a query gives no command.
+            # Every client that may read may query the history, so that such a query must not become a command.
             query.drop()
             return []
         try:
@@ -199,10 +198,10 @@ class Requests:
     def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> AnyCommand:
         if robot not in self._serves:
             raise UnreadableError(f"no robot {robot!r}; there are: {listed(list(self._serves))}")
-        if topic not in _TOPICS:
-            raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(_TOPICS)}")
+        if topic not in ROBOT_TOPICS:
+            raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(ROBOT_TOPICS)}")
         self._check_reading(query)
-        return Read(_TOPICS[topic], robot, reply_to=PendingReply(query, key))
+        return Read(ROBOT_TOPICS[topic], robot, reply_to=PendingReply(query, key))
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
         """Return one reading for each latched key that a key expression matches; wildcards serve readings only."""
@@ -229,7 +228,9 @@ class Requests:
         found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in topics.items()]
         of_world = [name for name, action in self._actions.items() if action.of_world]
         for robot in self._serves:
-            found += [_Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in _TOPICS.items()]
+            found += [
+                _Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in ROBOT_TOPICS.items()
+            ]
         for robot, actions in {**self._serves, WORLD: of_world}.items():
             found += [
                 _Latched(zenoh.KeyExpr(keys.action(*alias, Verb.STATUS)), Topic.STATUS, robot, action)

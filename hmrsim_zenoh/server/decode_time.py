@@ -1,11 +1,11 @@
-"""The time requests, ``_world/time/…``: bytes to commands, answers to bytes."""
+"""Decoding of the requests about time, ``_world/time/…``, with the commands and conditions of an advance."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache, partial
-from itertools import starmap
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
@@ -15,26 +15,22 @@ from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.conditions import Watching
-from hmrsim.protocol.goal import parse_goal_id
-from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
-from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, SetClock, TimeState
-from hmrsim_zenoh.server.decode_conditions import UnwatchRequest, WatchRequest, condition
-from hmrsim_zenoh.wire import encoding
+from hmrsim.protocol.conditions import ORDERS, Comparison, Unwatch, Watch
+from hmrsim.protocol.goal import WORLD, parse_goal_id
+from hmrsim.protocol.time import Join, Leave, ReadTime, SetClock
+from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.wire.envelopes import (
     Envelope,
     UnreadableError,
-    dump,
     plain,
     read,
     read_often,
     unreadable,
     unreadable_at,
 )
-from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.texts import check_texts
+from hmrsim_zenoh.wire.keys import ActionKey, Keys, TopicKey, Verb
+from hmrsim_zenoh.wire.texts import MAX_TEXT, check_texts
 
 if TYPE_CHECKING:
     from pydantic_core import SchemaValidator
@@ -42,18 +38,12 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import TimeCommand
-    from hmrsim.protocol.conditions import Unwatch, Watch
     from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"
 _ADVANCE: Final = "advance"
 _KEPT: Final = 1024
-
-JOINED: Final = f"{encoding.JSON};hmrsim/Joined"
-GRANTED: Final = f"{encoding.JSON};hmrsim/Granted"
-LEFT: Final = f"{encoding.JSON};hmrsim/Left"
-TIME_STATE: Final = f"{encoding.JSON};hmrsim/TimeState"
 
 SERVICE_TYPES: Final = {
     f"{_FOLDER}{name}": f"hmrsim/{kind}"
@@ -67,8 +57,34 @@ SERVICE_TYPES: Final = {
 }
 """The requests and their types."""
 
+MAX_COMPARISONS: Final = 20
+"""The comparisons of a condition."""
+
+_OPERATORS: Final = ("==", "!=", *ORDERS)
+ROBOT_TOPICS: Final = {"odom": Topic.ODOM, "battery_state": Topic.BATTERY_STATE, "detections": Topic.DETECTIONS}
+"""The topics of a robot with a current value."""
+_ESCAPED: Final = re.compile(r"~[01]")
+
+_Text = Annotated[str, Field(max_length=MAX_TEXT)]
+_Comparison = Annotated[list[_Text | bool | int | float | None], Field(min_length=3, max_length=3)]
 _Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=200)]
 _Kind = Literal["status", "feedback", "result"]
+
+
+class WatchRequest(Envelope):
+    """A condition that stops time once: all comparisons hold in one message of a topic."""
+
+    watch: _Text = Field(description="The participant's name for the condition.")
+    key: _Text = Field(description="The topic, without the prefix.")
+    when: list[_Comparison] = Field(
+        default_factory=list, max_length=MAX_COMPARISONS, description="JSON pointer, operator and value of each."
+    )
+
+
+class UnwatchRequest(Envelope):
+    """The request to stop watching a condition."""
+
+    unwatch: _Text
 
 
 class JoinRequest(Envelope):
@@ -119,13 +135,13 @@ class ReadRequest(Envelope):
 
 
 class TimeRequests:
-    """Decodes time requests.
+    """Decodes the requests about time.
 
     Args:
         keys: How keys are spelled, including the aliases of actions.
         max_payload: The largest request in bytes.
-        policy: What the session enforces; None where it is open. Members that may not command everything advance on a
-            key that ends in their name, so that the rights to each command can be looked up: `advance/NAME`.
+        policy: The access control that the session enforces; None if it has none. Members with restricted rights
+            advance on the key `advance/NAME`, which shows whose rights apply to each command.
 
     Attributes:
         topics: The topics of the world that are requests about time.
@@ -231,7 +247,7 @@ class TimeRequests:
             case None, None, str(result) if request.goal_id is None:
                 verb, command = Verb.GET_RESULT, GetResult(robot, name, goal_id_in("result", result))
             case goal, None, None if goal is not None:
-                # The simulation rejects an action that is not known, so that its goal has remained plain values.
+                # The simulation rejects an unknown action, whose goal remains plain values here.
                 message: Any = None if isinstance(goal, dict) else goal
                 verb, command = Verb.SEND_GOAL, SendGoal(robot, name, message, request.goal_id)
             case _:
@@ -241,7 +257,7 @@ class TimeRequests:
         return command
 
     def _denied(self, member: str, key: str) -> str:
-        """Return why a member may not command what it could ask on a key; empty if it may."""
+        """Return why a member may not send a command that belongs to a key; empty if it may."""
         try:
             return self._denial(member, key)
         except zenoh.ZError:
@@ -262,7 +278,7 @@ def goal_id_in(field: str, text: str) -> str:
     """Return the goal id in a field of a request.
 
     Raises:
-        UnreadableError: It is none.
+        UnreadableError: The text is not a goal id.
     """
     try:
         return parse_goal_id(text)
@@ -271,10 +287,10 @@ def goal_id_in(field: str, text: str) -> str:
 
 
 def read_goal(kind: type[Message], goal: Mapping[str, Any]) -> Message:
-    """Return plain values as a goal; the field of the request that they are in is ``goal``.
+    """Return the goal that plain values in the field ``goal`` of a request make.
 
     Raises:
-        UnreadableError: They make none.
+        UnreadableError: They are not of the goal's type.
     """
     # Encoded as JSON again, so that a list or a number is validated as in any other request.
     payload = to_json(goal, inf_nan_mode="constants")
@@ -295,57 +311,33 @@ def _kinds(names: tuple[str, ...]) -> frozenset[str]:
     return frozenset(names)
 
 
-def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
-    """Return an answer as JSON, and its encoding."""
-    match answer:
-        case Granted():
-            return _granted(answer), GRANTED
-        case Joined(participant, epoch, now, goals):
-            fields = {"participant": participant, "epoch": epoch, "now": now, "goals": goals}
-            return dump(fields), JOINED
-        case HasLeft(participant):
-            return dump({"participant": participant}), LEFT
-        case TimeState():
-            return state(answer), TIME_STATE
+def condition(request: WatchRequest | UnwatchRequest, keys: Keys) -> Watch | Unwatch:
+    """Return the condition of a request.
+
+    Raises:
+        UnreadableError: There is no such topic or operator.
+    """
+    if isinstance(request, UnwatchRequest):
+        return Unwatch(request.unwatch)
+    comparisons = tuple(_comparison(each, f"when.{number}") for number, each in enumerate(request.when))
+    match keys.parse(f"{keys.prefix}/{request.key}"):
+        case TopicKey(robot, "events") if robot == WORLD:
+            return Watch(request.watch, Topic.EVENTS, comparisons=comparisons)
+        case TopicKey(robot, topic) if robot != WORLD and topic in ROBOT_TOPICS:
+            return Watch(request.watch, ROBOT_TOPICS[topic], robot, comparisons=comparisons)
+        case ActionKey(robot, action, Verb.FEEDBACK):
+            return Watch(request.watch, Topic.FEEDBACK, robot, action, comparisons)
+    known = ", ".join((f"{WORLD}/events", *(f"ROBOT/{name}" for name in ROBOT_TOPICS), "ROBOT/ACTION/_action/feedback"))
+    raise unreadable_at("key", f"no topic {request.key!r} for conditions; there are: {known}", request.key)
 
 
-def state(answer: TimeState) -> bytes:
-    """Return the state of the clock as JSON."""
-    return dump(answer._asdict())
-
-
-def _granted(answer: Granted) -> bytes:
-    accepted = b",".join([_WRITERS[type(each)](each) for each in answer.accepted])
-    events = b",".join(starmap(_event, answer.events))
-    head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
-    met = b',"met":%b' % to_json(answer.met) if answer.met else b""
-    over = b',"over":%b' % to_json(answer.over) if answer.over else b""
-    return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
-
-
-_WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
-    {
-        GoalResponse: encoding.goal_response,
-        CancelResponse: encoding.cancel_response,
-        ResultResponse: encoding.result_response,
-        Watching: lambda answer: b'{"watching":true}' if answer.watching else b'{"watching":false}',
-        Refused: lambda answer: encoding.error(answer.message, answer.field, answer.value),
-        bytes: bytes,
-        type(None): lambda _answer: b"null",
-    }
-)
-"""What writes the answer to a command, by its type."""
-
-
-def _event(kind: str, at: int, event: Any) -> bytes:
-    sec, nanosec = divmod(at, NANOSECONDS)
-    head = (
-        f'{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}},"kind":"{kind}","robot":"{event.robot}",'
-        f'"action":"{event.action}","goal_id":"{event.goal_id}",'
-    ).encode()
-    if isinstance(event, FeedbackSent):
-        return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
-    if kind == "result" and event.result is not None:
-        cause = encoding.cause(event.cause)
-        return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
-    return b'%b"status":%d}' % (head, event.status)
+def _comparison(parts: list[Any], where: str) -> Comparison:
+    pointer, operator, value = parts
+    if not isinstance(pointer, str) or (pointer and not pointer.startswith("/")):
+        raise unreadable_at(f"{where}.0", "not a JSON pointer, such as '/percentage'", pointer)
+    if operator not in _OPERATORS:
+        raise unreadable_at(f"{where}.1", f"no operator {operator!r}; there are: {' '.join(_OPERATORS)}", operator)
+    if isinstance(value, float) and value - value != 0:
+        raise UnreadableError(f"{where}.2: not a finite number")
+    path = [_ESCAPED.sub(lambda found: "/" if found[0] == "~1" else "~", part) for part in pointer.split("/")[1:]]
+    return Comparison(tuple(path), operator, value)

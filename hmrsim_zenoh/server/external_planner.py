@@ -1,6 +1,6 @@
 """The external planner: its discovery, the requests to it and its answers.
 
-The planner is a plain Zenoh queryable of another program. Each of its answers becomes a command, also an unusable one.
+The planner is a Zenoh queryable of another program. Each of its answers becomes a command, even an unusable one.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Planner:
     def look(self) -> list[AnyCommand]:
         """Return the commands that precede a goal: a planner may have appeared just before it.
 
-        Where no robot needs a planner goals are not held up, as Zenoh takes its time to say whether there is one.
+        Without a robot that needs a planner, goals need not wait until Zenoh has found one.
         """
         if not self._wanted():
             return []
@@ -122,7 +122,7 @@ class Planner:
         return result
 
     def answered(self, request: int, result: ComputePathToPose.Result) -> None:
-        """Pass an answer on."""
+        """Put the answer to a request into the inbox."""
         with suppress(SimulationStopped):
             self._put(PlanAnswered(request, result))
 
@@ -146,7 +146,7 @@ class _Question:
             self.answer(_failed("the planner has left or has not answered"))
 
     def answer(self, result: ComputePathToPose.Result) -> None:
-        """Pass on the answer."""
+        """Pass on the only answer to the request."""
         self._open = False
         self._planner.answered(self._request, result)
 

@@ -1,4 +1,4 @@
-"""Detection of subscribers: one declared publisher for all keys of a kind tells whether any of them has a subscriber.
+"""Detection of subscribers: one publisher for all keys of a kind shows whether any of them has a subscriber.
 
 A publisher for each robot would take minutes to declare in large worlds; Zenoh matches key expressions as well.
 """
@@ -6,36 +6,57 @@ A publisher for each robot would take minutes to declare in large worlds; Zenoh 
 from __future__ import annotations
 
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Hashable, Mapping
-from typing import Final, Generic, Protocol, TypeVar
+from typing import Final, Generic, TypeVar
 
 import zenoh
 
 from hmrsim_zenoh.wire.wildcards import servers_own
 
 K = TypeVar("K", bound="Hashable")
-K_contra = TypeVar("K_contra", bound="Hashable", contravariant=True)
 
 _LOOK_SECONDS: Final = 0.05
 """Wall seconds between two checks for new or gone subscribers, while there is any subscriber."""
 _JOIN_SECONDS: Final = 1.0
 
 
-class Interest(Protocol[K_contra]):
-    """Whether there are subscribers, for each kind of keys.
+class Interest(ABC, Generic[K]):
+    """Knows which kinds of keys have subscribers.
+
+    Args:
+        session: The session to look on; closing it ends the detection.
+        patterns: A key expression for each kind.
+        anything: A key expression that includes all others.
+        changed: Called in a separate thread after a kind got its first subscriber or lost its last one.
 
     Attributes:
-        any: Whether there is one for any kind.
+        any: Whether any kind has a subscriber.
     """
 
-    any: bool
+    def __init__(
+        self,
+        session: zenoh.Session,  # noqa: ARG002 - for subclasses
+        patterns: Mapping[K, str],
+        anything: str,  # noqa: ARG002 - as above
+        changed: Callable[[], None],  # noqa: ARG002 - as above
+    ) -> None:
+        self.any = False
+        self._listened = dict.fromkeys(patterns, False)
+        self._changes = 0
 
-    def __getitem__(self, kind: K_contra, /) -> bool:
+    def __getitem__(self, kind: K) -> bool:
         """Return whether a kind of keys has a subscriber."""
+        return self._listened[kind]
 
-    def look(self, kinds: Collection[K_contra] | None = None) -> int:
-        """Check the kinds that had no subscriber, or some of them; return how often anything has changed."""
+    @abstractmethod
+    def look(self, kinds: Collection[K] | None = None) -> int:
+        """Check the kinds that had no subscriber, or some of them; return how often anything has changed.
 
+        A client that subscribes and then sends a goal must see all of it.
+        """
+
+    @abstractmethod
     def in_key(self, key: str) -> bool:
         """Return whether a key has a subscriber now; slower than the check of a kind."""
 
@@ -43,50 +64,18 @@ class Interest(Protocol[K_contra]):
         """Wait for the end of the detection, after the session was closed."""
 
 
-class InterestMaker(Protocol):
-    """Makes what finds a server's subscribers."""
-
-    def __call__(
-        self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None], /
-    ) -> Interest[K]:
-        """Return it.
-
-        Args:
-            session: The session to look on; closing it ends the detection.
-            patterns: A key expression for each kind.
-            anything: A key expression that includes all others.
-            changed: Called in a thread of its own after a kind got its first subscriber or lost its last.
-        """
-
-
-class SubscriberWatch(Generic[K]):
-    """Whether there are subscribers, for each kind of keys.
-
-    Args:
-        session: The session to look on; closing it ends the detection.
-        patterns: A key expression for each kind.
-        anything: A key expression that includes all others.
-        changed: Called in a thread of its own after a kind got its first subscriber or lost its last.
-
-    Attributes:
-        any: Whether there is one for any kind.
-    """
+class SubscriberWatch(Interest[K]):
+    """Detects the subscribers of each kind of keys over Zenoh."""
 
     def __init__(
-        self,
-        session: zenoh.Session,
-        patterns: Mapping[K, str],
-        anything: str,
-        changed: Callable[[], None],
+        self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None]
     ) -> None:
+        super().__init__(session, patterns, anything, changed)
         self._session = session
         self._changed = changed
         self._lock = threading.Lock()
-        self._listened: dict[K, bool] = {}
         self._publishers: dict[K, zenoh.Publisher] = {}
         self._listeners: dict[K, zenoh.MatchingListener[zenoh.handlers.Handler[zenoh.MatchingStatus]]] = {}
-        self.any = False
-        self._changes = 0
         # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
         self._ended = threading.Event()
         # Matches every subscriber: a single check where there is none.
@@ -108,15 +97,8 @@ class SubscriberWatch(Generic[K]):
         """Return whether a kind is watched."""
         return kind in self._publishers
 
-    def __getitem__(self, kind: K) -> bool:
-        """Return whether a kind of keys has a subscriber."""
-        return self._listened[kind]
-
     def look(self, kinds: Collection[K] | None = None) -> int:
-        """Check the kinds that had no subscriber, or some of them; return how often anything has changed.
-
-        A client that subscribes and then sends a goal must see all of it.
-        """
+        """Check the kinds that had no subscriber, or some of them; return how often anything has changed."""
         if self.any or _matched(self._anything):
             with self._lock:
                 for kind in kinds or self._listened:
@@ -156,11 +138,11 @@ class SubscriberWatch(Generic[K]):
                 else:
                     status = listener.recv()
                 there = there if status is None else status.matching
-                self._take_note()
+                self._update_changed()
         except zenoh.ZError:
             return
 
-    def _take_note(self) -> None:
+    def _update_changed(self) -> None:
         """Check the kinds whose matching status has changed."""
         with self._lock:
             before = self._changes

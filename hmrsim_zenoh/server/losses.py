@@ -1,4 +1,4 @@
-"""Losses on the way between clients and the simulation, on purpose: answers that get lost, requests that come twice."""
+"""Injected faults of communication: answers that get lost, and requests that arrive twice."""
 
 from __future__ import annotations
 
@@ -9,44 +9,40 @@ if TYPE_CHECKING:
 
 
 _FIELDS: Final = ("key_expr", "selector", "parameters", "payload", "encoding", "attachment")
-"""What can be read of a query."""
+"""The attributes of a query that can be read."""
 
 
 class Losses:
-    """What of requests and answers is lost, or comes twice: nothing, unless that is asked for.
+    """Decides which answers are lost and which requests arrive twice; none by default.
 
-    Readings and wakeups are left alone, which are queries with an empty payload or none: they are repeated without a
-    thought.
+    Queries without a payload, which are readings and wakeups, are exempt: a client simply repeats them.
 
     Attributes:
         watching: Whether answers to requests that come now may get lost.
+        active: Whether any request or answer may ever have been lost or repeated.
     """
 
     def __init__(self) -> None:
-        self.watching = False
+        self.watching = self.active = False
         self._answers = 0
         self._requests = 0
 
-    @property
-    def active(self) -> bool:
-        """Whether anything may be lost or repeated."""
-        return self.watching or self._requests > 0
-
     def watch(self) -> None:
         """Prepare to lose answers to requests that come from now on."""
-        self.watching = True
+        self.watching = self.active = True
 
     def lose_answers(self, count: int) -> None:
-        """Lose the next answers, also to requests that have come since `watch`."""
+        """Lose the next answers, including those to requests that have come since `watch`."""
         self._answers += count
 
     def repeat_requests(self, count: int) -> None:
-        """Let the next requests come twice; only the answers to the first of both arrive."""
+        """Deliver each of the next requests twice; the client gets the answer to the first one."""
         self._requests += count
+        self.active = True
 
     def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
         """Return a query as it arrives: once, or twice."""
-        if not (self.watching or self._requests):
+        if not self.active:
             return (query,)
         payload = query.payload
         if payload is None or not payload.to_bytes():
@@ -55,13 +51,13 @@ class Losses:
         return (watched, cast("zenoh.Query", _Repeated(query))) if self.comes_twice() else (watched,)
 
     def comes_twice(self) -> bool:
-        """Return whether a request that comes now comes twice, and count it."""
+        """Return whether the current request arrives twice, and count it."""
         twice = self._requests > 0
         self._requests -= twice
         return twice
 
     def lost(self) -> bool:
-        """Return whether an answer that is sent now is lost, and count it."""
+        """Return whether the current answer is lost, and count it."""
         lost = self._answers > 0
         self._answers -= lost
         return lost
@@ -87,10 +83,10 @@ class _Watched:
 
 
 class _Repeated:
-    """A query that has come again: nobody hears the answers to it, as with those to the first one it has ended."""
+    """The second arrival of a query, whose answers are dropped: the answer to the first one has ended the query."""
 
     def __init__(self, query: zenoh.Query) -> None:
-        # Nothing can be read of the first one once that has ended.
+        # A query that has ended can't be read.
         self._read = {name: getattr(query, name, None) for name in _FIELDS}
 
     def __getattr__(self, name: str) -> Any:
@@ -99,10 +95,10 @@ class _Repeated:
         return self._read[name]
 
     def reply(self, *arguments: Any, **options: Any) -> None:
-        """Send nothing."""
+        """Drop the answer to a repeated request."""
 
     def reply_err(self, *arguments: Any, **options: Any) -> None:
-        """Send nothing."""
+        """Drop the answer to a repeated request."""
 
     def drop(self) -> None:
-        """Do nothing: the first one ends it."""
+        """Do nothing: the first answer ends the query."""

@@ -1,20 +1,34 @@
-"""Replies to queries: the one answer to a request, one of several where there are wildcards, all to ``execute``."""
+"""Replies to queries: the queries that await them, and the answers to requests about time as JSON."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from itertools import starmap
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
+from pydantic_core import to_json
 
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
+from hmrsim.protocol.conditions import Watching
+from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
+from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim_zenoh.wire import encoding
+from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
 
 _log = logging.getLogger(__name__)
+
+JOINED: Final = f"{encoding.JSON};hmrsim/Joined"
+GRANTED: Final = f"{encoding.JSON};hmrsim/Granted"
+LEFT: Final = f"{encoding.JSON};hmrsim/Left"
+TIME_STATE: Final = f"{encoding.JSON};hmrsim/TimeState"
 
 
 class SharedQuery:
@@ -110,3 +124,59 @@ class PendingExecution(PendingReply):
             self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp(), attachment=attachment)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
+
+
+def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
+    """Return an answer as JSON, and its encoding."""
+    match answer:
+        case Granted():
+            return _granted(answer), GRANTED
+        case Joined(participant, epoch, now, goals):
+            fields = {"participant": participant, "epoch": epoch, "now": now, "goals": goals}
+            return dump(fields), JOINED
+        case HasLeft(participant):
+            return dump({"participant": participant}), LEFT
+        case TimeState():
+            return state(answer), TIME_STATE
+
+
+def state(answer: TimeState) -> bytes:
+    """Return the state of the clock as JSON."""
+    return dump(answer._asdict())
+
+
+def _granted(answer: Granted) -> bytes:
+    accepted = b",".join([_WRITERS[type(each)](each) for each in answer.accepted])
+    events = b",".join(starmap(_event, answer.events))
+    head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
+    met = b',"met":%b' % to_json(answer.met) if answer.met else b""
+    over = b',"over":%b' % to_json(answer.over) if answer.over else b""
+    return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
+
+
+_WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
+    {
+        GoalResponse: encoding.goal_response,
+        CancelResponse: encoding.cancel_response,
+        ResultResponse: encoding.result_response,
+        Watching: lambda answer: b'{"watching":true}' if answer.watching else b'{"watching":false}',
+        Refused: lambda answer: encoding.error(answer.message, answer.field, answer.value),
+        bytes: bytes,
+        type(None): lambda _answer: b"null",
+    }
+)
+"""The functions that encode the answer to a command, by its type."""
+
+
+def _event(kind: str, at: int, event: Any) -> bytes:
+    sec, nanosec = divmod(at, NANOSECONDS)
+    head = (
+        f'{{"stamp":{{"sec":{sec},"nanosec":{nanosec}}},"kind":"{kind}","robot":"{event.robot}",'
+        f'"action":"{event.action}","goal_id":"{event.goal_id}",'
+    ).encode()
+    if isinstance(event, FeedbackSent):
+        return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
+    if kind == "result" and event.result is not None:
+        cause = encoding.cause(event.cause)
+        return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
+    return b'%b"status":%d}' % (head, event.status)

@@ -9,9 +9,8 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -42,12 +41,11 @@ from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.server.decode import Requests
-from hmrsim_zenoh.server.decode_time import TIME_STATE, encoded
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import Reader
-from hmrsim_zenoh.server.liveliness import MAX_TOKENS
-from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
-from hmrsim_zenoh.server.replies import PendingExecution, PendingReply
+from hmrsim_zenoh.server.publisher import FeedbackLimiter, Publisher
+from hmrsim_zenoh.server.replies import TIME_STATE, PendingExecution, PendingReply, encoded
+from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.wildcards import servers_own
@@ -56,8 +54,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command
     from hmrsim.protocol.outputs import Output
     from hmrsim.settings.run import RunSettings
-    from hmrsim_zenoh.server.inbox import InboxMaker
-    from hmrsim_zenoh.server.interest import InterestMaker
+    from hmrsim_zenoh.server.inbox import QueryInbox
+    from hmrsim_zenoh.server.interest import Interest
     from hmrsim_zenoh.server.world_info import Description
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -76,9 +74,7 @@ _OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic
 """The topics on which a goal's events are published as soon as it is accepted."""
 
 _UNHEARD: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
-"""The outputs that nobody hears without a subscriber."""
-
-_BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
+"""The outputs that are dropped without a subscriber."""
 
 
 class Server(SelectiveSink):
@@ -91,8 +87,8 @@ class Server(SelectiveSink):
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        inbox: Makes the inbox of queries.
-        interest: Makes the detection of subscribers.
+        inbox: The kind of the inbox of queries.
+        interest: The kind of the detection of subscribers.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
@@ -109,22 +105,18 @@ class Server(SelectiveSink):
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
-        inbox: InboxMaker,
-        interest: InterestMaker,
+        inbox: type[QueryInbox],
+        interest: type[Interest[Topic | str]],
     ) -> None:
-        self._session = session
         self._submit = submit
         self._description = description
-        self._declares = len(description.serves) <= MAX_TOKENS
         self.keys = keys
         self._actions = all_actions()
         self._limiter = FeedbackLimiter()
         # The queries that await feedback, by robot, action and goal id.
         self._followed: dict[tuple[str, str, str], PendingExecution] = {}
-        # The key of each topic, by the topic's name.
-        self._feedback_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
-        self._status_keys: dict[tuple[str, str], list[zenoh.KeyExpr | str]] = {}
-        self._topic_keys: dict[str, zenoh.KeyExpr | str] = {}
+        self._goal_keys: dict[tuple[str, str, Verb], list[str]] = {}
+        self._publisher = Publisher(session, declares=len(description.serves) <= MAX_TOKENS)
         self._fixed = description.latched
         self._read_by = partial(
             Requests,
@@ -135,7 +127,6 @@ class Server(SelectiveSink):
             timestamp=session.new_timestamp,
             policy=description.policy,
         )
-        self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = inbox(
             session,
             servers_own(keys.everything()),
@@ -161,7 +152,7 @@ class Server(SelectiveSink):
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
             OrdersChanged: lambda _output: self._put_fixed("demand"),
-            # It is for participants in lockstep; others are told by status and answers.
+            # For participants in lockstep: other clients get the status and the answers.
             GoalTold: lambda _output: None,
             # Clients learn of it from the clock and from the event that follows.
             TimeRestarted: lambda _output: None,
@@ -178,18 +169,20 @@ class Server(SelectiveSink):
             servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
+    @cached_property
+    def _requests(self) -> Requests:
+        """The decoder of queries, which is made for the first one: clients of this process send none."""
+        return self._read_by(self.keys, serves=self._description.serves)
+
     def follow(self) -> None:
         """Serve the current robots and publish the latched topics to their subscribers."""
         serves = self._description.serves
         before, self.keys = self.keys, replace(self.keys, aliases=self._description.aliases)
-        self._requests = self._read_by(self.keys, serves=serves)
-        for known in (self._feedback_keys, self._status_keys):
-            again = before.aliases != self.keys.aliases
-            for target in [target for target in known if again or target[0] not in serves]:
-                self._undeclare(*known.pop(target))
-        there = {*serves, WORLD}
-        for topic in [topic for topic in self._topic_keys if self.keys.owner(topic) not in there]:
-            self._undeclare(self._topic_keys.pop(topic))
+        if "_requests" in self.__dict__:
+            self._requests = self._read_by(self.keys, serves=serves)
+        there, renamed = {*serves, WORLD}, before.aliases != self.keys.aliases
+        self._goal_keys.clear()
+        self._publisher.forget(lambda key: renamed or self.keys.owner(key) not in there)
         for topic in self._fixed:
             self._put_fixed(topic)
 
@@ -197,10 +190,10 @@ class Server(SelectiveSink):
         """Publish a latched topic of the world if it has subscribers."""
         mime, payload = self._fixed[topic]
         if self._interest.in_key(self.keys.world(topic)):
-            self._put(self._key_of(self.keys.world(topic)), payload(), mime, reliable=True)
+            self._publisher.put(self.keys.world(topic), payload(), mime, reliable=True)
 
     def close(self) -> None:
-        """Accept no more queries; the simulation thread wakes and ends."""
+        """Close the inbox, so that the simulation thread wakes and ends."""
         self.inbox.close()
 
     def join(self) -> None:
@@ -217,28 +210,27 @@ class Server(SelectiveSink):
         self.close()
         self._finishing = True
         while (command := self.inbox.poll()) is not None:
-            if isinstance(command, SendGoal):
-                refusal = self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
-                answer(command.reply_to, refusal)
-            elif isinstance(command, CallService):
-                answer(command.reply_to, Refused("", None, _ENDED))
+            if isinstance(command, (SendGoal, CallService)):
+                answer(command.reply_to, self.refusal_of(command))
             else:
                 submit(command)
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
-        """Return the commands that come before one of a client in this process: what has changed around it."""
-        first = self.planner.look() if isinstance(command, (SendGoal, Advance)) else []
+        """Return the commands to process before one of a client in this process: changes of planner and subscribers."""
+        first: list[AnyCommand] = []
+        if self._description.plans_externally and isinstance(command, (SendGoal, Advance)):
+            first += self.planner.look()
         if (changes := self._interest.look()) != self._changes_reported:
             self._changes_reported = changes
             first.append(InterestChanged())
         return first
 
     def info(self) -> dict[str, Any]:
-        """Return what the simulator says of itself, in plain values of the caller's own."""
+        """Return the description of the simulator as plain values, which the caller may modify."""
         return self._description.info_values()
 
     def refusal_of(self, command: object) -> GoalResponse | Refused:
-        """Return the answer to a command of a client in this process after the end."""
+        """Return the answer to a command that comes after the end."""
         if isinstance(command, SendGoal):
             return self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
         return Refused("", None, _ENDED)
@@ -251,20 +243,20 @@ class Server(SelectiveSink):
         commands = self._requests.decode(query)
         if commands and isinstance(commands[0], (Advance, CancelGoal, CallService)):
             self._look()
-        if commands and isinstance(commands[0], (SendGoal, Advance)):
+        if self._description.plans_externally and commands and isinstance(commands[0], (SendGoal, Advance)):
             return [*self.planner.look(), *commands]
         return commands
 
     def _look(self) -> None:
-        """Tell the simulation at once about a new subscriber, if the query that is served came after the last look."""
+        """Report new subscribers to the simulation, if the current query arrived after the last look."""
         if self.inbox.taken > self._looked:
             self._looked = self.inbox.arrived()
             self._report(self._interest.look())
 
     def _look_for_goals(self) -> None:
-        """Likewise of a goal's topics: a client that subscribes and then sends it must see all of it.
+        """Report new subscribers of a goal's topics: a client that subscribes and then sends a goal must see all of it.
 
-        In real time subscribers of other topics are soon noticed anyway.
+        In real time the subscribers of other topics are noticed soon enough.
         """
         if self._description.hurries:
             self._look()
@@ -281,7 +273,7 @@ class Server(SelectiveSink):
         self._roster_changed = True
 
     def _settle(self, query: zenoh.Query | None = None) -> None:
-        """Serve the current robots, unless the next query changes them again: each time takes time for all robots."""
+        """Serve the current robots, unless the next query changes them again: it takes time for each robot."""
         if self._roster_changed and (query is None or not _CHANGES_ROSTER.search(str(query.key_expr))):
             self._roster_changed = False
             self._on_roster()
@@ -368,7 +360,7 @@ class Server(SelectiveSink):
                 self._interest_changed()
         if event.goal is not None and self._interest[_LOG]:
             accepted = encoding.event_payload(EventStamped(event.stamp, event.accepted()))
-            self._put(self._key_of(self.keys.world(_LOG)), accepted, encoding.EVENT, reliable=True)
+            self._publisher.put(self.keys.world(_LOG), accepted, encoding.EVENT, reliable=True)
         self._put_event(event)
 
     def _put_event(self, event: GoalChanged | EventStamped) -> None:
@@ -379,14 +371,14 @@ class Server(SelectiveSink):
             return
         payload = encoding.event_payload(event)
         for topic in ("events",) * watched + (_LOG,) * logged:
-            self._put(self._key_of(self.keys.world(topic)), payload, encoding.EVENT, reliable=True)
+            self._publisher.put(self.keys.world(topic), payload, encoding.EVENT, reliable=True)
 
     def _emit_status(self, event: StatusChanged) -> None:
         self._settle()
         if self._interest[Topic.STATUS]:
             payload = encoding.status_array(event)
-            for key in self._keys_of(self._status_keys, event, Verb.STATUS):
-                self._put(key, payload, encoding.STATUS, reliable=True)
+            for key in self._keys_of(event, Verb.STATUS):
+                self._publisher.put(key, payload, encoding.STATUS, reliable=True)
 
     def _emit_feedback(self, event: FeedbackSent) -> None:
         self._settle()
@@ -395,8 +387,8 @@ class Server(SelectiveSink):
             return
         payload = encoding.feedback_message(event.goal_id, event.feedback)
         mime = encoding.of_action(self._actions[event.action], "FeedbackMessage")
-        for key in self._keys_of(self._feedback_keys, event, Verb.FEEDBACK) if listened else ():
-            self._put(key, payload, mime)
+        for key in self._keys_of(event, Verb.FEEDBACK) if listened else ():
+            self._publisher.put(key, payload, mime)
         if query:
             query.send(payload, mime)
 
@@ -404,55 +396,18 @@ class Server(SelectiveSink):
         self._settle()
         if not self._interest[event.topic]:
             return
-        key = self._key_of(self.keys.topic(event.robot or WORLD, event.topic.value))
-        self._put(key, encoding.message(event.message), encoding.of_message(event.message))
+        key = self.keys.topic(event.robot or WORLD, event.topic.value)
+        self._publisher.put(key, encoding.message(event.message), encoding.of_message(event.message))
 
     def _emit_time(self, event: TimeState) -> None:
-        self._put(self._key_of(self.keys.world(Topic.TIME.value)), encoded(event)[0], TIME_STATE, reliable=True)
+        self._publisher.put(self.keys.world(Topic.TIME.value), encoded(event)[0], TIME_STATE, reliable=True)
 
-    def _put(self, key: zenoh.KeyExpr | str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
-        """Publish; a best-effort message is dropped when a subscriber is slow."""
-        try:
-            self._session.put(key, payload, encoding=mime, congestion_control=_BLOCK if reliable else _DROP)
-        except zenoh.ZError as error:
-            _log.debug("publishing on %s: %s", key, error)
-
-    def _keys_of(
-        self, known: dict[tuple[str, str], list[zenoh.KeyExpr | str]], event: StatusChanged | FeedbackSent, verb: Verb
-    ) -> list[zenoh.KeyExpr | str]:
+    def _keys_of(self, event: StatusChanged | FeedbackSent, verb: Verb) -> list[str]:
         """Return the keys of one verb of a robot's action, one for each of its names."""
-        target = (event.robot, event.action)
-        if target not in known:
-            known[target] = [self._declared(self.keys.action(*name, verb)) for name in self.keys.names(*target)]
-        return known[target]
-
-    def _key_of(self, topic: str) -> zenoh.KeyExpr | str:
-        if topic not in self._topic_keys:
-            self._topic_keys[topic] = self._declared(topic)
-        return self._topic_keys[topic]
-
-    def _undeclare(self, *keys: zenoh.KeyExpr | str) -> None:
-        """Undeclare keys that are not used any more: Zenoh would keep them."""
-        for key in keys:
-            if isinstance(key, zenoh.KeyExpr):
-                with suppress(zenoh.ZError):
-                    self._session.undeclare(key)
-
-    def _declared(self, key: str) -> zenoh.KeyExpr | str:
-        """Return a key in the form that is fastest for Zenoh.
-
-        Zenoh compares an undeclared key with all declared ones, which takes 0.5 ms where 1,000 robots have liveliness
-        tokens. So keys are declared there, and not in larger worlds, which have no tokens and where declaring would
-        take minutes.
-        """
-        if not self._declares:
-            return key
-        try:
-            declared: zenoh.KeyExpr = self._session.declare_keyexpr(key)
-        except zenoh.ZError:
-            # The session was closed; the next publication reports that, too.
-            return key
-        return declared
+        target = (event.robot, event.action, verb)
+        if target not in self._goal_keys:
+            self._goal_keys[target] = [self.keys.action(*name, verb) for name in self.keys.names(*target[:2])]
+        return self._goal_keys[target]
 
 
 def _patterns(keys: Keys) -> dict[Topic | str, str]:

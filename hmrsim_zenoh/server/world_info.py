@@ -1,15 +1,18 @@
-"""The description of a served simulation: the handshake ``_world/info`` and the open lanes of its world."""
+"""The description of a served simulation: ``_world/info``, the other latched topics of the world, and the sessions."""
 
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Callable, Mapping
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any, Final
 
+import zenoh
 from pydantic_core import to_json
 
 import hmrsim
+from hmrsim.errors import printable
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.snapshot import scene
@@ -24,7 +27,6 @@ if TYPE_CHECKING:
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
-    from hmrsim_zenoh.server.sessions import Sessions
     from hmrsim_zenoh.wire.access_control import AccessControl
 
 _TYPES = {
@@ -40,8 +42,8 @@ class Description:
     """Describes a simulation; long descriptions are cached until `forget`.
 
     Args:
-        sessions: Who is connected, where certificates say so.
-        hurries: Returns whether time may pass faster than the wall's.
+        sessions: The connected sessions, if the simulator is secured.
+        hurries: Returns whether simulated time may run faster than wall time.
     """
 
     def __init__(
@@ -60,29 +62,27 @@ class Description:
         self._time = time
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
-        self._plans_externally: bool | None = None
         self._view: tuple[World | None, bytes] = (None, b"")
 
     @property
     def policy(self) -> AccessControl | None:
-        """What the session enforces; None where it is open."""
+        """The access control that the session enforces; None if it has none."""
         return self._sessions.policy if self._sessions else None
 
     @property
     def hurries(self) -> bool:
-        """Whether time may pass faster than the wall's."""
+        """Return whether simulated time may run faster than wall time."""
         return self._hurries()
 
-    @property
+    @cached_property
     def plans_externally(self) -> bool:
-        """Whether a robot drives the paths of an external planner."""
-        if self._plans_externally is None:
-            self._plans_externally = any(robot.planner == "external" for robot in self._simulator.robots.values())
-        return self._plans_externally
+        """Return whether a robot drives the paths of an external planner."""
+        return any(robot.planner == "external" for robot in self._simulator.robots.values())
 
     def forget(self) -> None:
-        """Drop the cached descriptions."""
-        self._info = self._route_graph = self._plans_externally = None
+        """Drop all cached descriptions, as the world has changed."""
+        self._info = self._route_graph = None
+        self.__dict__.pop("plans_externally", None)
 
     @property
     def serves(self) -> dict[str, list[str]]:
@@ -92,7 +92,7 @@ class Description:
 
     @property
     def aliases(self) -> Mapping[str, str]:
-        """The aliases of actions."""
+        """The aliases of actions in this world."""
         return self._simulator.world.remap
 
     @property
@@ -116,7 +116,7 @@ class Description:
         return dump({**self._info, **self._present()})
 
     def info_values(self) -> dict[str, Any]:
-        """Return the handshake in plain values of the caller's own."""
+        """Return the handshake as plain values, which the caller may modify."""
         return {**self._described(), **self._present()}
 
     def route_graph(self) -> bytes:
@@ -183,3 +183,41 @@ def _service_types() -> dict[str, str]:
     types |= SERVICE_TYPES
     types |= {name: service.ros_type for name, service in all_services().items()}
     return {f"{WORLD}/{name}": type_ for name, type_ in types.items()}
+
+
+_MAX_LOGGED: Final = 100
+"""The number of names without rights that are logged, each once."""
+
+_log = logging.getLogger(__name__)
+
+
+class Sessions:
+    """Follows the connections and logs clients without rights: Zenoh accepts them, but drops their messages.
+
+    Attributes:
+        policy: The access control that the session enforces.
+    """
+
+    mime: Final = f"{encoding.JSON};hmrsim/Sessions"
+
+    def __init__(self, session: zenoh.Session, policy: AccessControl) -> None:
+        self.policy = policy
+        self._names: dict[str, str] = {}
+        self._logged: set[str] = set()
+        handler = zenoh.handlers.Callback(self._on_event, indirect=False)
+        self._listener = session.info.declare_link_events_listener(handler, history=True)
+
+    def payload(self) -> bytes:
+        """Return the name on the certificate of each session."""
+        return dump({"sessions": [{"session": zid, "name": name} for zid, name in sorted(self._names.copy().items())]})
+
+    def _on_event(self, event: zenoh.LinkEvent) -> None:
+        """Process a connection that came or went; called in Zenoh's thread."""
+        zid, name = str(event.link.zid), event.link.auth_identifier or ""
+        if event.kind == zenoh.SampleKind.DELETE:
+            self._names.pop(zid, None)
+            return
+        self._names[zid] = name
+        if name not in self.policy.rules and name not in self._logged and len(self._logged) < _MAX_LOGGED:
+            self._logged.add(name)
+            _log.warning("%r is denied everything: it is revoked, or no member of the policy", printable(name))

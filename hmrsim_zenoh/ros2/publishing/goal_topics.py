@@ -11,7 +11,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
-from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
+from hmrsim_zenoh.server.publisher import FeedbackLimiter
 
 if TYPE_CHECKING:
     from hmrsim.protocol.answers import GoalEntry

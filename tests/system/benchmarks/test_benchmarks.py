@@ -133,7 +133,7 @@ def test_a_goal_within_one_process_takes_no_more_calls():
     done = subprocess.run([sys.executable, "-c", said], cwd=ROOT, check=True, capture_output=True, text=True)
     counts = json.loads(done.stdout)
 
-    limits = [[400, 0], [4_050, 4], [2_350, 4], [335, 3], [9_000, 29], [3_250, 7]]
+    limits = [[335, 0], [3_700, 4], [2_150, 4], [292, 3], [7_600, 29], [2_550, 7]]
     pairs = [pair for count, limit in zip(counts, limits, strict=True) for pair in zip(count, limit, strict=True)]
     assert [] == [(value, most) for value, most in pairs if value > most]
 

@@ -189,7 +189,7 @@ class TestRun:
             (["--robot", "wall-e"], "'wall-e' is not a robot's name; expected letters, digits and underscores"),
             (["--robot", "type:nurse"], "'type:nurse' is not a robot's name; selectors are for --robots"),
             (["--robot", "wall_e", "--period", "0"], "'0' is not a valid period"),
-            (["--robot", "wall_e", "--name", "ward b"], "'ward b' is no participant's name"),
+            (["--robot", "wall_e", "--name", "ward b"], "'ward b' is not a valid participant name"),
             (["--robot", "wall_e", "--clock", "wall"], "no clock 'wall'; there are auto, realtime, lockstep"),
             ([], "required: --robot"),
         ],

@@ -122,7 +122,7 @@ def test_a_callers_mistakes_are_reported_at_once(client, wait_client):
         wait_client.send_goal(GOAL, goal_id="short")
     with pytest.raises(TypeError, match="wait takes nav2_msgs/action/Wait_Goal"):
         wait_client.send_goal(NavigateToPose.Goal())
-    with pytest.raises(ValueError, match=r"'\*' is no robot's name"):
+    with pytest.raises(ValueError, match=r"'\*' is not a valid robot name"):
         client.action_client("*", registry()["wait"])
 
 

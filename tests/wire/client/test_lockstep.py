@@ -495,7 +495,7 @@ def test_closing_fails_what_is_under_way(options):
 @pytest.mark.parametrize("duration", [float("inf"), float("nan"), -1.0, 1e12])
 def test_an_invalid_duration_of_a_sleep_is_refused(client, wait, duration):
     """Later requests work as usual."""
-    with pytest.raises(ValueError, match=r"is no time to sleep for; it is 0\.0 s now"):
+    with pytest.raises(ValueError, match=r"can't sleep for .* s; it is 0\.0 s now"):
         client.sleep(duration)
 
     assert wait.send_goal(seconds(3)).result(PATIENCE).total_elapsed_time == Duration(sec=3)

@@ -11,7 +11,7 @@ import zenoh
 from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.outputs import Granted
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.participant import Participant, Wish, check_name
+from hmrsim_zenoh.client.participant import Participant, check_name
 from hmrsim_zenoh.errors import ClientClosed, Dropped, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.patience import PATIENCE
@@ -89,7 +89,7 @@ def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):
 def test_an_advance_says_what_is_wanted(keeper, participant):
     """Field by field; the commands come as they were given."""
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
-    participant.ask(Wish(3.0, frozenset({"result"}), frozenset({"feedback"}), (CANCEL,)))
+    participant.ask(3.0, frozenset({"result"}), frozenset({"feedback"}), (CANCEL,))
     granted = participant.take(PATIENCE)
     participant.accept(granted)
 
@@ -109,7 +109,7 @@ def test_an_advance_says_what_is_wanted(keeper, participant):
 def test_a_lost_reply_is_asked_for_again(keeper, participant):
     """The same request, which gets the same answer."""
     keeper.answers["advance"] = [None, None, {"epoch": 5, "now": 3.0, "reason": "idle", **NOTHING}]
-    participant.ask(Wish(commands=(CANCEL,)))
+    participant.ask(commands=(CANCEL,))
     granted = participant.take(PATIENCE)
 
     first, second, third = keeper.of("advance")
@@ -126,30 +126,31 @@ def test_an_answer_may_be_waited_for_in_turns(simulator, keeper, participant):
         query.reply(query.key_expr, json.dumps({"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}))
 
     queryable = simulator.session.declare_queryable("hmrsim/_world/time/advance", held, complete=True)
-    participant.ask(Wish())
+    participant.ask()
     early = participant.take(0.05)
+    asking = participant.request is not None
     release.set()
 
-    assert (early, participant.asking, participant.take(PATIENCE).now) == (None, True, 3.0)
+    assert (early, asking, participant.take(PATIENCE).now) == (None, True, 3.0)
     queryable.undeclare()
 
 
 def test_an_answer_may_be_taken_until_it_is_accepted(keeper, participant):
-    """Who was interrupted before gets it again, and the simulator is not asked twice."""
+    """A caller that was interrupted before gets the answer again, without another request to the simulator."""
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
-    participant.ask(Wish(3.0))
+    participant.ask(3.0)
     first, second = participant.take(PATIENCE), participant.take(PATIENCE)
-    asking = participant.asking
+    asking = participant.request is not None
     participant.accept(second)
 
-    assert (first, asking, participant.asking, len(keeper.of("advance"))) == (second, True, False, 1)
+    assert (first, asking, participant.request, len(keeper.of("advance"))) == (second, True, None, 1)
 
 
 def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
     """The simulation was reset while we were thinking: what we want is still to be done."""
     granted = {"epoch": 1, "now": 0.5, "reason": "until", **NOTHING}
     keeper.answers["advance"] = [refusal("epoch", "epoch 4 is not the current one, which is 0"), granted]
-    participant.ask(Wish(0.5))
+    participant.ask(0.5)
     participant.accept(participant.take(PATIENCE))
 
     assert [4, 0] == [request["epoch"] for request in keeper.of("advance")]
@@ -159,7 +160,7 @@ def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
 def test_an_epoch_that_stays_wrong_is_an_error(keeper, participant):
     """Another participant advances under the same name."""
     keeper.answers["advance"] = [refusal("epoch", "epoch 4 is not the current one, which is 7")]
-    participant.ask(Wish())
+    participant.ask()
 
     with pytest.raises(RequestError, match="not the current one"):
         participant.take(PATIENCE)
@@ -170,7 +171,7 @@ def test_a_dropped_participant_gets_the_reason(keeper, participant):
     """The error has the simulator's text."""
     text = "participant 'nurse' was dropped at 4.000 s: it kept the others waiting; join again"
     keeper.answers["advance"] = [refusal("participant", text)]
-    participant.ask(Wish())
+    participant.ask()
 
     with pytest.raises(Dropped, match=r"dropped at 4\.000 s: it kept the others waiting; join again"):
         participant.take(PATIENCE)
@@ -180,7 +181,7 @@ def test_a_clock_that_was_set_to_real_time_is_an_end(keeper, participant):
     """The error is not the participant's fault: time goes on without it."""
     keeper.answers["advance"] = [refusal("", "the clock is realtime; set it to lockstep first")]
     keeper.answers["state"] = [{"epoch": 6, "now": 9.5, "clock": "realtime"}]
-    participant.ask(Wish())
+    participant.ask()
 
     assert participant.take(PATIENCE) == Granted(6, 9.5, "end")
 
@@ -191,10 +192,10 @@ def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):
         refusal("commands.0.goal", "too large"),
         {"epoch": 5, "now": 3.0, "reason": "until", **NOTHING},
     ]
-    participant.ask(Wish())
+    participant.ask()
     with pytest.raises(RequestError, match="too large"):
         participant.take(PATIENCE)
-    participant.ask(Wish())
+    participant.ask()
 
     assert participant.take(PATIENCE).reason == "until"
 
@@ -202,7 +203,7 @@ def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):
 def test_a_simulator_that_goes_ends_the_wait(simulator, keeper, participant):
     """The wait ends after the grace, although the request is held by a participant that hangs."""
     keeper.answers["advance"] = [None]
-    participant.ask(Wish())
+    participant.ask()
     simulator.vanish()
 
     with pytest.raises(SimulatorGone, match="is gone"):
@@ -228,5 +229,5 @@ def test_a_closed_client_can_not_join(simulator):
 @pytest.mark.parametrize("name", ["", "7of9", "a/b", "a*", "nurse station"])
 def test_a_name_is_one_word(name):
     """It is part of a key."""
-    with pytest.raises(ValueError, match="is no participant's name"):
+    with pytest.raises(ValueError, match="is not a valid participant name"):
         check_name(name)

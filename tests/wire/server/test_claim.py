@@ -10,7 +10,7 @@ from threading import Barrier
 import pytest
 
 from hmrsim_zenoh.errors import PrefixTaken
-from hmrsim_zenoh.server.claim import Claim
+from hmrsim_zenoh.server.tokens import Claim
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import open_client, open_server

@@ -151,7 +151,7 @@ def test_the_same_id_may_go_to_another_action(fast, go, wait):
 @pytest.fixture
 def crowded(serve, wait, monkeypatch):
     """A client of a simulator in which no request may wait, and that has something else to do."""
-    from hmrsim_zenoh.server.channel_inbox import ChannelInbox  # noqa: PLC0415
+    from hmrsim_zenoh.server.inbox import ChannelInbox  # noqa: PLC0415
 
     monkeypatch.setitem(ChannelInbox.__init__.__kwdefaults__, "max_waiting", 0)
     tester = serve(real_time_factor=1.0)

@@ -72,41 +72,40 @@ def ends(steps, *commands, until=math.inf, epoch=0, wake=()):
 
 
 class TestBatteries:
-    """Levels, which are formulas of time."""
+    """Battery levels, which are formulas of time."""
 
     @pytest.mark.parametrize(
         ("comparison", "value", "at"),
         [(AT_MOST, 0.75, 25.0), (LESS, 0.75, 25.0 + NANOSECOND), (AT_MOST, 0.0, 100.0), (AT_MOST, 1.0, 0.0)],
     )
     def test_time_stops_when_a_level_is_reached(self, comparison, value, at):
-        """At the first nanosecond at which it holds, whatever else is scheduled."""
+        """Time stops at the first nanosecond at which the condition holds, whatever else is scheduled."""
         assert (at, ("low",)) == ends(joined(), battery(comparison, value))
 
     def test_a_charge_is_in_ampere_hours(self):
-        """As in the message."""
         watch = battery(AT_MOST, 50 / 25.2 / 3600, field="charge")
 
         assert (50.0, ("low",)) == ends(joined(), watch)
 
     def test_another_load_brings_it_nearer(self):
-        """A robot that drives needs four times as much, from when it drives to when it stands."""
+        """A moving robot consumes four times as much as one that stands still."""
         steps = joined()
         ends(steps, battery(AT_MOST, 0.75), until=3.0)
 
         assert (3 + 22 / 4, ("low",)) == ends(steps, go(20), epoch=1)
 
     def test_a_load_that_ends_puts_it_off(self):
-        """20 of 100 are gone after a way of 5 m; the rest takes as many seconds."""
+        """20 of 100 are gone after 5 m; the rest lasts as many seconds."""
         assert (5 + 30, ("low",)) == ends(joined(), battery(AT_MOST, 0.5), go(5))
 
     def test_a_jump_is_seen_when_it_happens(self):
-        """A cell that fails takes its share of the charge along."""
+        """A failed cell takes its share of the charge with it."""
         steps = joined({"type": "battery_cell", "robot": "eve", "cell": 0, "at": 10})
 
         assert (10.0, ("low",)) == ends(steps, battery(AT_MOST, 60 / 25.2 / 3600 * 1.3, field="charge"))
 
     def test_charging_is_seen_as_well(self):
-        """From an eighth, after 20 m and 1 m to the dock, to a half at 10 a second."""
+        """The robot docks after 21 m with an eighth of its charge, and charges 10 a second."""
         steps = joined()
         docked = SendGoal("eve", "dock_robot", DockRobot.Goal(dock_id="charger"))
         (end, met) = ends(steps, docked, wake={"result"})
@@ -119,12 +118,12 @@ class TestBatteries:
         )
 
     def test_a_full_battery_is_full_no_longer_after_the_first_instant(self):
-        """Which is two nanoseconds long: time does not advance within it, and has to, to look again."""
+        """The first instant is two nanoseconds long, so that time has to leave it before the next check."""
         assert (2 * NANOSECOND, ("low",)) == ends(joined(), battery("<", 1.0), until=5.0)
         assert (2 * NANOSECOND, ("low",)) == ends(joined(), battery("<", 1.0), go(5), until=5.0)
 
     def test_other_fields_are_looked_at_with_each_message(self):
-        """As with `power_supply_status`, which is DISCHARGING from the beginning, and never CHARGING."""
+        """The field `power_supply_status` is DISCHARGING from the beginning, and never CHARGING."""
         never = battery("==", 1, name="charges", field="power_supply_status")
         now = battery("==", 2, name="drains", field="power_supply_status")
 
@@ -138,7 +137,7 @@ class TestBatteries:
         x=st.floats(0.0, 20.0),
     )
     def test_it_holds_from_this_nanosecond_on(self, comparison, value, drain, moving, x):
-        """As a simulation without the condition finds; and the traces are the same."""
+        """A simulation without the condition reaches the level at the same time, with the same trace."""
         drains = {"still": drain, "moving": moving}
         with_, without = joined(drain=drains, traced=True), joined(drain=drains, traced=True)
         now, met = ends(with_, battery(comparison, value), go(x), until=50.0)
@@ -159,10 +158,10 @@ class TestBatteries:
 
 
 class TestEvents:
-    """What happens in the world."""
+    """Conditions on events."""
 
     def test_a_fault_begins_and_ends(self):
-        """At their times, told apart by their names."""
+        """Each is reported at its time, by its name."""
         steps = joined({"type": "breakdown", "robot": "eve", "name": "stuck", "at": 7, "until": 9})
         began = event("began", kind="fault_began", name="stuck")
         ended = event("ended", kind="fault_ended", robot="eve")
@@ -172,18 +171,18 @@ class TestEvents:
         assert (9.0, ("ended",)) == ends(steps, epoch=1, until=60.0)
 
     def test_an_event_of_a_goal(self):
-        """As `_world/events` has them."""
+        """The fields are those of `_world/events`."""
         succeeded = event(kind="status", status=4, action="wait")
 
         assert (3.0, ("seen",)) == ends(joined(), succeeded, wait(3), go(20, "wall_e"))
 
     def test_any_event_will_do(self):
-        """Without a comparison; the first one is the acceptance of the goal."""
+        """A condition without comparisons holds for the first event, the acceptance of the goal."""
         assert (0.0, ("seen",)) == ends(joined(), event(), wait(3))
 
 
 class TestSamples:
-    """Topics with a rate."""
+    """Conditions on topics that are published at a rate."""
 
     def test_a_place_is_reached_with_the_sample_that_says_so(self):
         """Odometry is sampled ten times a second."""
@@ -193,7 +192,7 @@ class TestSamples:
         assert (pytest.approx(3.2, abs=1e-3), ("far",)) == ends(joined(), watch, go(20))
 
     def test_feedback_of_an_action(self):
-        """Its field, below `feedback`; other actions and robots don't count."""
+        """The field is below `feedback`; other actions and robots don't count."""
         near = Comparison(("feedback", "distance_remaining"), "<", 5.0)
         watch = Watch("near", Topic.FEEDBACK, "eve", "navigate_to_pose", (near,))
 
@@ -201,24 +200,22 @@ class TestSamples:
 
 
 class TestWatching:
-    """Conditions come and go."""
+    """Adding and removing conditions."""
 
     def test_a_condition_is_met_once(self):
-        """And told once: time moves on although it still holds."""
+        """Time moves on although the condition still holds."""
         steps = joined()
 
         assert (25.0, ("low",)) == ends(steps, battery(AT_MOST, 0.75), until=60.0)
         assert (60.0, ()) == ends(steps, epoch=1, until=60.0)
 
     def test_it_stays_until_then(self):
-        """Whatever is granted in between."""
         steps = joined()
 
         assert (3.0, ()) == ends(steps, battery(AT_MOST, 0.75), until=3.0)
         assert (25.0, ("low",)) == ends(steps, epoch=1)
 
     def test_it_is_taken_back_by_its_name(self):
-        """Or replaced by another of that name."""
         steps = joined()
         first = steps.advance("nurse", 0, 0.0, battery(AT_MOST, 0.75), battery(AT_MOST, 0.5, name="half"), wake=())
         second = steps.advance("nurse", 1, 40.0, Unwatch("low"), Unwatch("low"), battery(AT_MOST, 0.4, name="half"))
@@ -228,13 +225,11 @@ class TestWatching:
         assert (60.0, ("half",)) == ends(steps, epoch=2)
 
     def test_several_are_told_at_once(self):
-        """By name."""
         conditions = [battery(AT_MOST, 0.75, name=name, robot=robot) for name, robot in (("b", "eve"), ("a", "wall_e"))]
 
         assert (25.0, ("a", "b")) == ends(joined(), *conditions)
 
     def test_the_first_level_of_several_stops_time(self):
-        """In whatever order they were set."""
         steps = joined()
         levels = [battery(AT_MOST, level, name=str(level)) for level in (0.5, 0.75, 0.6)]
 
@@ -242,7 +237,7 @@ class TestWatching:
         assert (40.0, ("0.6",)) == ends(steps, epoch=1)
 
     def test_many_levels_of_one_battery_cost_little(self, monkeypatch):
-        """When each of them is reached is not computed anew for each one that is added."""
+        """Adding a condition computes the time of that condition alone."""
         computed = []
         reached = battery_levels._reached
         monkeypatch.setattr(battery_levels, "_reached", lambda *args: computed.append(args) or reached(*args))
@@ -253,7 +248,7 @@ class TestWatching:
 
     @pytest.mark.parametrize("further", [(), (Comparison(("charge",), "<", 0.0),)], ids=["met", "never met"])
     def test_levels_that_are_reached_one_after_the_other_cost_the_same_each(self, monkeypatch, further):
-        """However many conditions wait, whether they are met then or wait for another field."""
+        """The cost of a check does not depend on how many conditions wait."""
         looks = []
         level, holds = battery_levels._level, Watch.holds
         monkeypatch.setattr(battery_levels, "_level", lambda *args: looks.append(args) or level(*args))
@@ -278,7 +273,7 @@ class TestWatching:
         assert cost(400) < 5 * cost(100)
 
     def test_a_message_costs_nothing_where_all_can_be_computed(self, monkeypatch):
-        """Whoever else has subscribed to it."""
+        """Other subscribers make no difference."""
         steps = joined(topics=frozenset(Topic))
         levels = [battery(AT_MOST, 0.1, name=str(number)) for number in range(100)]
         ends(steps, *levels, until=1.0)
@@ -302,7 +297,7 @@ class TestWatching:
         ids=["huge", "most", "least", "nan", "text", "bool", "null"],
     )
     def test_a_level_is_compared_with_any_value(self, comparison, value, met):
-        """Also with one that no level can have."""
+        """Some of the values are out of range."""
         other = Comparison(("charge",), AT_LEAST, 0.0)
         both = Watch(
             "both", Topic.BATTERY_STATE, "eve", comparisons=(Comparison(("percentage",), comparison, value), other)
@@ -359,7 +354,6 @@ class TestWatching:
         assert together == {name: at for watch in watches for name, at in met_at(watch).items()}
 
     def test_one_that_is_taken_back_is_not_told_although_it_was_met(self):
-        """Its participant has something else in mind since."""
         watched = Conditions(joined().simulator, lambda: None)
         for name in ("low", "half"):
             watched.watch("nurse", battery(AT_MOST, 1.0, name=name))
@@ -368,15 +362,14 @@ class TestWatching:
         assert ("half",) == watched.take_met("nurse")
 
     def test_who_takes_all_back_is_not_woken(self):
-        """There is nothing to tell."""
         watched = Conditions(joined().simulator, lambda: None)
         watched.watch("nurse", battery(AT_MOST, 1.0))
         watched.unwatch("nurse", "low")
 
-        assert () == watched.met
+        assert {} == watched.met
 
     def test_only_its_own_participant_is_told(self):
-        """Time stops for all."""
+        """Time stops for every participant."""
         steps = joined(names=("nurse", "porter"))
         held = steps.ask("porter", 0, wake=())
 
@@ -384,7 +377,7 @@ class TestWatching:
         assert (25.0, "event", ()) == (steps.answers(held).now, steps.answers(held).reason, steps.answers(held).met)
 
     def test_those_of_a_participant_that_leaves_are_forgotten(self):
-        """The other one goes on as far as it likes."""
+        """Time goes on as far as the other one allows."""
         steps = joined(names=("nurse", "porter"))
         steps.ask("porter", 0, 1.0, battery(AT_MOST, 0.75), wake=())
         ends(steps, until=1.0)
@@ -393,7 +386,6 @@ class TestWatching:
         assert (50.0, ()) == ends(steps, epoch=1, until=50.0)
 
     def test_what_is_not_there_is_refused(self):
-        """And wakes who asked for it."""
         steps = joined()
         nobody = battery(AT_MOST, 0.5, robot="zoe")
         blind = Watch("seen", Topic.DETECTIONS, "eve")
@@ -404,7 +396,6 @@ class TestWatching:
         assert 0.0 == granted.now
 
     def test_there_is_a_limit(self):
-        """Of conditions a participant."""
         steps = joined()
         many = [event(str(number), kind="never") for number in range(MAX_WATCHED + 1)]
         granted = steps.advance("nurse", 0, 1.0, *many, wake=())
@@ -414,13 +405,11 @@ class TestWatching:
         ]
 
     def test_a_robot_that_can_not_be_reached_says_nothing(self):
-        """Its battery is known again when its messages come again."""
         lost = {"type": "messages_lost", "robot": "eve", "at": 10, "until": 40}
 
         assert (40.0, ("low",)) == ends(joined(lost), battery(AT_MOST, 0.75))
 
     def test_after_a_reset_it_is_watched_still(self):
-        """Of the robot's new battery."""
         steps = joined()
         ends(steps, battery(AT_MOST, 0.75), until=20.0)
         steps.run.ask("reset_simulation")
@@ -429,7 +418,6 @@ class TestWatching:
         assert (25.0, ("low",)) == ends(steps)
 
     def test_a_robot_that_is_gone_is_not_watched(self):
-        """Time moves on."""
         steps = joined()
         ends(steps, battery(AT_MOST, 0.75), until=20.0)
         steps.run.ask("delete_entity", {"entity": "eve"})
@@ -438,7 +426,7 @@ class TestWatching:
 
     @pytest.mark.parametrize("watch", [battery(LESS, 0.8), battery(AT_MOST, 0.8), event(kind="battery_low")])
     def test_who_listens_makes_no_difference(self, watch):
-        """Messages that another subscriber gets are looked at only where nothing can be computed."""
+        """Messages for another subscriber are checked only for conditions that can't be computed."""
         times = set()
         for topics in (frozenset(), frozenset(Topic)):
             steps = joined(drain={"default": 3.0}, topics=topics)
@@ -470,7 +458,7 @@ class TestWatching:
     ],
 )
 def test_a_comparison(path, comparison, value, holds):
-    """Of numbers with numbers, texts with texts; a field that is not there compares with nothing."""
+    """Numbers are compared with numbers, and texts with texts; a missing field never matches."""
     message = {"n": 3, "t": "b", "yes": True, "none": None, "list": [5, 6]}
 
     assert holds is Comparison(path, comparison, value).holds(message)

@@ -44,52 +44,48 @@ def steps():
 
 
 class TestOne:
-    """One participant."""
+    """Lockstep with one participant."""
 
     def test_joining_tells_where_to_begin(self):
-        """Epoch, time, and how many goals this name has sent."""
+        """The answer has the epoch, the time, and how many goals this name has sent."""
         assert Joined("nurse", 0, 0.0, 0) == Steps().join("nurse")
 
     def test_time_stands_until_it_asks(self, steps):
-        """Nothing moves before."""
         steps.simulator.submit(wait("eve", 1))
         steps.move()
 
         assert 0.0 == steps.simulator.now
 
     def test_it_is_woken_by_a_result(self, steps):
-        """At the instant of the first result, not at the time it would go to."""
+        """Time stops at the first result, before the limit that was asked for."""
         granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 5))
 
         assert (1, 3.0, "event") == granted[:3]
         assert [("result", "eve", 3.0)] == kinds(granted)
 
     def test_all_that_happens_at_the_instant_is_told_at_once(self, steps):
-        """Two results of one time are one grant."""
+        """Two results of one instant are reported with one grant."""
         granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 3))
 
         assert [("result", "eve", 3.0), ("result", "wall_e", 3.0)] == kinds(granted)
 
     def test_it_gets_the_time_it_asks_for(self, steps):
-        """When nothing happens before."""
         assert Granted(1, 2.5, "until") == steps.advance("alone", 0, 2.5)
 
     def test_a_time_that_has_been_is_granted_at_once(self, steps):
-        """It stays as late as it is."""
         steps.advance("alone", 0, 5.0)
 
         assert (2, 5.0, "until") == steps.advance("alone", 1, 2.0)[:3]
 
     def test_it_is_never_told_an_earlier_time_than_it_asked_for(self, steps):
-        """Times are whole nanoseconds, which a third of a second is not."""
+        """Times are whole nanoseconds, unlike a third of a second."""
         assert 1 / 3 == steps.advance("alone", 0, 1 / 3).now
 
     def test_nothing_scheduled_is_idle_at_once(self, steps):
-        """And as late as it was."""
         assert Granted(1, 0.0, "idle") == steps.advance("alone", 0)
 
     def test_the_answers_to_its_commands_come_in_their_order(self, steps):
-        """Also of those that are refused."""
+        """Refused commands are answered, too."""
         granted = steps.advance("alone", 0, 1.0, wait("eve", 3), wait("nobody", 3), CancelGoal("eve", "wait"))
         accepted, rejected, canceled = granted.accepted
 
@@ -97,13 +93,13 @@ class TestOne:
         assert "unknown_robot" == rejected.reason
 
     def test_a_goal_that_is_rejected_wakes_it(self, steps):
-        """Nothing else would ever come of it."""
+        """No event will follow a rejected goal."""
         granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("nobody", 3))
 
         assert (0.0, "event") == (granted.now, granted.reason)
 
     def test_its_goals_are_numbered(self, steps):
-        """The ids come from its name and their number, also over several grants."""
+        """The ids are made from the participant's name and the number of its goals, across grants."""
         first = steps.advance("alone", 0, 1.0, wait("eve", 3))
         second = steps.advance("alone", 1, 2.0, wait("wall_e", 3))
 
@@ -111,21 +107,21 @@ class TestOne:
         assert expected == [first.accepted[0].goal_id, second.accepted[0].goal_id]
 
     def test_numbers_go_on_when_it_joins_again(self, steps):
-        """So no id comes twice."""
+        """No goal id is generated twice."""
         steps.advance("alone", 0, 1.0, wait("eve", 3))
         steps.leave("alone")
 
         assert 1 == steps.join("alone").goals
 
     def test_a_lost_answer_is_given_again(self, steps):
-        """For the same epoch, and nothing is done twice."""
+        """A request for the same epoch applies no command twice."""
         granted = steps.advance("alone", 0, 1.0, wait("eve", 3))
 
         assert granted == steps.advance("alone", 0, 1.0, wait("eve", 3))
         assert 1.0 == steps.simulator.now
 
     def test_after_a_reset_the_same_epoch_is_another_one(self, steps):
-        """Its answer is not that of before: epochs begin at 0 again."""
+        """Epochs begin at 0 again, and earlier answers are not repeated."""
         steps.advance("alone", 0, 5.0)
         steps.run.ask("reset_simulation")
         steps.lockstep.restart()
@@ -133,7 +129,6 @@ class TestOne:
         assert Granted(1, 2.0, "until") == steps.advance("alone", 0, 2.0)
 
     def test_asking_again_while_the_answer_is_held_gets_it_too(self, steps):
-        """Both are answered."""
         steps.join("other")
         first, second = steps.ask("alone", 0, 1.0), steps.ask("alone", 0, 1.0)
         steps.advance("other", 0, 1.0)
@@ -141,17 +136,16 @@ class TestOne:
         assert steps.answers(first) == steps.answers(second) == Granted(1, 1.0, "until")
 
     def test_another_epoch_is_refused(self, steps):
-        """The text says which one is next."""
+        """The error message names the next epoch."""
         expected = Refused("epoch", 7, "epoch 7 is not the current one, which is 0")
 
         assert expected == steps.advance("alone", 7, 1.0)
 
     def test_a_name_that_has_joined_is_refused(self, steps):
-        """Another name will do."""
         assert "participant 'alone' has joined already; take another name" == steps.join("alone").message
 
     def test_joining_again_with_its_token_gets_the_same_answer(self):
-        """As the first one may be lost; another client with that name is refused."""
+        """The first answer may be lost; another client with the same name is refused."""
         run, lockstep = in_lockstep()
         for number, token in enumerate(("mine", "mine", "", "other")):
             lockstep.join(Join("nurse", number, token), 0.0)
@@ -161,38 +155,35 @@ class TestOne:
         assert [Refused] * 2 == [type(answer) for answer in answers[2:]]
 
     def test_a_stranger_is_refused(self, steps):
-        """It has to join first."""
         assert "no participant 'zoe'; join first" == steps.advance("zoe", 0).message
         assert "no participant 'zoe'; join first" == steps.leave("zoe").message
 
     def test_leaving_is_answered_and_told(self, steps):
-        """Time stands afterwards."""
         assert HasLeft("alone") == steps.leave("alone")
         assert [("participant_joined", "alone"), ("participant_left", "alone")] == steps.happened()
         assert not steps.lockstep.ready
 
     def test_status_wakes_a_participant_that_wants_it(self, steps):
-        """At the instant of the command already."""
+        """Time stops at the instant of the command."""
         granted = steps.advance("alone", 0, 9.0, wait("eve", 3), wake={"status"})
 
         assert 0.0 == granted.now
         assert [1, 2] == [event.status for _, _, event in granted.events]
 
     def test_a_result_is_told_with_the_status(self, steps):
-        """In this order, where both are wanted."""
         steps.advance("alone", 0, 0.0, wait("eve", 3), wake=())
         granted = steps.advance("alone", 1, 9.0, wake={"status", "result"})
 
         assert ["status", "result"] == [kind for kind, _, _ in granted.events]
 
     def test_feedback_wakes_a_participant_that_wants_it(self, steps):
-        """A tenth of a second after the goal began."""
+        """The first feedback is due 0.1 s after the goal began."""
         granted = steps.advance("alone", 0, 9.0, go("wall_e", 5, 2), wake={"feedback"})
 
         assert [("feedback", "wall_e", 0.1)] == kinds(granted)
 
     def test_feedback_is_reported_in_the_order_of_robots(self, steps):
-        """An earlier request for a result doesn't change it."""
+        """An earlier request for the result makes no difference."""
         steps.simulator.submit(GetResult("wall_e", "navigate_to_pose", "a" * 32, "x"))
         goals = [go("wall_e", 9, 2), go("cart", 9, 2)]
         granted = steps.advance("alone", 0, 1.0, *goals, report={"feedback"})
@@ -200,7 +191,7 @@ class TestOne:
         assert ["cart", "wall_e"] == [event.robot for _, _, event in granted.events]
 
     def test_feedback_is_reported_without_waking(self, steps):
-        """That of the instant at which time was granted, once a goal."""
+        """A grant reports one sample of each goal, of the instant at which it ends."""
         granted = steps.advance("alone", 0, 2.0, go("wall_e", 5, 2), report={"feedback"})
         ((_, _, feedback),) = granted.events
 
@@ -208,7 +199,7 @@ class TestOne:
         assert 2.0 == pytest.approx(feedback.feedback["distance_remaining"])
 
     def test_what_happens_while_it_thinks_is_told_next(self, steps):
-        """A client that does not take part cancels its goal."""
+        """The goal is canceled by a client that does not take part."""
         steps.advance("alone", 0, 1.0, wait("eve", 3))
         steps.simulator.submit(CancelGoal("eve", "wait"))
         granted = steps.advance("alone", 1, 9.0)
@@ -217,7 +208,7 @@ class TestOne:
         assert [("result", "eve", 1.0)] == kinds(granted)
 
     def test_time_does_not_go_on_for_what_was_canceled(self, steps):
-        """Nothing is scheduled any more: neither the end of a wait, nor that of a lane."""
+        """Nothing is left in the schedule, neither the end of a wait nor that of a lane."""
         steps.advance("alone", 0, 1.0, wait("eve", 3), go("wall_e", 9, 2))
         commands = CancelGoal("eve", "wait"), CancelGoal("wall_e", "navigate_to_pose")
         steps.advance("alone", 1, 1.0, *commands)
@@ -225,18 +216,18 @@ class TestOne:
         assert (1.0, "idle") == (steps.advance("alone", 2).now, steps.advance("alone", 3).reason)
 
     def test_asking_for_the_next_epoch_while_waiting_is_refused(self, steps):
-        """The answer that is still to come says which is next."""
+        """The pending answer says which epoch is next."""
         steps.simulator.gate.limit = 0.0
         steps.ask("alone", 0, 5.0)
 
-        assert "epoch 0 is being waited for" in steps.advance("alone", 1, 5.0).message
+        assert "epoch 0 is pending" in steps.advance("alone", 1, 5.0).message
 
 
 class TestSeveral:
-    """Several participants."""
+    """Lockstep with several participants."""
 
     def test_no_participant_is_granted_before_all_ask(self):
-        """A participant that has yet to ask holds time."""
+        """Time waits for a participant that has yet to ask."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -246,7 +237,6 @@ class TestSeveral:
         assert ("b",) == steps.lockstep.waiting_for
 
     def test_the_least_time_is_granted(self):
-        """To all of them."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -254,7 +244,7 @@ class TestSeveral:
         assert steps.advance("b", 0, 2.0) == steps.answers(held) == Granted(1, 2.0, "until")
 
     def test_commands_are_applied_in_the_order_of_names(self):
-        """Not in that of requests: both want the same base, and the later one gets it."""
+        """The order of requests does not decide which of two robots gets the same base."""
         for order in (("a", "b"), ("b", "a")):
             steps = Steps()
             steps.join(*order)
@@ -266,7 +256,6 @@ class TestSeveral:
             assert [made_goal_id("a", 1)] == ends
 
     def test_they_are_answered_in_the_order_of_names(self):
-        """Not in the order of requests."""
         steps = Steps()
         steps.join("b", "a")
         b, a = steps.ask("b", 0, 1.0), steps.ask("a", 0, 1.0)
@@ -276,7 +265,7 @@ class TestSeveral:
         assert [a, b] == answered
 
     def test_each_is_told_what_it_wants(self):
-        """One is woken, the other hears nothing of what it did not ask for."""
+        """One participant is woken; the other does not get the event that it did not ask for."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 9.0, wait("eve", 3), wake=())
@@ -286,7 +275,7 @@ class TestSeveral:
         assert 3.0 == steps.answers(held).now
 
     def test_time_stands_until_enough_have_joined(self):
-        """Two are awaited; the first may ask, and waits."""
+        """Two participants are awaited, and the first one has to wait."""
         steps = Steps(awaited=2)
         steps.join("a")
         held = steps.ask("a", 0, 1.0)
@@ -299,7 +288,6 @@ class TestSeveral:
         assert Granted(1, 1.0, "until") == steps.answers(held)
 
     def test_time_stands_until_all_names_have_joined(self):
-        """Others do not count."""
         steps = Steps(awaited=("a", "b"))
         steps.join("a", "zoe")
         for name in ("a", "zoe"):
@@ -310,7 +298,6 @@ class TestSeveral:
 
     @pytest.mark.parametrize("order", [("a", "b"), ("b", "a")])
     def test_joins_are_told_in_the_order_of_names(self, order):
-        """Not in the order of joining."""
         steps = Steps(topics=frozenset({Topic.EVENTS}))
         steps.join(*order)
         for name in order:
@@ -320,7 +307,6 @@ class TestSeveral:
         assert [("participant_joined", "a"), ("participant_joined", "b")] == steps.happened()
 
     def test_a_late_participant_begins_with_the_next_grant(self):
-        """The others wait for it then."""
         steps = Steps()
         steps.join("a")
         steps.advance("a", 0, 1.0)
@@ -333,7 +319,7 @@ class TestSeveral:
         assert Granted(2, 2.0, "until") == steps.advance("b", 1, 3.0)
 
     def test_a_participant_that_joins_within_a_grant_begins_with_the_one_after(self):
-        """It may ask for that at once, and the grant under way is not for it."""
+        """It may ask for the next grant at once, and is not part of the current one."""
         steps = Steps(most=1)
         steps.join("a")
         held = steps.ask("a", 0, 9.0, wait("eve", 3))
@@ -348,7 +334,6 @@ class TestSeveral:
         assert steps.answers(early) is None
 
     def test_the_others_go_on_when_one_leaves(self):
-        """They need not wait for it any more."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -359,10 +344,8 @@ class TestSeveral:
 
 
 class TestLoss:
-    """Participants that die or stall."""
-
     def test_one_whose_token_goes_is_dropped(self):
-        """The others go on, and the story says why."""
+        """The other participants go on, and an event gives the reason."""
         steps = Steps(topics=frozenset({Topic.EVENTS}))
         steps.join("a", "b")
         steps.lockstep.token_seen("b", alive=True)
@@ -375,7 +358,7 @@ class TestLoss:
         assert steps.lockstep.lost
 
     def test_one_that_never_had_a_token_is_not_missed_by_it(self):
-        """It may be a script that knows nothing of tokens."""
+        """A script need not declare a token."""
         steps = Steps()
         steps.join("a")
         steps.lockstep.token_seen("a", alive=False)
@@ -383,7 +366,7 @@ class TestLoss:
         assert ("a",) == steps.lockstep.participants
 
     def test_a_token_may_be_there_before_it_joins(self):
-        """It counts all the same."""
+        """The token may have been declared before the participant joined."""
         steps = Steps()
         steps.lockstep.token_seen("a", alive=True)
         steps.join("a")
@@ -392,7 +375,7 @@ class TestLoss:
         assert () == steps.lockstep.participants
 
     def test_a_participant_that_thinks_for_too_long_is_overdue(self):
-        """By the watcher's clock: since it joined, or was answered last; not while it waits itself."""
+        """The time counts from when it joined or got its last answer, and not while it waits."""
         steps = Steps()
         steps.join("a", "b")
         steps.ask("a", 0, 5.0)
@@ -401,7 +384,7 @@ class TestLoss:
         assert ["b"] == steps.lockstep.overdue(1.0)
 
     def test_a_dropped_participant_is_told_so(self):
-        """When, why, and what would do."""
+        """The error says when and why it was dropped, and what to do."""
         steps = Steps()
         steps.join("a")
         steps.lockstep.drop("a", "it died")
@@ -410,7 +393,6 @@ class TestLoss:
         assert Joined("a", 0, 0.0, 0) == steps.join("a")
 
     def test_a_participant_dropped_while_it_waits_is_told_so(self):
-        """Its request is answered like any other."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -419,7 +401,7 @@ class TestLoss:
         assert "participant 'a' was dropped at 0.000 s" in steps.answers(held).message
 
     def test_the_commands_of_one_that_is_dropped_are_not_applied(self):
-        """It has asked, and dies before the others have."""
+        """The participant dies after it has asked, and before the others ask."""
         steps = Steps()
         steps.join("a", "b")
         steps.ask("b", 0, 5.0, wait("eve", 3))
@@ -430,10 +412,9 @@ class TestLoss:
 
 
 class TestHeld:
-    """What holds time beside the participants."""
+    """Pauses, steps and the end of the run."""
 
     def test_while_paused_an_advance_is_held(self, steps):
-        """It goes on when time may."""
         steps.simulator.gate.limit = 0.0
         held = steps.ask("alone", 0, 5.0)
         steps.move()
@@ -444,7 +425,7 @@ class TestHeld:
         assert (None, 5.0) == (before, steps.answers(held).now)
 
     def test_a_pause_within_a_grant_holds_it(self, steps):
-        """At the limit, until that is gone."""
+        """Time stops at the limit until it is lifted."""
         held = steps.ask("alone", 0, 5.0, wait("eve", 9))
         steps.lockstep.begin()
         steps.simulator.gate.limit = 2.0
@@ -458,7 +439,7 @@ class TestHeld:
         assert ((None, 2.0), 5.0) == (before, steps.answers(held).now)
 
     def test_the_end_of_the_run_releases_all_participants(self):
-        """At that time, with the reason."""
+        """The goals end at that time, with the reason of the end."""
         steps = Steps(until=4.0)
         steps.join("a")
 
@@ -466,7 +447,7 @@ class TestHeld:
         assert () == steps.lockstep.participants
 
     def test_dismissing_answers_waiting_participants(self):
-        """The answer tells of the end."""
+        """The answer reports the end of the run."""
         steps = Steps(awaited=2)
         steps.join("a")
         held = steps.ask("a", 0, 9.0)
@@ -475,7 +456,7 @@ class TestHeld:
         assert "end" == steps.answers(held).reason
 
     def test_a_new_beginning_is_epoch_0(self):
-        """A waiting participant is told what happened to its goals."""
+        """A waiting participant gets the ends of its goals."""
         steps = Steps()
         steps.join("a", "b")
         steps.ask("a", 0, 1.0, wait("eve", 9))

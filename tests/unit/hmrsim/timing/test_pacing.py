@@ -1,4 +1,4 @@
-"""How time follows the wall, and what stops it. The wall clock here is a fake one."""
+"""Pacing by a fake wall clock, and what stops simulated time."""
 
 from __future__ import annotations
 
@@ -70,21 +70,21 @@ def paced(wall, arrivals, *, factor=1.0, topics=frozenset(), **kwargs):
 
 
 def test_a_command_is_stamped_with_the_time_of_its_arrival(wall):
-    """2.5 wall seconds at factor 1, in the middle of nothing."""
+    """The command arrives after 2.5 wall seconds at factor 1, when no event is due."""
     run, _ = paced(wall, [(2.5, WAIT)])
 
     assert [2.5, 2.5, 6.5] == pytest.approx([time for time, _ in run.log.changes(A)])
 
 
 def test_at_factor_ten_time_is_ten_times_as_fast(wall):
-    """The same arrival is at 25 s."""
+    """At factor 10 the same command arrives at 25 s."""
     run, _ = paced(wall, [(2.5, WAIT)], factor=10.0)
 
     assert 25.0 == pytest.approx(run.log.changes(A)[0][0])
 
 
 def test_it_sleeps_from_event_to_event(wall):
-    """To the command, to the end of the wait, to the end of the run; it looks at the clock between."""
+    """It waits for the command, the end of the wait and the end of the run, with checks of the clock in between."""
     paced(wall, [(2.6, WAIT)])
     ends = list(itertools.accumulate(wall.waits))
 
@@ -94,21 +94,19 @@ def test_it_sleeps_from_event_to_event(wall):
 
 
 def test_the_run_ends_with_its_duration(wall):
-    """At 50 s of simulated time."""
     run, _ = paced(wall, [])
 
     assert 50.0 == run.simulator.now
 
 
 def test_closing_the_inbox_ends_the_run(wall):
-    """At once, wherever it is."""
     run, _ = paced(wall, [], close_at=3.0)
 
     assert 3.0 >= run.simulator.now
 
 
 def test_time_lags_when_the_machine_stalls_and_never_leaps(wall):
-    """A stall of 30 wall seconds while a wait of 4 s runs: the wait still ends at 4 s, and the lag is told."""
+    """After a stall of 30 wall seconds a wait of 4 s still ends at 4 s, and the lag is reported."""
     run = simulate(topics=frozenset())
     told = []
     inbox = wall.inbox([], close_at=60.0)
@@ -123,7 +121,6 @@ def test_time_lags_when_the_machine_stalls_and_never_leaps(wall):
 
 
 def test_as_fast_as_possible_needs_no_wall_time(wall):
-    """A wait of 4 s is over at once."""
     run, _ = paced(wall, [(1.0, WAIT)], factor=0.0, close_at=1.5)
 
     assert (4.0, "SUCCEEDED") == run.log.changes(A)[-1]
@@ -150,7 +147,7 @@ def test_results_are_dropped_after_their_wall_time(wall):
 
 
 def test_as_many_expiries_are_kept_as_results(wall):
-    """Of a robot that ends goal after goal no more than the latest ones have to be dropped."""
+    """For a robot with many ended goals, only the latest ones need to be dropped."""
     goals = [SendGoal("wall_e", "wait", Wait.Goal(), f"{number:032x}") for number in range(1, 21)]
     retention, dropped = Retention(10.0, 3), []
     run = simulate(topics=frozenset(), sinks=[retention], keep_results=3)
@@ -164,7 +161,7 @@ def test_as_many_expiries_are_kept_as_results(wall):
 
 
 def test_a_process_that_was_stopped_goes_on_where_it_was(wall):
-    """Nothing was due in the 30 s that it was stopped; a command that comes then is stamped as if they had not been."""
+    """A command after a stop of 30 s, in which nothing was due, is stamped as if there had been no stop."""
     run = simulate(topics=frozenset())
     inbox = wall.inbox([(31.0, WAIT)], close_at=40.0)
     stall_once(wall, inbox)
@@ -176,7 +173,7 @@ def test_a_process_that_was_stopped_goes_on_where_it_was(wall):
 
 
 def stall_once(wall, inbox, seconds=30.0):
-    """Have the process stand still at the end of its first wait."""
+    """Stop the process at the end of its first wait."""
     original, stalls = inbox.wait, [seconds]
 
     def stall(timeout):
@@ -188,10 +185,9 @@ def stall_once(wall, inbox, seconds=30.0):
 
 
 class TestPause:
-    """Time that is paused."""
+    """Commands while the simulation is paused."""
 
     def test_nothing_moves_while_it_is_paused(self, wall):
-        """Commands are taken all the same, at that time."""
         run = simulate(topics=frozenset())
         run.simulator.gate.limit = 0.0
         Pacing(run.simulator, wall.inbox([(1.0, WAIT)], close_at=20.0), Retention(-1)).run()
@@ -214,10 +210,9 @@ def in_lockstep(inbox, *, on_wait=(), **settings):
 
 
 class TestLockstep:
-    """Participants, by the wall."""
+    """Participants by the wall clock."""
 
     def test_an_exception_answers_waiting_participants(self):
-        """A request gets exactly one answer, always."""
         inbox = Inbox()
         for command in (Join("nurse", "x"), Advance("nurse", 0, reply_to="held")):
             inbox.put(command)
@@ -233,7 +228,7 @@ class TestLockstep:
         assert ("end", "the disk is full") == run.log.answer("held")[2::4]
 
     def test_one_that_stalls_is_dropped(self):
-        """The run ends when that is wanted; the watch is a thread of its own."""
+        """The run ends on request, although the watchdog has a separate thread."""
         inbox = Inbox()
         inbox.put(Join("nurse", "x"))
         run, pacing = in_lockstep(inbox, participant_timeout=0.05, on_participant_loss="end")
@@ -243,7 +238,6 @@ class TestLockstep:
         assert ["participant_dropped", "participant_joined"] == sorted(kinds)
 
     def test_one_that_thinks_at_a_loss_is_told_of_the_end(self):
-        """The run ends when it asks to advance, and not before."""
         inbox = Inbox()
         for name in ("nurse", "porter"):
             inbox.put(Join(name, name))
@@ -259,10 +253,9 @@ class TestLockstep:
 
 
 class TestInbox:
-    """The way in for other threads."""
+    """The inbox for commands of other threads."""
 
     def test_commands_come_out_in_order(self):
-        """First in, first out, then nothing."""
         inbox = Inbox()
         inbox.put("first")
         inbox.put("second")
@@ -270,7 +263,6 @@ class TestInbox:
         assert ["first", "second", None] == [inbox.poll(), inbox.poll(), inbox.poll()]
 
     def test_a_command_ends_the_wait(self):
-        """Without a timeout, from another thread."""
         inbox = Inbox()
         waiter = threading.Thread(target=inbox.wait, args=(None,))
         waiter.start()
@@ -280,7 +272,6 @@ class TestInbox:
         assert not waiter.is_alive()
 
     def test_closing_ends_the_wait(self):
-        """And nothing more can be put."""
         inbox = Inbox()
         waiter = threading.Thread(target=inbox.wait, args=(None,))
         waiter.start()
@@ -293,7 +284,7 @@ class TestInbox:
 
 
 def test_no_participant_is_dropped_for_the_time_that_the_simulator_was_stopped(monkeypatch):
-    """After SIGSTOP, say, participants have their whole timeout again."""
+    """After a SIGSTOP, participants get their full timeout again."""
     wall, looks = FakeWall(monkeypatch), []
     watchdog = _Watchdog(lambda: looks.append(wall.now), 1.0)
     passed = iter([1.0] * 3 + [60.0] + [1.0] * 9)

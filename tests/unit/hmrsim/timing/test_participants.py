@@ -1,4 +1,4 @@
-"""Time that goes on without a participant, for a while."""
+"""Stalled, expected and absent participants."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def wait(robot, seconds):
 
 
 def robots(granted):
-    """Return of which robots a grant tells, in order."""
+    """Return the robots whose events a grant reports, in order."""
     return [event.robot for _, _, event in granted.events]
 
 
@@ -33,10 +33,9 @@ def steps():
 
 
 class TestStalled:
-    """A participant that is stalled."""
+    """Stalled participants."""
 
     def test_the_others_go_on(self, steps):
-        """As if it were not there, until it is there again."""
         steps.ask("ada", 0, 2.0)
         asked = steps.ask("ben", 0, 8.0)
         steps.lockstep.stall("ada", 10.0)
@@ -45,7 +44,7 @@ class TestStalled:
         assert Granted(1, 8.0, "until") == steps.answers(asked)
 
     def test_it_is_told_of_all_at_once(self, steps):
-        """Of what was said in grants that it did not get, in order, and the answers to its commands."""
+        """It gets the events of the grants that it missed, in order, and the answers to its commands."""
         held = steps.ask("ada", 0, 2.0, wait("eve", 3), wait("wall_e", 5))
         steps.ask("ben", 0, 4.0)
         steps.lockstep.stall("ada", 10.0)
@@ -58,7 +57,7 @@ class TestStalled:
         assert [True, True] == [answer.accepted for answer in granted.accepted]
 
     def test_its_events_wake_nobody(self, steps):
-        """A result that only it waits for, and a goal of its own that is rejected."""
+        """Only the stalled participant waits for the result and for the rejection of its goal."""
         steps.ask("ada", 0, math.inf, wait("eve", 3), wait("nobody", 3))
         asked = steps.ask("ben", 0, 8.0, wake=frozenset())
         steps.lockstep.stall("ada", 10.0)
@@ -67,7 +66,7 @@ class TestStalled:
         assert Granted(1, 8.0, "until") == steps.answers(asked)
 
     def test_it_does_not_hear_what_was_to_wake_it(self):
-        """A stall at the instant of its result comes before that is told."""
+        """A stall at the instant of its result comes before the grant that reports it."""
         one = Steps()
         one.join("ada")
         asked = one.ask("ada", 0, 10.0, wait("eve", 3))
@@ -82,7 +81,6 @@ class TestStalled:
         assert (7.0, ["eve"]) == (granted.now, robots(granted))
 
     def test_a_further_stall_keeps_what_it_asks_unheard(self, steps):
-        """Until that one is over, too."""
         steps.lockstep.stall("ada", 5.0)
         asked = steps.ask("ada", 0, 20.0, wait("eve", 3))
         steps.lockstep.stall("ada", 10.0)
@@ -93,7 +91,6 @@ class TestStalled:
         assert (13.0, ["eve"]) == (steps.answers(asked).now, robots(steps.answers(asked)))
 
     def test_time_goes_on_while_all_are_stalled(self, steps):
-        """To the end of the first stall."""
         held, asked = steps.ask("ada", 0, 2.0), steps.ask("ben", 0, 2.0)
         steps.lockstep.stall("ada", 10.0)
         steps.lockstep.stall("ben", 20.0)
@@ -102,7 +99,6 @@ class TestStalled:
         assert (10.0, None) == (steps.answers(held).now, steps.answers(asked))
 
     def test_the_longest_stall_counts(self, steps):
-        """Whichever comes first."""
         held = steps.ask("ada", 0, 2.0)
         steps.leave("ben")
         steps.lockstep.stall("ada", 10.0)
@@ -112,7 +108,7 @@ class TestStalled:
         assert 10.0 == steps.answers(held).now
 
     def test_one_that_thinks_is_not_waited_for(self, steps):
-        """It may ask for its epoch later all the same, and is told what it has missed."""
+        """It may still ask for its epoch later, and gets the events that it missed."""
         steps.ask("ada", 0, 1.0)
         steps.advance("ben", 0, 1.0)
         steps.lockstep.stall("ada", 10.0)
@@ -126,20 +122,17 @@ class TestStalled:
         assert (10.0, ["eve"]) == (granted.now, robots(granted))
 
     def test_it_is_not_overdue(self, steps):
-        """Before its stall has ended."""
         steps.lockstep.stall("ada", 10.0)
 
         assert ["ben"] == steps.lockstep.overdue(1.0)
 
     def test_a_stranger_is_not_stalled(self, steps):
-        """Nothing happens."""
         steps.lockstep.stall("carl", 10.0)
         steps.ask("ada", 0, 12.0)
 
         assert Granted(1, 12.0, "until") == steps.advance("ben", 0, 12.0)
 
     def test_the_end_of_the_run_ends_it(self):
-        """It is told as the others are."""
         one = Steps(until=5.0)
         one.join("ada")
         held = one.ask("ada", 0, 2.0)
@@ -150,10 +143,10 @@ class TestStalled:
 
 
 class TestExpected:
-    """Participants that are to join later."""
+    """Participants that are expected to join later."""
 
     def test_time_goes_on_and_waits(self):
-        """Without any participant; then for that one."""
+        """Time moves without any participant, and then waits for that one."""
         steps, calls = Steps(), []
         steps.join("ada")
         steps.lockstep.expect("ben", 5.0, lambda: calls.append(steps.simulator.now))
@@ -163,7 +156,6 @@ class TestExpected:
         assert ([5.0], ("ben",), 5.0) == (calls, steps.lockstep.waiting_for, steps.simulator.now)
 
     def test_time_goes_on_when_it_has_joined(self, steps):
-        """As far as both allow."""
         steps.leave("ben")
         steps.lockstep.expect("ben", 5.0)
         asked = steps.ask("ada", 0, 20.0)
@@ -175,7 +167,6 @@ class TestExpected:
         assert (5.0, 7.0) == (early.now, steps.advance("ada", 1, 20.0).now)
 
     def test_it_may_not_come(self, steps):
-        """Time does not wait if that is said."""
         steps.lockstep.expect("carl")
         asked = steps.ask("ada", 0, 20.0)
         steps.ask("ben", 0, 20.0)
@@ -187,7 +178,6 @@ class TestExpected:
         assert (None, 20.0) == (before, steps.answers(asked).now)
 
     def test_a_grant_under_way_ends_for_it(self, steps):
-        """So that it joins at that instant."""
         asked = steps.ask("ada", 0, 20.0, wake=RESULT)
         steps.ask("ben", 0, 20.0)
         steps.lockstep.begin()
@@ -198,7 +188,7 @@ class TestExpected:
         assert 0.0 == steps.answers(asked).now
 
     def test_one_that_is_kept_is_waited_for_when_it_has_gone(self, steps):
-        """Until it has joined again, or nobody is expected any more."""
+        """Time waits until it has joined again, or no participant is expected."""
         steps.lockstep.keep("ada")
         steps.leave("ada")
         asked = steps.ask("ben", 0, 20.0)
@@ -210,7 +200,6 @@ class TestExpected:
         assert ((None, True), 20.0, False) == (before, steps.answers(asked).now, steps.lockstep.expects)
 
     def test_time_goes_on_for_nobody_as_far_as_anything_is_scheduled(self):
-        """And stands then."""
         steps = Steps()
         steps.join("ada")
         steps.advance("ada", 0, 1.0, wait("eve", 3))
@@ -222,7 +211,7 @@ class TestExpected:
 
 
 def test_who_never_comes_is_waited_for_no_longer():
-    """Once nobody is left who could bring it about; who comes later is still expected."""
+    """The idle grant comes when no participant is left to act, and later ones are still expected."""
     participants = Participants(0)
     participants.expect("ada", math.inf, lambda: None)
     participants.expect("ben", 3.0, lambda: None)

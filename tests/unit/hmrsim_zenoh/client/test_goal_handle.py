@@ -1,4 +1,4 @@
-"""What a client knows of its goal."""
+"""The client's handle of a goal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 
 class Handle(GoalHandle):
-    """A goal that nobody can cancel."""
+    """A goal handle without a connection."""
 
 
 for _name in Handle.__abstractmethods__:
@@ -16,7 +16,7 @@ Handle.__abstractmethods__ = frozenset()
 
 
 def test_a_goal_is_accepted_once():
-    """A second answer, to a request that was repeated, changes nothing and is told to nobody."""
+    """A second answer, to a repeated request, changes nothing and runs no callback."""
     changes = []
     handle = Handle("eve/wait", "a" * 32, on_feedback=None, on_change=lambda goal: changes.append(goal.status))
 

@@ -19,7 +19,7 @@ from tests.torture.async_controllers import compare
 
 
 def played(play):
-    """Return what a coroutine function returns that is given a client of the café."""
+    """Return the result of a coroutine function that gets a client of the café."""
     with simulation("cafe") as run:
 
         async def main():
@@ -30,17 +30,17 @@ def played(play):
 
 
 def test_random_controllers_make_the_same_run_in_each_process():
-    """Whatever parts of asyncio they use, and wherever they fail."""
+    """The programs use many parts of asyncio, and some fail."""
     assert [] == compare(range(1, 21), 3, zenoh=False)
 
 
 def test_random_controllers_make_the_same_run_over_zenoh():
-    """As within one process."""
+    """The order is the same as within one process."""
     assert [] == compare(range(2001, 2004), 2, zenoh=True)
 
 
 def test_tasks_are_ordered_as_they_were_made():
-    """Wherever asyncio has them in sets."""
+    """The event loop keeps tasks in sets."""
 
     async def play(client):
         started, closed = [], []
@@ -81,7 +81,7 @@ def test_tasks_are_ordered_as_they_were_made():
 
 
 def test_the_clock_of_the_loop_is_simulated_time():
-    """An hour takes no time, and a timeout is one of the simulation."""
+    """An hour takes no wall time, and a timeout counts simulated time."""
 
     async def play(client):
         await asyncio.sleep(3600)
@@ -96,7 +96,7 @@ def test_the_clock_of_the_loop_is_simulated_time():
 
 
 def test_garbage_is_collected_by_python_again_afterwards():
-    """Also where the client is closed by an error."""
+    """The client is closed by an error, too."""
 
     async def play(_client):
         assert not gc.isenabled()
@@ -109,7 +109,7 @@ def test_garbage_is_collected_by_python_again_afterwards():
 
 
 def test_a_deadlock_ends_the_program_at_once():
-    """With each task, and where it waits."""
+    """The error names each task and the place where it waits."""
 
     async def work(orders):
         while True:
@@ -133,7 +133,7 @@ def test_a_deadlock_ends_the_program_at_once():
 
 
 def test_what_waits_for_a_thread_is_no_deadlock():
-    """Of an executor, or of the user."""
+    """The thread belongs to an executor or to the user."""
 
     async def play(_client):
         loop, event = asyncio.get_running_loop(), asyncio.Event()
@@ -151,7 +151,7 @@ def test_what_waits_for_a_thread_is_no_deadlock():
 
 
 def test_what_waits_for_a_file_is_no_deadlock():
-    """Such as a pipe, or a process."""
+    """The task waits for a pipe or a process."""
 
     async def play(_client):
         loop, event = asyncio.get_running_loop(), asyncio.Event()
@@ -167,7 +167,7 @@ def test_what_waits_for_a_file_is_no_deadlock():
 
 
 def test_a_deadlock_is_an_ending_of_its_own(tmp_path):
-    """Of a run of an experiment, with its cause."""
+    """The run of an experiment ends with the cause."""
     (tmp_path / "waits_for_ever.py").write_text(
         "import asyncio\n\nasync def go(client):\n    await asyncio.Event().wait()\n"
     )
@@ -183,8 +183,6 @@ def test_a_deadlock_is_an_ending_of_its_own(tmp_path):
 
 
 def test_a_loop_of_another_kind_stays_as_it_is():
-    """Nothing is known of it."""
-
     class Other(asyncio.SelectorEventLoop):
         pass
 

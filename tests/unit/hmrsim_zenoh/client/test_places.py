@@ -1,4 +1,4 @@
-"""Names of places in goals."""
+"""Names of places instead of poses in goals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COUNTER = PoseStamped(pose=Pose(position=Point(x=2.0, y=3.0)))
 
 
 def pose(name):
-    """Return where the counter is."""
+    """Return the pose of the counter."""
     if name != "counter":
         raise ValueError(f"no place {name!r}")
     return COUNTER
@@ -44,7 +44,7 @@ def test_a_pose_without_a_stamp():
 
 
 def test_every_unknown_place_is_told():
-    """Two mistakes are two lines, each with its field."""
+    """Each error has one line, which names its field."""
     with pytest.raises(ValueError, match="goal") as caught:
         with_poses({"poses": ["kitchen", "counter", "hall"]}, registry()["follow_waypoints"].goal, pose)
 
@@ -53,12 +53,12 @@ def test_every_unknown_place_is_told():
 
 @pytest.mark.parametrize("data", [None, 3, "counter", [1], {"x": "counter"}, {"pose": 3}, {"poses": "counter"}])
 def test_what_is_no_goal_stays(data):
-    """Other mistakes are for the check of the goal to tell."""
+    """Other errors are reported by the check of the goal."""
     assert data == with_poses(data, registry()["follow_waypoints"].goal, pose)
 
 
 def test_names_in_place_of_poses():
-    """An example gets the names that there are, and keeps its poses beyond them."""
+    """The poses of an example are replaced by names as long as there are any."""
     kind = registry()["follow_waypoints"].goal
 
     assert {"poses": ["hall", {"pose": {}}]} == with_names({"poses": [{}, {"pose": {}}]}, kind, iter(["hall"]))

@@ -11,10 +11,10 @@ from hmrsim_zenoh.loopback.session import LoopbackSession
 
 
 class Session(LoopbackSession):
-    """A session with one latched value, of which nothing new comes."""
+    """A session with one latched value and no new samples."""
 
     def __init__(self):
-        """Have nobody to talk to."""
+        """Do nothing, as there is no exchange."""
 
     def get(self, key):
         """Return the latched value."""
@@ -22,13 +22,12 @@ class Session(LoopbackSession):
         return [SimpleNamespace(ok=SimpleNamespace(key_expr=key, payload=payload))]
 
     def declare_subscriber(self, _key, _callback):
-        """Return what is undeclared at the end."""
+        """Return a subscriber to undeclare."""
         return SimpleNamespace(undeclare=lambda: None)
 
 
 @pytest.mark.parametrize(("history", "expected"), [(True, [("w/map", b"latched")]), (False, [])])
 def test_a_latched_value_is_delivered_to_who_asks_for_history(history, expected):
-    """Before anything new."""
     seen = []
     with Subscription(Session(), "w/map", lambda key, payload: seen.append((key, payload)), history=history) as one:
         one.settle()

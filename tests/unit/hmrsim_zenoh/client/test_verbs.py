@@ -41,7 +41,6 @@ def test_a_verb_reports_feedback():
 
 
 def test_a_result_of_another_action_is_a_bug():
-    """It is reported with the action's name."""
     with simulation("cafe") as run:
         handle = run.client.action_client("mocha", Request("wait", {}, object).definition).send_goal({})
         handle.result()

@@ -60,7 +60,7 @@ SERVICES = sorted(name for name, service in services().items() if name != "load_
 
 
 class Encoding:
-    """A sink that has everything encoded, as it is for clients."""
+    """A sink that encodes every output as for clients."""
 
     def emit(self, output: Output) -> None:
         """Encode an output."""
@@ -80,7 +80,7 @@ class Encoding:
         json.loads(payload, parse_constant=_no_constant)
 
     def wants(self, _topic: Topic) -> bool:
-        """Return True."""
+        """Return True: every topic has a subscriber."""
         return True
 
 
@@ -103,12 +103,12 @@ def _answer(answer: Any) -> bytes:
 
 
 def run_of(world: object = None) -> Any:
-    """Return a simulation that ends at the first bug, and in which all is encoded."""
+    """Return a simulation that encodes every output and ends at the first bug."""
     return simulate(world or WORLD_FILE, sinks=[Encoding()], odom_rate=1e-9, detection_rate=1e-9, feedback_rate=1e-9)
 
 
 def read(kind: Any, body: dict[str, Any]) -> Any:
-    """Return the message of a body; None if it is refused as such."""
+    """Return the message of a body; None if the body is refused."""
     try:
         return kind.model_validate_json(json.dumps(body))
     except ValidationError:
@@ -116,7 +116,7 @@ def read(kind: Any, body: dict[str, Any]) -> Any:
 
 
 def go_on(run: Any) -> None:
-    """Let it run for some time, however fast that passes."""
+    """Run for some simulated time as fast as possible."""
     left = MOST_EVENTS
     while left > 0 and run.simulator.process_events(FAR, 100, idle=False):
         left -= 100
@@ -124,7 +124,7 @@ def go_on(run: Any) -> None:
 
 @pytest.mark.parametrize("action", ACTIONS)
 def test_no_goal_ends_the_simulator(action):
-    """It is rejected, or ends; another goal goes on either way."""
+    """The goal is rejected or ends, and another goal continues."""
 
     @examples(30)
     @given(body=bodies(actions()[action].goal, NAMES), robot=st.sampled_from(["wall_e", "eve"]))
@@ -145,7 +145,7 @@ def test_no_goal_ends_the_simulator(action):
 
 @pytest.mark.parametrize("service", SERVICES)
 def test_no_request_of_a_service_ends_the_simulator(service):
-    """It is refused, or answered, and goals go on."""
+    """The request is refused or answered, and goals continue."""
 
     @examples(30)
     @given(body=bodies(services()[service].request, NAMES))

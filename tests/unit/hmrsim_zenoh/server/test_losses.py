@@ -1,4 +1,4 @@
-"""Answers that get lost on purpose."""
+"""Injected losses of answers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from hmrsim_zenoh.server.losses import Losses
 
 
 def test_as_many_answers_are_lost_as_are_asked_for():
-    """None before, and none after; what is asked for again adds up."""
+    """Further requests for losses add up, and later answers arrive."""
     losses = Losses()
     before = losses.lost()
     losses.lose_answers(1)

@@ -1,4 +1,4 @@
-"""How a server spells the wildcards that it holds for itself."""
+"""The spelling of the wildcards that a server declares."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_what_has_no_other_spelling_stays():
 
 
 def test_other_prefixes_are_not_included():
-    """Who listens to another simulator's robots, also below the own prefix, is no listener of this one's."""
+    """A subscriber of another simulator's robots, even below this prefix, does not count for this one."""
     own = zenoh.KeyExpr(servers_own(Keys("site/one").any_topic("odom")))
     for other in ("site/one/deck/robot_1/odom", "site/two/robot_1/odom"):
         assert not own.intersects(zenoh.KeyExpr(other))

@@ -1,22 +1,22 @@
-"""Feedback of a goal is thinned out for people's eyes, and its last is never lost."""
+"""The rate limit of feedback, which never drops a goal's last one."""
 
 from __future__ import annotations
 
 import pytest
 
 from hmrsim.protocol.outputs import FeedbackSent
-from hmrsim_zenoh.server import rate_limit
-from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
+from hmrsim_zenoh.server import publisher
+from hmrsim_zenoh.server.publisher import FeedbackLimiter
 
 
 @pytest.fixture
 def passed(monkeypatch: pytest.MonkeyPatch) -> object:
-    """Return a function that says of (wall time, goal, whether it is the last) what passes."""
+    """Return a function that returns which of (wall time, goal, whether it is the last) pass."""
 
     def play(*sent: tuple[float, str, bool]) -> list[bool]:
         thinned, found = FeedbackLimiter(), []
         for time, goal_id, last in sent:
-            monkeypatch.setattr(rate_limit.time, "monotonic", lambda time=time: time)
+            monkeypatch.setattr(publisher.time, "monotonic", lambda time=time: time)
             found.append(thinned.passes(FeedbackSent("wall_e", "wait", goal_id, {}, last)))
         return found
 
@@ -24,7 +24,7 @@ def passed(monkeypatch: pytest.MonkeyPatch) -> object:
 
 
 def test_twenty_a_wall_second(passed):
-    """What comes sooner than a twentieth of a wall second after the last that passed does not pass."""
+    """Feedback within a twentieth of a wall second after the last that passed is dropped."""
     assert [True, False, False, True] == passed(
         (1.0, "a", False), (1.02, "a", False), (1.04, "a", False), (1.06, "a", False)
     )

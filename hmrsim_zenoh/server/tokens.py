@@ -1,15 +1,18 @@
-"""The claim of a simulator on its prefix, so that of several that start at the same time one stays.
+"""The liveliness tokens of a simulator: those of itself and its robots, and its claim on the prefix.
 
-A simulator declares that it starts, and then looks for others. Of two that start, at least the second sees the other.
-The one with the greater id gives way; the other waits until that is either gone, or serves because it has seen nobody.
-Where two connect to each other, neither may see the other before both serve. So a simulator keeps looking while it is
-young: then the one with the greater id gives way, and any young one gives way to an older one.
+Of several simulators that start at the same time with one prefix, one remains.
+
+A simulator declares that it starts, and then looks for others. Of two that start, at least the second one sees the
+other. The one with the greater id gives way. The other one waits until it is gone, or serves because it has not seen
+any other. If two simulators connect to each other, neither may see the other before both serve. So a simulator keeps
+looking while it is young: the one with the greater id gives way, and any young one gives way to an older one.
 """
 
 from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Collection
 from contextlib import suppress
 from threading import Timer
 from typing import TYPE_CHECKING, Final
@@ -29,10 +32,10 @@ _STARTING, _SERVING = "starting", "serving"
 _PATIENCE: Final = 2.0
 """Wall seconds for another simulator to decide."""
 _YOUTH: Final = 10.0
-"""Wall seconds within which a simulator that serves gives way; links that are made later are another's mistake."""
+"""Wall seconds within which a simulator that serves gives way to another one."""
 _LOOK: Final = 0.02
 _ANSWER: Final = 10.0
-"""Wall seconds for which others may not answer; where nobody is, Zenoh says so at once."""
+"""Wall seconds to wait for answers; without another simulator Zenoh ends the query at once."""
 
 
 class Claim:
@@ -57,7 +60,7 @@ class Claim:
             starting.undeclare()
 
     def watch(self, lose: Callable[[PrefixTaken], None]) -> None:
-        """Call *lose*, in a thread of its own, when this simulator has to give way after all."""
+        """Call *lose* in a separate thread if this simulator has to give way after all."""
 
         def look(sample: zenoh.Sample) -> None:
             zid, _ = _parts(sample.key_expr)
@@ -66,7 +69,7 @@ class Claim:
             if time.monotonic() - self._made > _YOUTH:
                 _log.error("another simulator serves prefix %r, too; end one of them", self._keys.prefix)
                 return
-            # A callback of Zenoh's must not close what it is called by.
+            # A callback must not close the session that calls it.
             decision = Timer(0.0 if zid < self._own else _PATIENCE, decide, (zid,))
             decision.daemon = True
             decision.start()
@@ -81,7 +84,7 @@ class Claim:
         self._watch = self._session.liveliness().declare_subscriber(key, handler, history=True)
 
     def undeclare(self) -> None:
-        """Give the prefix up."""
+        """Undeclare the claim, so that another simulator can serve the prefix."""
         self._token.undeclare()
 
     def _wait_for_others(self) -> None:
@@ -112,3 +115,43 @@ def _parts(key: zenoh.KeyExpr) -> tuple[str, str]:
     """Return the id and the state that a token's key names."""
     _, zid, state = str(key).rsplit("/", 2)
     return zid, state
+
+
+MAX_TOKENS = 1000
+"""The largest number of robots with tokens: declaring them takes quadratic time."""
+
+
+class LivelinessTokens:
+    """The tokens of one simulation."""
+
+    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+        self._liveliness = session.liveliness()
+        self._keys = keys
+        self._simulator: zenoh.LivelinessToken | None = None
+        self._robots: dict[str, zenoh.LivelinessToken] = {}
+
+    def declare(self, robots: Collection[str]) -> None:
+        """Declare the robots' tokens and then the simulator's."""
+        self._follow(robots)
+        self._simulator = self._liveliness.declare_token(self._keys.alive())
+
+    def follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
+        """Declare the tokens of exactly these robots, if the simulator has its own; lost robots have none."""
+        if self._simulator is not None:
+            with suppress(zenoh.ZError):
+                self._follow(robots, lost)
+
+    def undeclare(self) -> None:
+        """Undeclare the tokens of the simulator and its robots."""
+        tokens = [*self._robots.values(), *([self._simulator] if self._simulator else [])]
+        self._robots, self._simulator = {}, None
+        for token in tokens:
+            token.undeclare()
+
+    def _follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
+        wanted = dict.fromkeys(robot for robot in robots if robot not in lost) if len(robots) <= MAX_TOKENS else {}
+        for robot in [robot for robot in self._robots if robot not in wanted]:
+            self._robots.pop(robot).undeclare()
+        for robot in wanted:
+            if robot not in self._robots:
+                self._robots[robot] = self._liveliness.declare_token(self._keys.alive(robot))
