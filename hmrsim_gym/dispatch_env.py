@@ -11,10 +11,11 @@ from gymnasium.error import ResetNeeded
 
 from hmrsim_gym.episodes import Episodes, check_render_mode
 from hmrsim_gym.observations import Observation, observation_space
-from hmrsim_gym.setting import SEEDS, AnyWorld, Setting
+from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order
+    from hmrsim.trials.worlds import AnyWorld
     from hmrsim_gym.dispatching import Dispatching
 
 

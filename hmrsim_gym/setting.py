@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim.diagnostics import listed
@@ -14,16 +13,11 @@ from hmrsim.geometry import distance
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.local import LocalTrial
-from hmrsim.world.model import World
-from hmrsim.world.overlays.overlay import overlay_of
-from hmrsim.world_checks import load_world
-from hmrsim.world_checks.loading import world_of
+from hmrsim.trials.worlds import AnyWorld, read_world
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-
-AnyWorld = str | Path | Mapping[str, Any] | World
-"""A world: the name of a shipped world, the path of a file, plain values, or a loaded world."""
+    from hmrsim.world.model import World
 
 CHARGED: Final = 0.8
 """The charge at which a robot leaves its charger, as a share."""
@@ -94,7 +88,7 @@ class Setting:
             WorldError: The world is invalid; it has all errors.
             ValueError: An argument is out of range, or the world has no demand or no robot to serve it.
         """
-        read = _read(world, changes)
+        read = read_world(world, changes)
         if not read.demand:
             raise ValueError(f"world {read.name!r} has no demand; an environment needs orders to dispatch")
         if not 0 < horizon < float("inf"):
@@ -111,17 +105,6 @@ class Setting:
             raise ValueError(f"world {read.name!r} has no robot that can pick items up and has no script of its own")
         chargers = {robot: _chargers(read, robot) for robot in chosen}
         return cls(read, chosen, chargers, Routes(read), float(horizon), orders, charge_below)
-
-
-def _read(world: AnyWorld, changes: Mapping[str, Any] | None) -> World:
-    overlays = [overlay_of(changes, "changes")] if changes else []
-    if isinstance(world, World):
-        if changes:
-            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
-        return world
-    if isinstance(world, Mapping):
-        return world_of(dict(world), "world", overlays)
-    return load_world(world, overlays=overlays).world
 
 
 def _able(world: World) -> list[str]:

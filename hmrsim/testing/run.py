@@ -24,10 +24,7 @@ from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.local import LocalTrial
-from hmrsim.world.model import World
-from hmrsim.world.overlays.overlay import overlay_of
-from hmrsim.world_checks import load_world
-from hmrsim.world_checks.loading import world_of
+from hmrsim.trials.worlds import AnyWorld, read_world
 from hmrsim_zenoh.client.commander import Commander
 
 if TYPE_CHECKING:
@@ -36,6 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
     from hmrsim_zenoh.client.client import Client
 
 
@@ -59,7 +57,7 @@ _FLEET = "bt_controller"
 
 
 def simulation(  # noqa: PLR0913 - what the commands have as options
-    world: str | Path | Mapping[str, Any] | World,
+    world: AnyWorld,
     *,
     changes: Mapping[str, Any] | None = None,
     tree: AnyTree | None = None,
@@ -73,7 +71,7 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
     """Return a run of a world, to be used in a ``with`` statement; the simulation is paused until a client waits.
 
     Args:
-        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        world: The name of a shipped world, the path of a file, plain values, or a loaded world.
         changes: What is laid over it, by path, as ``--overlay`` does: ``{"robots.*.base.speed": 0.5}``.
         tree: The tree that `Run.to_the_end` runs.
         robots: Who runs it; all robots if left out.
@@ -87,19 +85,12 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
     Raises:
         WorldError: Something is wrong with the world; it has all errors.
         TreeError: There is no such tree.
-        ValueError: There are changes of a world that was read already, or the schedule has a disturbance, which only a
-            check can carry out.
+        ValueError: There are changes to a loaded world, or the schedule has a disturbance, which only a check can
+            carry out.
     """
     if any(injection.family == DISTURBANCE for injection in schedule):
         raise ValueError("a schedule with disturbances of the controller needs `check`; give faults and changes only")
-    overlays = [*([overlay_of(changes, "changes")] if changes else []), *overlays_of(schedule)]
-    if isinstance(world, Mapping):
-        world = world_of(dict(world), "world", overlays)
-    elif isinstance(world, World):
-        if overlays:
-            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
-    else:
-        world = load_world(world, overlays=overlays).world
+    world = read_world(world, changes, overlays_of(schedule))
     plan = None if tree is None else _plan(tree, values or {}, nodes)
     chosen = (settings or _SETTINGS).model_copy(update={"clock": LOCKSTEP})
     limited = plan is not None and chosen.duration == math.inf

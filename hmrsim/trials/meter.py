@@ -10,7 +10,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.trials.model import Limits
 
 _PROCESSES: Final = Path("/proc")
 _NANO: Final = 1e-9
@@ -106,22 +109,6 @@ _PATIENCE: Final = 0.5
 """The part of the shortest limit within which a run has to end when its time is over."""
 _GRACE: Final = 5.0
 """Wall seconds to add to that."""
-
-
-class Limits(Protocol):
-    """The limits of a run."""
-
-    @property
-    def wall(self) -> float:
-        """Seconds of the wall's clock in which it computes nothing."""
-
-    @property
-    def processor(self) -> float | None:
-        """Seconds of processor time; None for as many as *wall* says."""
-
-    @property
-    def memory(self) -> int | None:
-        """Bytes that it may take beyond what its worker has."""
 
 
 class Meter:

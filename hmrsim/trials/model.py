@@ -1,9 +1,10 @@
-"""The model of a controller under test, as files of experiments and of checks have it."""
+"""The models of a controller under test and of the limits of its runs, in files of experiments and checks."""
 
 from __future__ import annotations
 
+import re
 import shlex
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
@@ -26,6 +27,35 @@ class Part(BaseModel):
     """A part of a file that names controllers: unknown keys, NaN and infinity are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+_MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
+_BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
+
+Count = Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+
+
+def _bytes(value: Any) -> Any:
+    match = _MEMORY.fullmatch(value) if isinstance(value, str) else None
+    return int(float(match[1]) * _BYTES[match[2]]) if match else value
+
+
+class Limits(Part):
+    """The limits of a run.
+
+    Attributes:
+        simulated: Seconds of simulated time in which the controller has to end; if None, ten times the seconds that it
+            takes without faults, plus ten minutes.
+        wall: Wall seconds in which the run waits: in which it computes nothing, and could not.
+        processor: Seconds of processor time; the same as *wall* if left out.
+        memory: Bytes in addition to those of its worker; in a file also 500 MB or 1 GB.
+    """
+
+    simulated: Seconds | None = None
+    wall: Seconds = 20.0
+    processor: Seconds | None = None
+    memory: Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)] | None = None
 
 
 class Controller(Part):

@@ -43,6 +43,9 @@ DEADLOCK: Final = "deadlock"
 MEMORY: Final = "out_of_memory"
 """The ending of a run that took too much memory."""
 
+OUT_OF_MEMORY: Final = "it takes more memory than its limit"
+"""The cause of this ending."""
+
 DIED: Final = "died"
 """The ending of a run whose worker has died, as of a segmentation fault."""
 
@@ -90,7 +93,7 @@ def _ending(error: BaseException) -> tuple[str, str]:
         case Deadlock():
             return DEADLOCK, str(error)
         case MemoryError():
-            return MEMORY, "it takes more memory than its limit"
+            return MEMORY, OUT_OF_MEMORY
         case _:
             return CRASHED, described(error)
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from hmrsim.trials.model import Controller, Identifier, Level, Part
-
-_MAX_COUNT: Final = 10_000_000
-_MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
-_BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
-
-Count = Annotated[int, Field(strict=True, ge=1, le=_MAX_COUNT)]
-Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+from hmrsim.trials import model
+from hmrsim.trials.model import Controller, Count, Identifier, Level, Part, Seconds
 
 
 class Range(Part):
@@ -125,29 +118,16 @@ class Replications(Part):
         return self
 
 
-def _bytes(value: Any) -> Any:
-    match = _MEMORY.fullmatch(value) if isinstance(value, str) else None
-    return int(float(match[1]) * _BYTES[match[2]]) if match else value
-
-
-Memory = Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)]
-"""Bytes; in a file also 500 MB or 1 GB."""
-
-
-class Limits(Part):
-    """What a run may take.
+class Limits(model.Limits):
+    """The limits of a run.
 
     Attributes:
-        simulated: Seconds of simulated time, after which it ends as ``timeout``.
-        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
-        processor: Seconds of processor time; as many as *wall* if left out.
-        memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
+        simulated: Seconds of simulated time after which the run ends as ``timeout``.
+        wall: Wall seconds in which the run waits: in which it computes nothing, and could not.
     """
 
     simulated: Seconds = 3600.0
     wall: Seconds = 300.0
-    processor: Seconds | None = None
-    memory: Memory | None = None
 
 
 class Ending(Part):

@@ -12,7 +12,6 @@ from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.validation import explain
 from hmrsim.errors import ExperimentError, Problem, WorldError
-from hmrsim.experiments.file.designs import DesignFlaw, Levels, scenarios_of
 from hmrsim.experiments.file.model import (
     Design,
     Ending,
@@ -26,7 +25,8 @@ from hmrsim.experiments.file.model import (
     Until,
     Variant,
 )
-from hmrsim.experiments.file.plan import Plan
+from hmrsim.experiments.file.plan import DesignFlaw, Levels, Plan, scenarios_of
+from hmrsim.trials.worlds import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
@@ -125,7 +125,7 @@ def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Readin
         for name, treatment in model.treatments.items()
         if treatment.overlay
     }
-    world = _world(model.world, folder)
+    world = source_of(model.world, folder)
     model = _with_parameters(model, chosen)
     plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, world, tuple(chosen), own)
     return Reading(document, plan, document.problems(findings), lost)
@@ -153,12 +153,6 @@ def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFil
     except ValidationError:
         return None, lost
     return (model.model_copy(update={"treatments": {}}) if "treatments" in missing else model), lost
-
-
-def _world(source: str, folder: Path) -> str:
-    """Return the path of a world's file, or the name of a shipped world."""
-    beside = folder / source
-    return str(beside) if beside.is_file() or Path(source).suffix else source
 
 
 def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> ExperimentFile:

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import json
-import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import write_coverage
-from hmrsim.errors import ExperimentError, HmrsimError, Problem
+from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.endings import Judge
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.measures import measures_of, needs_report
 from hmrsim.experiments.results.repeats import fingerprint_of
 from hmrsim.experiments.results.store import Row
-from hmrsim.program.users_code import described
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
-from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim.trials.guards import attempt
+from hmrsim.trials.trial import CRASHED, FAILED, SUCCEEDED, TIMEOUT
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
@@ -42,36 +40,33 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
 
     A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
     its environment. *further* makes further sinks, such as one that records the run.
+
+    Raises:
+        HmrsimError: The world is invalid, or the controller can't be started.
+        ValueError: An expression has no value.
     """
-    began = time.perf_counter()
     treatment = plan.treatments[run.treatment]
     coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
     settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
     judge = Judge(plan.file.ends)
-    try:
-        loaded = plan.world(run.scenario, run.treatment)
-        trace = DeferredTrace(loaded.world, settings)
-        report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
-        trial = trial_of(
-            loaded,
-            settings,
-            treatment,
-            plan.path.parent,
-            names=plan.names(run.scenario),
-            variables={"HMRSIM_RUN": str(run.number)},
-            coverage=coverage,
-            sinks=[trace, judge] if needs_trace(plan) else [judge],
-            watchers=with_report(report, further),
-        )
-    except (HmrsimError, ValueError) as error:
-        return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
+    loaded = plan.world(run.scenario, run.treatment)
+    trace = DeferredTrace(loaded.world, settings)
+    report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
+    trial = trial_of(
+        loaded,
+        settings,
+        treatment,
+        plan.path.parent,
+        names=plan.names(run.scenario),
+        variables={"HMRSIM_RUN": str(run.number)},
+        coverage=coverage,
+        sinks=[trace, judge] if needs_trace(plan) else [judge],
+        watchers=with_report(report, further),
+    )
     with trial:
         simulator = trial.simulator
         judge.watch(simulator, trial.end)
-        try:
-            ending, cause, output = trial.play()
-        except HmrsimError as error:
-            return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
+        ending, cause, output = trial.play()
         # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
         if ending == CRASHED and trial.over and treatment.in_process:
             ending, cause = TIMEOUT, ""
@@ -86,7 +81,6 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     return replace(
         with_trace(plan, row, trace, simulator),
         cause="; ".join(filter(None, ["" if judged else cause, row.cause])),
-        wall=time.perf_counter() - began,
         coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
         output=output,
     )
@@ -158,17 +152,8 @@ def execute(task: Task) -> list[Row]:
 
 def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, whatever happens in it; *further* makes further sinks."""
-    began = time.perf_counter()
-    try:
-        with guarded(plan.file.limits) as tail:
-            row = row_of(plan, run, further)
-    except TimeLimit as limit:
-        return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
-    except MemoryError:
-        return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
-    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
-        return Row(run, ERROR, described(error), output=tail.text)
-    return replace(row, output=row.output or tail.text)
+    row, output, wall = attempt(plan.file.limits, lambda: row_of(plan, run, further), partial(Row, run))
+    return replace(row, output=row.output or output, wall=wall)
 
 
 @lru_cache(maxsize=4)

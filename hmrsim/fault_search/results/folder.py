@@ -24,7 +24,7 @@ from hmrsim.world.writing import block
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.results.summary import Finding, Summary
     from hmrsim.fault_search.running.observer import TotalCoverage
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.reducer import Reduced
     from hmrsim.fault_search.running.single import Failure, Outcome
     from hmrsim.fault_search.schedule import Case, Injection, Schedule
 
@@ -126,6 +125,22 @@ class Summary:
             "things": [injection.describe() for injection in finding.schedule],
             "file": self.files.get(number, ""),
         }
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A reduced case; its schedule is 1-minimal if there was time for that.
+
+    Attributes:
+        case: The case, with its world.
+        without: For each injection of its schedule, the outcome of the case without it; its ending is ``not_run`` if
+            time ran out.
+        runs: The number of runs that the reduction took.
+    """
+
+    case: Case
+    without: tuple[Outcome, ...]
+    runs: int
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from hmrsim.trials.guards import ending_of_lost
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
 
 _PIECES: Final = 4
 """Tasks per worker in a batch: several, so that all workers stay busy until its end."""

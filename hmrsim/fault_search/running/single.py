@@ -3,35 +3,32 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import HmrsimError
 from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.fault_search.running.observer import BatteryDraws, Novelty, Observer
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
-from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
-from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim.trials.guards import attempt
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, SUCCEEDED, TIMEOUT
 from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
+    from hmrsim.fault_search.kinds import Draw
     from hmrsim.fault_search.schedule import Case, Moment
-    from hmrsim.fault_search.space.kinds import Draw
     from hmrsim.properties import Properties, Verdict, Violation
     from hmrsim.properties.results import Reference
     from hmrsim.protocol.outputs import EventStamped
@@ -78,22 +75,10 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
 
 def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outcome | None:
     """Run a case; return its outcome, or None if it takes longer than *seconds* of wall time."""
-    began = time.perf_counter()
-    try:
-        with guarded(check.file.limits, seconds):
-            outcome = _Run(check, case, wanted).outcome()
-    except TimeLimit as limit:
-        outcome = without_run(check, case, HUNG, str(limit))
-    except MemoryError:
-        outcome = without_run(check, case, MEMORY, "it takes more memory than there is")
-    except (HmrsimError, ValueError) as error:
-        outcome = Outcome(ERROR, str(error))
-    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
-        outcome = Outcome(ERROR, described(error))
-    wall = time.perf_counter() - began
-    if outcome.ending == HUNG and wall >= seconds:
-        return None
-    return replace(outcome, wall=wall)
+    outcome, _, wall = attempt(
+        check.file.limits, lambda: _Run(check, case, wanted).outcome(), partial(without_run, check, case), seconds
+    )
+    return None if outcome.ending == HUNG and wall >= seconds else replace(outcome, wall=wall)
 
 
 def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
@@ -102,6 +87,8 @@ def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
     Raises:
         WorldError: The case can't be made.
     """
+    if ending == ERROR:
+        return Outcome(ERROR, cause)
     monitor = Monitor(check.properties, check.world_of(case), check.reference)
     monitor.end(0, Ended(ending, cause))
     return Outcome(ending, cause, 0.0, tuple(monitor.violations), tuple(monitor.verdicts()))

@@ -7,16 +7,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.candidates import Candidates
 from hmrsim.fault_search.results.summary import Finding, Summary, Unreached
 from hmrsim.fault_search.running.single import NOT_RUN
 from hmrsim.fault_search.schedule import Case
+from hmrsim.fault_search.searching.reducer import Reducer
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
-from hmrsim.fault_search.space.candidates import Candidates
 from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure, Outcome
 

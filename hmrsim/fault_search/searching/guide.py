@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import random
     from collections.abc import Callable, Sequence
 
+    from hmrsim.fault_search.candidates import Candidates
     from hmrsim.fault_search.running.single import Outcome
     from hmrsim.fault_search.schedule import Injection, Moment, Schedule, What
-    from hmrsim.fault_search.space.candidates import Candidates
 
 _NEARER: Final = 0.95
 """A robustness that is less than this share of the least one so far is worth to go on from."""

@@ -23,11 +23,11 @@ from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_tw
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.candidates import Candidates
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure, Outcome
     from hmrsim.fault_search.schedule import Moment, Schedule
-    from hmrsim.fault_search.space.candidates import Candidates
 
 Strategy = Literal["guided", "random"]
 

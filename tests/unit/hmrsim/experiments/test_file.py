@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError
-from hmrsim.experiments.file.designs import scenarios_of
+from hmrsim.experiments.checking import check_file
 from hmrsim.experiments.file.model import ExperimentFile
+from hmrsim.experiments.file.plan import scenarios_of
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.checking import check_file
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,10 +7,10 @@ from collections import Counter
 
 import pytest
 
+from hmrsim.fault_search.candidates import Candidate, Candidates, Timeline, expanded
+from hmrsim.fault_search.kinds import Draw
+from hmrsim.fault_search.model import Space
 from hmrsim.fault_search.schedule import Injection, Moment
-from hmrsim.fault_search.space.candidates import Candidate, Candidates, Timeline, expanded
-from hmrsim.fault_search.space.kinds import Draw
-from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
 from tests.porters import WORLD
 

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from hmrsim.errors import CheckError
-from hmrsim.fault_search.file.reading import read_check, read_repro
+from hmrsim.fault_search.reading import read_check, read_repro
 from tests.porters import HERE, WORLD
 
 if TYPE_CHECKING:

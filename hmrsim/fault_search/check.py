@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.errors import Problem
-    from hmrsim.fault_search.file.model import CheckFile
+    from hmrsim.fault_search.model import CheckFile
     from hmrsim.fault_search.schedule import Case, Injection
     from hmrsim.properties import Properties
     from hmrsim.properties.results import Reference

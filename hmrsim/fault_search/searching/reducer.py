@@ -4,34 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from hmrsim.fault_search.results.summary import Reduced
 from hmrsim.fault_search.running.single import NOT_RUN, Outcome
-from hmrsim.fault_search.shrinking import ROUNDS, Part, is_named, parts_of, restricted, simpler, tidied
+from hmrsim.fault_search.searching.shrinking import ROUNDS, Part, is_named, parts_of, restricted, simpler, tidied
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure
     from hmrsim.fault_search.schedule import Case, Schedule
     from hmrsim.world.model import World
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """A case that was reduced; its schedule is 1-minimal if there was time for that.
-
-    Attributes:
-        case: The case, with its world.
-        without: For each injection of its schedule, the outcome of the case without it; its ending is `NOT_RUN` if time
-            ran out.
-        runs: How many runs that took.
-    """
-
-    case: Case
-    without: tuple[Outcome, ...]
-    runs: int
 
 
 class Reducer:

@@ -7,9 +7,39 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hmrsim.experiments.file.model import Count, Memory, Seconds
-from hmrsim.fault_search.space.model import Space
-from hmrsim.trials.model import Controller, Part
+from hmrsim.trials.model import Controller, Count, Limits, Part, Seconds
+
+Family = Literal["faults", "changes", "disturbances"]
+
+OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
+"""What happens only where a check asks for it: few controllers promise to bear it, or none can."""
+
+
+class Space(Part):
+    """The injections to search; by default everything that can happen to the robots of the world.
+
+    Attributes:
+        families: Faults, changes of the world, disturbances of the wire and the controller.
+        only: The kinds that happen; None for all.
+        without: Kinds that do not happen.
+        also: Kinds that happen only if they are asked for: ``item_lost``, ``second_controller``, ``simulation_reset``.
+        spare: Robots, doors, docks and items to which nothing happens.
+        at_most: How many injections one schedule has.
+        durations: Seconds that injections last.
+        weights: How often a kind is tried, beside 1 for others.
+        further: Custom injections; a list of values stands for each of them, and a robot ``*`` for each robot.
+    """
+
+    families: tuple[Family, ...] = ("faults", "changes", "disturbances")
+    only: tuple[str, ...] | None = None
+    without: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()
+    at_most: Annotated[int, Field(strict=True, ge=1, le=100)] = 3
+    durations: Annotated[tuple[Seconds, ...], Field(min_length=1)] = (5.0, 30.0)
+    weights: dict[str, Annotated[float, Field(strict=True, gt=0, le=1e6)]] = Field(default={})
+    further: tuple[dict[str, Any], ...] = ()
+
 
 _BUDGET: Final = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|m|h)?")
 _UNITS: Final = {None: 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
@@ -39,23 +69,6 @@ class Budget(Part):
 
     time: Annotated[float, BeforeValidator(seconds_of), Field(strict=True, gt=0, le=1e7)] = 600.0
     runs: Count | None = None
-
-
-class Limits(Part):
-    """What a run may take.
-
-    Attributes:
-        simulated: Seconds of simulated time, by which the controller has to end; None for ten times what it takes
-            without faults, and ten minutes more.
-        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
-        processor: Seconds of processor time; as many as *wall* if left out.
-        memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
-    """
-
-    simulated: Seconds | None = None
-    wall: Seconds = 20.0
-    processor: Seconds | None = None
-    memory: Memory | None = None
 
 
 def _budget(value: Any) -> Any:

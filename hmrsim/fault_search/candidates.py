@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.fault_search.kinds import changes_of, disturbances_of, faults_of, needs_of
+from hmrsim.fault_search.model import OPT_IN
 from hmrsim.fault_search.schedule import CHANGE, FAULT, Injection
-from hmrsim.fault_search.space.kinds import changes_of, disturbances_of, faults_of, needs_of
-from hmrsim.fault_search.space.model import OPT_IN
 
 if TYPE_CHECKING:
     import random
 
+    from hmrsim.fault_search.kinds import Draw
+    from hmrsim.fault_search.model import Space
     from hmrsim.fault_search.schedule import Moment
-    from hmrsim.fault_search.space.kinds import Draw
-    from hmrsim.fault_search.space.model import Space
     from hmrsim.world.model import World
 
 _FEW: Final = 12

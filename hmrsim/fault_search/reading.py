@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
-from hmrsim.fault_search.file.check import Check
-from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
+from hmrsim.fault_search.candidates import expanded
+from hmrsim.fault_search.check import Check
+from hmrsim.fault_search.kinds import CHANGES, DISTURBANCES
+from hmrsim.fault_search.model import Budget, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
-from hmrsim.fault_search.space.candidates import expanded
-from hmrsim.fault_search.space.kinds import CHANGES, DISTURBANCES
-from hmrsim.fault_search.space.model import Space
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
-from hmrsim.trials.model import Controller
+from hmrsim.trials.model import Controller, Limits
+from hmrsim.trials.worlds import source_of
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 from hmrsim.world_checks.validation import Lost
 
@@ -185,7 +185,7 @@ def _checked(
         properties = _properties(model, home, document.file)
     except PropertyError as error:
         problems += error.problems
-    source = None if isinstance(model.world, dict) else _world(model.world, home)
+    source = None if isinstance(model.world, dict) else source_of(model.world, home)
     # Where they are from is of no use to a worker.
     plain = properties.located(document.file, no_line)
     check = Check(document.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
@@ -225,12 +225,6 @@ def _properties(model: CheckFile, home: Path, place: str) -> Properties:
     if isinstance(model.properties, str):
         return read_properties(home / model.properties)
     return properties_of(model.properties or {}, place)
-
-
-def _world(source: str, home: Path) -> str:
-    """Return the path of a world's file, or the name of a shipped world."""
-    beside = home / source
-    return str(beside) if beside.is_file() or Path(source).suffix else source
 
 
 def _of_space(space: Space, world: World) -> Iterator[Finding]:
