@@ -12,21 +12,21 @@ from hmrsim.trials.model import Controller, Count, Limits, Part, Seconds
 Family = Literal["faults", "changes", "disturbances"]
 
 OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
-"""What happens only where a check asks for it: few controllers promise to bear it, or none can."""
+"""The kinds that happen only if a check asks for them, since few controllers can handle them."""
 
 
 class Space(Part):
     """The injections to search; by default everything that can happen to the robots of the world.
 
     Attributes:
-        families: Faults, changes of the world, disturbances of the wire and the controller.
-        only: The kinds that happen; None for all.
-        without: Kinds that do not happen.
-        also: Kinds that happen only if they are asked for: ``item_lost``, ``second_controller``, ``simulation_reset``.
-        spare: Robots, doors, docks and items to which nothing happens.
-        at_most: How many injections one schedule has.
-        durations: Seconds that injections last.
-        weights: How often a kind is tried, beside 1 for others.
+        families: Faults, changes of the world, and disturbances of the connection and the controller.
+        only: The kinds to try; None for all.
+        without: Kinds to leave out.
+        also: Kinds that are left out by default: ``item_lost``, ``second_controller``, ``simulation_reset``.
+        spare: Robots, doors, docks and items to leave alone.
+        at_most: The maximum number of injections in a schedule.
+        durations: The durations of injections in seconds.
+        weights: The frequency of a kind, relative to 1.
         further: Custom injections; a list of values stands for each of them, and a robot ``*`` for each robot.
     """
 
@@ -46,10 +46,10 @@ _UNITS: Final = {None: 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 def seconds_of(value: Any) -> Any:
-    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; anything else as it is.
+    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; other values unchanged.
 
     Raises:
-        ValueError: A text is no time.
+        ValueError: The text is not a time.
     """
     if not isinstance(value, str):
         return float(value) if type(value) is int else value
@@ -60,11 +60,11 @@ def seconds_of(value: Any) -> Any:
 
 
 class Budget(Part):
-    """How long to search.
+    """The budget of a search.
 
     Attributes:
-        time: Seconds of the wall's clock; in a file also ``90 s``, ``10m`` or ``1 h``.
-        runs: Runs after which the search ends in any case; with it alone two searches are the same.
+        time: Wall seconds; in a file also ``90 s``, ``10m`` or ``1 h``.
+        runs: The number of runs; two searches with this limit alone are the same.
     """
 
     time: Annotated[float, BeforeValidator(seconds_of), Field(strict=True, gt=0, le=1e7)] = 600.0
@@ -76,7 +76,7 @@ def _budget(value: Any) -> Any:
 
 
 class CheckFile(Part):
-    """A check: a world, a controller, the properties that have to hold, and what can go wrong."""
+    """The file of a check: a world, a controller, the properties that have to hold, and the space to search."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     world: str | dict[str, Any] = Field(description="A world file, the name of a shipped world, or a world itself.")
@@ -95,11 +95,11 @@ class CheckFile(Part):
 
 
 class Failed(Part):
-    """How a run has failed.
+    """The failure of a run.
 
     Attributes:
         property: The property that was violated.
-        reason: Why, without times and names.
+        reason: The reason, without times and names.
     """
 
     property: str
@@ -107,7 +107,7 @@ class Failed(Part):
 
 
 class ReproFile(CheckFile):
-    """A failure that was found: a check with the schedule that shows it."""
+    """The file of a failure: a check with the schedule that causes it."""
 
     repro: Literal[1] = Field(description="The version of the format.")
     schedule: tuple[dict[str, Any], ...] = Field(description="What goes wrong: faults, changes and disturbances.")

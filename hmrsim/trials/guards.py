@@ -1,4 +1,4 @@
-"""Guards around a run: limits of time, memory and output, so that it can't harm other runs."""
+"""Guards around a run: limits on time, memory and output, so that it can't harm other runs."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
 R = TypeVar("R")
 
 _AT_ONCE: Final = 1e-3
-"""Wall seconds until an alarm rings that was due meanwhile."""
+"""Wall seconds until an alarm rings that became due during the run."""
 _TAIL: Final = 2_000
-"""Characters of what a run prints that are kept."""
+"""The number of characters of a run's output that are kept."""
 
 
 class Tail(io.TextIOBase):
-    """A text stream that keeps the end of what is written."""
+    """A text stream that keeps the last characters written to it."""
 
     def __init__(self) -> None:
         self._pieces: deque[str] = deque()
@@ -53,16 +53,16 @@ class Tail(io.TextIOBase):
 
     @property
     def text(self) -> str:
-        """The end of what was written."""
+        """The last characters written."""
         return "".join(self._pieces)[-_TAIL:].strip()
 
 
 def ending_of_lost(limits: Limits, seconds: float) -> tuple[str, str]:
-    """Return how a run has ended whose process is gone, and the cause.
+    """Return the ending of a run whose process is gone, and the cause.
 
     Args:
-        limits: Those of the run.
-        seconds: How many wall seconds it was under way: a process that does not mind them is ended some time later.
+        limits: The limits of the run.
+        seconds: The wall seconds that it ran; the process of a run that ignores its limits is ended some time later.
     """
     if seconds >= Meter(limits).patience:
         return HUNG, "it does not end when its time is over, by limits.wall or limits.processor"
@@ -152,7 +152,7 @@ def _alarm(meter: Meter) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
         if left:
-            # Somebody else's, such as that of a test.
+            # An alarm that was set before the run, such as that of a test.
             signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), _AT_ONCE), interval)
 
 
@@ -190,7 +190,7 @@ def _ends_process() -> bool:
 
 @contextmanager
 def _in_memory(most: int) -> Iterator[None]:
-    """Let this process have so many bytes more of address space than it has."""
+    """Limit the address space of this process to its present size plus a number of bytes."""
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - read for each run
         pages = int(file.read().split()[0])

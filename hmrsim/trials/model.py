@@ -24,7 +24,7 @@ Level = Annotated[str | int | float | bool, BeforeValidator(_level)]
 
 
 class Part(BaseModel):
-    """A part of a file that names controllers: unknown keys, NaN and infinity are errors."""
+    """The base class of models in files of experiments and checks: unknown keys, NaN and infinity are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -63,15 +63,15 @@ class Controller(Part):
 
     Attributes:
         tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
-        python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
-            `hmrsim_zenoh.AsyncClient`, in the same process.
-        command: A command line; it is started for each run, with its own endpoint in its environment.
-        set: Parameters: texts on the blackboard of a tree, arguments of a function, variables of a command's
-            environment. Expressions in *tree*, *python* and *command* may ask for them, too.
+        python: A function of a `hmrsim_zenoh.Client`, or a coroutine function of a `hmrsim_zenoh.AsyncClient`, run in
+            the worker's process.
+        command: A command line, started for each run with the endpoint of the simulator in its environment.
+        set: Parameters: texts on the blackboard of a tree, arguments of a function, or environment variables of a
+            command. Expressions in *tree*, *python* and *command* can use them, too.
         robots: The robots of a tree; None for all.
         nodes: Modules with further nodes for trees in XML.
-        tree_id: Which tree of an XML file.
-        name: Under which name it takes part; goals' ids depend on it.
+        tree_id: The ID of the tree in an XML file.
+        name: Its name as a participant; the ids of goals depend on it.
     """
 
     tree: str | None = None
