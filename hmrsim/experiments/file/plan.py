@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
 
 _KEPT_WORLDS: Final = 256
-"""Worlds of scenarios that a process keeps."""
+"""The number of worlds that a process keeps."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run.
+    """A run of an experiment.
 
     Attributes:
         number: Its number in the experiment, from 0.
@@ -55,13 +55,13 @@ class Plan:
 
     Attributes:
         path: Its file.
-        file: What the file says.
+        file: The content of its file.
         scenarios: The levels of each scenario.
-        overlays: What is laid over the world, without values for the names of factors.
+        overlays: The overlays of the world, without values for the names of factors.
         tables: The values of its tables, by name.
         source: The file of the world, or the name of a shipped one.
-        variant: The names of the variants that were chosen.
-        own_overlays: What is laid over the world for one treatment alone, by its name.
+        variant: The names of the chosen variants.
+        own_overlays: The overlays for single treatments, by the name of the treatment.
     """
 
     path: Path
@@ -81,20 +81,20 @@ class Plan:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what decides the results: what the file says, its tables, and the variants.
+        """SHA-256 of everything that decides the results: the file, its tables and the variants.
 
-        What is at its default is left out, so that versions with further keys go on with results of earlier ones.
+        Default values are left out, so that a version with further keys can continue results of earlier versions.
         """
-        said: dict[str, Any] = {
+        content: dict[str, Any] = {
             "file": self.file.model_dump(mode="json", exclude_defaults=True),
             "tables": self.tables,
             "variant": self.variant,
+            "scenarios": list(self.scenarios),
         }
-        said["scenarios"] = list(self.scenarios)
-        return hashlib.sha256(json.dumps(said, sort_keys=True, default=str).encode()).hexdigest()
+        return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
 
     def run(self, scenario: int, treatment: str, replication: int) -> Run:
-        """Return a run; its number is the same whatever is run beside it."""
+        """Return a run; its number does not depend on the number of replications."""
         names = [*self.treatments]
         number = (replication * len(self.scenarios) + scenario) * len(names) + names.index(treatment)
         return Run(number, scenario, treatment, replication, self._seed(scenario, replication))
@@ -109,14 +109,14 @@ class Plan:
         return self.run(scenario, names[treatment], replication)
 
     def names(self, scenario: int) -> dict[str, Any]:
-        """Return the values that expressions may ask for in a scenario: tables, and a level for each factor."""
+        """Return the names for expressions in a scenario: the tables, and a level for each factor."""
         return {**self.tables, **self.scenarios[scenario]}
 
     def world(self, scenario: int, treatment: str = "") -> LoadedWorld:
-        """Return the world of a scenario, for a treatment or without what is laid over it for one; it is read once.
+        """Return the world of a scenario, with the overlay of a treatment if given; each world is loaded once.
 
         Raises:
-            WorldError: Something is wrong with it.
+            WorldError: It is invalid.
         """
         own = [self.own_overlays[treatment]] if treatment in self.own_overlays else []
         key = json.dumps([self.scenarios[scenario], treatment if own else ""], sort_keys=True, default=str)
@@ -148,10 +148,10 @@ MAX_SCENARIOS = 1_000_000
 
 
 class DesignFlaw(ValueError):
-    """A design can't be made; the text says why.
+    """A design is invalid, for the reason in the text.
 
     Attributes:
-        key: The key of the file that is wrong.
+        key: The invalid key of the file.
     """
 
     def __init__(self, key: str, message: str) -> None:
@@ -167,7 +167,7 @@ def scenarios_of(file: ExperimentFile, trials: Any = None) -> list[Levels]:
         trials: The table that its design names, if it names one.
 
     Raises:
-        DesignFlaw: They can't be made.
+        DesignFlaw: The design is invalid.
     """
     design = file.design
     if isinstance(design, Design) and design.list is not None:
@@ -199,14 +199,14 @@ def _one_at_a_time(factors: Mapping[str, Sequence[Any]]) -> list[Levels]:
 
 
 def _latin_hypercube(factors: Mapping[str, Sequence[Any] | Range], count: int, seed: str) -> list[Levels]:
-    """Return so many scenarios; of each factor each of so many equal parts of its range, or levels, occurs once.
+    """Return *count* scenarios; of each factor, each of *count* equal parts of its range, or levels, occurs once.
 
     McKay, Beckman, Conover, A Comparison of Three Methods for Selecting Values of Input Variables in the Analysis of
     Output from a Computer Code, Technometrics 21 (1979).
     """
     columns = {}
     for name, levels in factors.items():
-        # Not for cryptography: the scenarios are the same for each one who runs the file.
+        # Seeded, so that the file has the same scenarios everywhere.
         chance = random.Random(f"{seed}/{name}")
         parts = [*range(count)]
         chance.shuffle(parts)

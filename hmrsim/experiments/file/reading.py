@@ -50,13 +50,13 @@ RESERVED: Final = (
     *("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause", "at", "wall", "output"),
     *("reported", "fingerprint"),
 )
-"""The columns of results, which no factor and no measure may be called."""
+"""The columns of results, whose names factors and measures can't have."""
 
 _LEVELS: Final = "levels"
 _PARAMETERS: Final = "set"
-"""The key of a variant that is none of its overlay."""
+"""The key of a variant that does not belong to its overlay."""
 _OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "measures")
-"""The keys below which each name stands for itself, so that one that is wrong leaves the others."""
+"""The keys with independent entries, so that an invalid one does not affect the others."""
 
 
 def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
@@ -156,7 +156,7 @@ def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFil
 
 
 def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> ExperimentFile:
-    """Return a file whose treatments have the parameters of the variants that were chosen."""
+    """Return a file whose treatments have the parameters of the chosen variants."""
     further = {name: value for variant in variants for name, value in model.variants[variant].set.items()}
     if not further:
         return model
@@ -177,10 +177,10 @@ def _overlay(document: Document, path: tuple[str, ...]) -> Source:
 
 
 def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dict[str, Any]:
-    said = dict(model.tables)
+    named = dict(model.tables)
     if model.levels is not None:
-        said[_LEVELS] = model.levels
-    tables, _, wrong = read_tables(said, folder)
+        named[_LEVELS] = model.levels
+    tables, _, wrong = read_tables(named, folder)
     findings += [
         Finding(each.path if each.path == (_LEVELS,) else ("tables", *each.path), each.message, each.value)
         for each in wrong
@@ -203,7 +203,7 @@ def _scenarios(model: ExperimentFile, folder: Path, findings: list[Finding]) -> 
 
 
 def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[str]) -> Iterator[Finding]:
-    """Yield an error for each name that means two things, and for those of what is not there, unless it is *lost*."""
+    """Yield an error for each ambiguous or unknown name, except below keys that are *lost*."""
     seen: dict[str, str] = dict.fromkeys(RESERVED, "a column of the results")
     seen |= dict.fromkeys(tables, "a table")
     for key, names in (("factors", model.factors), ("measures", model.measures)):

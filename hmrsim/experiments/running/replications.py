@@ -1,4 +1,4 @@
-"""One run of an experiment: a trial, and the judge."""
+"""One run of an experiment: a trial, its judge, and its result."""
 
 from __future__ import annotations
 
@@ -87,12 +87,12 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
 
 
 def needs_trace(plan: Plan) -> bool:
-    """Return whether the trace of a run may be kept, or compared with those of other replications."""
+    """Return whether the trace of a run may be kept or compared with other replications."""
     return plan.file.keep.traces != "none" or plan.file.replications.max > 1
 
 
 def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator) -> Row:
-    """Return the result of a run with its trace, if that is kept, and its fingerprint, if others may have the same."""
+    """Return the result of a run with its trace, if that is kept, and its fingerprint, if other runs may be equal."""
     keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
     compares = plan.file.replications.max > 1 and not simulator.chance.used
     text = trace.whole(simulator.now) if keeps or compares else ""
@@ -101,7 +101,7 @@ def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator)
 
 
 def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
-    """Return what makes the sinks of a run: that of its report, if there is one, and further ones."""
+    """Return watchers that make the sink of a report, if there is one, and further sinks."""
 
     def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
         return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
@@ -110,7 +110,7 @@ def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
 
 
 def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
-    """Return the result of a run that was judged; its cause says which measures have no value, and why."""
+    """Return the result of a judged run; its cause includes the reasons for missing measures."""
     measures, flaws = measures_of(plan.file, judge, simulator, report)
     return Row(
         run,
@@ -128,9 +128,9 @@ class Task:
     """Some runs of an experiment.
 
     Attributes:
-        path: The experiment's file; a worker on another machine needs to see it, too.
-        variant: The variants that were chosen.
-        hash: The hash of the plan that is meant.
+        path: The experiment's file, which workers on other machines have to see as well.
+        variant: The chosen variants.
+        hash: The hash of the plan.
         numbers: The numbers of the runs.
     """
 
@@ -141,7 +141,7 @@ class Task:
 
 
 def execute(task: Task) -> list[Row]:
-    """Return the results of some runs, in order.
+    """Return the results of the runs of a task, in order.
 
     Raises:
         ExperimentError: The file can't be read, or has changed.
@@ -165,24 +165,24 @@ def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
 
 
 FILE: Final = "coverage_{}.json"
-"""The name of the file of a treatment, in the folder of results."""
+"""The name of the file of a treatment in the folder of results."""
 
 
 def packed(coverage: TreeCoverage) -> bytes:
-    """Return a coverage in few bytes."""
+    """Return a coverage as compressed bytes."""
     return zlib.compress(json.dumps(coverage.to_json(), separators=(",", ":")).encode())
 
 
 def unpacked(coverage: bytes) -> TreeCoverage:
-    """Return what was packed."""
+    """Return the coverage that `packed` compressed."""
     return TreeCoverage.from_json(zlib.decompress(coverage))
 
 
 class Coverages:
-    """The coverage of each treatment, with what earlier processes have made.
+    """The coverage of each treatment, including runs of earlier processes.
 
     Args:
-        results: The results, whose rows say what was counted already.
+        results: The results, with the earlier coverage.
     """
 
     def __init__(self, results: Results) -> None:
@@ -190,7 +190,7 @@ class Coverages:
         self._found = {treatment: unpacked(coverage) for treatment, coverage in results.coverages().items()}
 
     def take(self, rows: Sequence[Row]) -> dict[str, bytes]:
-        """Add what some runs have covered; return all that their treatments have, to be kept with the rows."""
+        """Add the coverage of runs; return the total of their treatments, to be stored with the rows."""
         covered = [row for row in rows if row.coverage]
         for row in covered:
             self._found.setdefault(row.run.treatment, TreeCoverage()).merge(unpacked(row.coverage))

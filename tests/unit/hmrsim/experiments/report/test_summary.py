@@ -354,7 +354,7 @@ def test_it_is_known_what_the_results_are_of(results):
     assert "name: pace" in found.text
 
 
-@pytest.mark.parametrize("missing", ["numpy", "scipy"])
+@pytest.mark.parametrize("missing", ["numpy", "scipy.stats"])
 def test_without_scipy_the_error_says_what_to_install(results, monkeypatch, missing):
     """Instead of an ImportError."""
     made = results()

@@ -80,7 +80,7 @@ def test_asymmetries_are_the_third_central_moment_over_the_second(values, offset
 @pytest.mark.parametrize(
     ("missing", "act"),
     [
-        ("scipy", lambda: mean_interval([1.0, 2.0])),
+        ("scipy.stats", lambda: mean_interval([1.0, 2.0])),
         ("scipy.optimize", lambda: confidence_sequence([1.0, 2.0] * 20)),
         ("numpy", lambda: confidence_sequence([1.0, 2.0])),
     ],
