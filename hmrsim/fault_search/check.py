@@ -7,11 +7,12 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedule import changes_in, overlays_of, with_faults
+from hmrsim.navigation.cache import LruCache
 from hmrsim.properties.compiler import compares
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import overlay_of
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from hmrsim.errors import Problem
     from hmrsim.fault_search.model import CheckFile
-    from hmrsim.fault_search.schedule import Case, Injection
+    from hmrsim.fault_search.schedule import Case
     from hmrsim.properties import Properties
     from hmrsim.properties.results import Reference
     from hmrsim.trials.model import Controller
@@ -57,7 +58,7 @@ class Check:
     limit: float
     reference: Reference | None = None
     warnings: tuple[Problem, ...] = ()
-    _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
+    _worlds: LruCache[str, World] = field(default_factory=partial(LruCache, _KEPT_WORLDS), compare=False, repr=False)
 
     def __hash__(self) -> int:
         """Return the hash of everything that decides its runs."""
@@ -69,7 +70,9 @@ class Check:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for another process, without the cached worlds."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {"_worlds": {}}
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {
+            "_worlds": LruCache(_KEPT_WORLDS)
+        }
 
     @property
     def treatment(self) -> Controller:
@@ -133,21 +136,12 @@ class Check:
             WorldError: It is invalid.
         """
         if case.definition is None:
-            world = self._kept(changes_in(case.schedule))
+            changes = changes_in(case.schedule)
+            key = "/".join(change.key for change in changes)
+            world = self._worlds.get(key, lambda: self._laid(overlays_of(changes))) if changes else self.world
         else:
             world = world_of(dict(case.definition), "world", overlays_of(case.schedule))
         return with_faults(world, case.schedule)
-
-    def _kept(self, changes: Sequence[Injection]) -> World:
-        if not changes:
-            return self.world
-        key = "/".join(change.key for change in changes)
-        world = self._worlds.get(key)
-        if world is None:
-            while len(self._worlds) >= _KEPT_WORLDS:
-                del self._worlds[next(iter(self._worlds))]
-            world = self._worlds[key] = self._laid(overlays_of(changes))
-        return world
 
     def _laid(self, overlays: Sequence[Overlay]) -> World:
         first = [overlay_of(self.file.overlay, self.place)] if self.file.overlay else []

@@ -8,12 +8,13 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead
 from hmrsim.experiments.file.model import Design, ExperimentFile, Range
+from hmrsim.navigation.cache import LruCache
 from hmrsim.world.overlays.overlay import Overlay
 from hmrsim.world.overlays.tables import as_rows
 from hmrsim.world_checks.loading import BaseWorld, base_world
@@ -72,7 +73,9 @@ class Plan:
     source: str
     variant: tuple[str, ...] = ()
     own_overlays: Mapping[str, Source] = field(default_factory=dict)
-    _worlds: dict[str, LoadedWorld] = field(default_factory=dict, compare=False, repr=False)
+    _worlds: LruCache[str, LoadedWorld] = field(
+        default_factory=partial(LruCache, _KEPT_WORLDS), compare=False, repr=False
+    )
 
     @property
     def treatments(self) -> dict[str, Treatment]:
@@ -120,14 +123,12 @@ class Plan:
         """
         own = [self.own_overlays[treatment]] if treatment in self.own_overlays else []
         key = json.dumps([self.scenarios[scenario], treatment if own else ""], sort_keys=True, default=str)
-        loaded = self._worlds.get(key)
-        if loaded is None:
+
+        def load() -> LoadedWorld:
             names = self.names(scenario)
-            loaded = self._base.load([Overlay(each, names) for each in (*self.overlays, *own)])
-            while len(self._worlds) >= _KEPT_WORLDS:
-                del self._worlds[next(iter(self._worlds))]
-            self._worlds[key] = loaded
-        return loaded
+            return self._base.load([Overlay(each, names) for each in (*self.overlays, *own)])
+
+        return self._worlds.get(key, load)
 
     @cached_property
     def _base(self) -> BaseWorld:

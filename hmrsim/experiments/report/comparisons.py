@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.experiments.contrast import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
-from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
+from hmrsim.experiments.report.model import Change, Comparison, Pair, Verdict, estimate_of
 from hmrsim.experiments.results.repeats import about_means, note_of_pairs, pairs_that_count
 from hmrsim.experiments.statistics.summaries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
@@ -125,11 +125,10 @@ def _values(values: Numbers, groups: Sequence[Codes]) -> Numbers:
 
 
 def _verdict(found: Compared, criterion: Criterion) -> Verdict:
-    bounds = found.difference
     return Verdict(
         verdict=found.verdict,
         decided_after=found.decided_after,
-        difference=Estimate(estimate=bounds.estimate, low=bounds.low, high=bounds.high, n=bounds.n),
+        difference=estimate_of(found.difference),
         differing=found.differing,
         alpha=criterion.alpha,
         margin=criterion.margin,

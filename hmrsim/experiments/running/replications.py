@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import write_coverage
@@ -33,9 +33,10 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.trial import Trial
 
 
-def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+def _row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, with its trace if it may be kept.
 
     A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
@@ -48,10 +49,15 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     treatment = plan.treatments[run.treatment]
     coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
     settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
+    traces, several = plan.file.keep.traces, plan.file.replications.max > 1
     judge = Judge(plan.file.ends)
     loaded = plan.world(run.scenario, run.treatment)
     trace = DeferredTrace(loaded.world, settings)
     report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
+
+    def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+        return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
+
     trial = trial_of(
         loaded,
         settings,
@@ -60,67 +66,53 @@ def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         names=plan.names(run.scenario),
         variables={"HMRSIM_RUN": str(run.number)},
         coverage=coverage,
-        sinks=[trace, judge] if needs_trace(plan) else [judge],
-        watchers=with_report(report, further),
+        sinks=[trace, judge] if several or traces != "none" else [judge],
+        watchers=watchers,
     )
+    simulator = trial.simulator
     with trial:
-        simulator = trial.simulator
-        judge.watch(simulator, trial.end)
-        ending, cause, output = trial.play()
-        # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
-        if ending == CRASHED and trial.over and treatment.in_process:
-            ending, cause = TIMEOUT, ""
-        elif ending in {SUCCEEDED, FAILED}:
-            if not trial.over:
-                judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
-            ending = TIMEOUT
-        judged = bool(judge.label)
-        judge.end(ending, simulator.now)
+        cause, output = _play(trial, judge, in_process=treatment.in_process)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
-        row = result_of(plan, run, judge, simulator, values)
-    return replace(
-        with_trace(plan, row, trace, simulator),
-        cause="; ".join(filter(None, ["" if judged else cause, row.cause])),
-        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
-        output=output,
-    )
-
-
-def needs_trace(plan: Plan) -> bool:
-    """Return whether the trace of a run may be kept or compared with other replications."""
-    return plan.file.keep.traces != "none" or plan.file.replications.max > 1
-
-
-def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator) -> Row:
-    """Return the result of a run with its trace, if that is kept, and its fingerprint, if other runs may be equal."""
-    keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
-    compares = plan.file.replications.max > 1 and not simulator.chance.used
+        measures, flaws = measures_of(plan.file, judge, simulator, values)
+    success, result = judge.label in plan.file.successes, (judge.label, judge.at, measures, dict(judge.reported))
+    # The trace includes the end of the trial.
+    keeps = traces == "all" or (traces == "failed" and not success)
+    compares = several and not simulator.chance.used
     text = trace.whole(simulator.now) if keeps or compares else ""
-    result = row.ending, row.at, dict(row.measures), dict(row.reported)
-    return replace(row, trace=text if keeps else "", fingerprint=fingerprint_of(text, *result) if compares else "")
-
-
-def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
-    """Return watchers that make the sink of a report, if there is one, and further sinks."""
-
-    def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
-        return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
-
-    return watchers
-
-
-def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
-    """Return the result of a judged run; its cause includes the reasons for missing measures."""
-    measures, flaws = measures_of(plan.file, judge, simulator, report)
     return Row(
         run,
         judge.label,
-        "; ".join(filter(None, [judge.cause, *flaws])),
-        judge.label in plan.file.successes,
+        "; ".join(filter(None, [cause, judge.cause, *flaws])),
+        success,
         judge.at,
         measures=measures,
         reported=judge.reported,
+        output=output,
+        trace=text if keeps else "",
+        fingerprint=fingerprint_of(text, *result) if compares else "",
+        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
     )
+
+
+def _play(trial: Trial, judge: Judge, *, in_process: bool) -> tuple[str, str]:
+    """Run the controller of a trial and judge its ending.
+
+    Returns:
+        The cause of the ending, unless the judge has ended the run before, and the output of the controller.
+    """
+    judge.watch(trial.simulator, trial.end)
+    ending, cause, output = trial.play()
+    now = trial.simulator.now
+    # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
+    if ending == CRASHED and trial.over and in_process:
+        ending, cause = TIMEOUT, ""
+    elif ending in {SUCCEEDED, FAILED}:
+        if not trial.over:
+            judge.controller_ended(succeeded=ending == SUCCEEDED, now=now)
+        ending = TIMEOUT
+    judged = bool(judge.label)
+    judge.end(ending, now)
+    return "" if judged else cause, output
 
 
 @dataclass(frozen=True)
@@ -152,7 +144,7 @@ def execute(task: Task) -> list[Row]:
 
 def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, whatever happens in it; *further* makes further sinks."""
-    row, output, wall = attempt(plan.file.limits, lambda: row_of(plan, run, further), partial(Row, run))
+    row, output, wall = attempt(plan.file.limits, lambda: _row_of(plan, run, further), partial(Row, run))
     return replace(row, output=row.output or output, wall=wall)
 
 

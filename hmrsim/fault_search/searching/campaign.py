@@ -45,7 +45,7 @@ def limited(check: Check, nominal: Outcome) -> Check:
     limit = check.limit
     if check.file.limits.simulated is None and nominal.ending in {"succeeded", "failed"}:
         limit = round(nominal.at * _LONGER + _MORE, 3)
-    return replace(check, limit=limit, reference=reference, _worlds={})
+    return replace(check, limit=limit, reference=reference)
 
 
 def no_search(nominal: Outcome) -> str:

@@ -416,7 +416,7 @@ def test_reduction_keeps_to_the_budget(budget, began, allowed):
 
 def test_reduction_reports_its_progress():
     told = []
-    check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]})
+    check = check_of("vain", budget={"runs": 64, "time": 10_000.0}, space={"only": ["breakdown", "slip"]})
     searched(check, first_only=True, tell=told.append)
 
     steps = [(each.reducing, each.reduced_in) for each in told if each.reducing]
