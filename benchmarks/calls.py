@@ -20,8 +20,8 @@ from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.running.replications import execute_run
-from hmrsim.fault_search.file.model import CheckFile
-from hmrsim.fault_search.file.reading import check_at
+from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.interfaces.nav2_msgs import NavigateToPose

@@ -16,7 +16,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim_gym import nearest, parallel_env
 from hmrsim_gym.dispatching import Dispatching
-from hmrsim_gym.observing import Observer
+from hmrsim_gym.observations import Observer
 from hmrsim_gym.setting import Setting
 
 if TYPE_CHECKING:

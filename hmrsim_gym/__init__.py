@@ -1,4 +1,4 @@
-"""Environments for learning to dispatch orders, of Gymnasium and PettingZoo; the extra ``gym`` installs both.
+"""Gymnasium and PettingZoo environments for learning to dispatch orders; the extra ``gym`` installs both.
 
 ::
 
@@ -8,9 +8,8 @@
     env = gymnasium.make("hmrsim/Dispatch-v0", world="warehouse_orders", horizon=1800)
     observation, info = env.reset(seed=1)
 
-Importing it registers the environment, as is the custom since Gymnasium 1.0, which finds none by itself;
-``gymnasium.make("hmrsim_gym:hmrsim/Dispatch-v0")`` imports it. The simulation runs within the process, over the
-loopback.
+Importing this package registers the environment; ``gymnasium.make("hmrsim_gym:hmrsim/Dispatch-v0")`` imports it for
+you. The simulation runs in the process of the learner.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ except ImportError:
 
 if TYPE_CHECKING:
     from hmrsim_gym.dispatch_env import DispatchEnv
-    from hmrsim_gym.features import FleetFeature, OrderFeature, RobotFeature
+    from hmrsim_gym.observations import FleetFeature, OrderFeature, RobotFeature
     from hmrsim_gym.parallel import ParallelDispatch, parallel_env
     from hmrsim_gym.rules import best, earliest_due, first_come, nearest
 
@@ -48,10 +47,10 @@ __all__ = [
 _HOMES = MappingProxyType(
     {
         "DispatchEnv": "dispatch_env",
-        "FleetFeature": "features",
-        "OrderFeature": "features",
+        "FleetFeature": "observations",
+        "OrderFeature": "observations",
         "ParallelDispatch": "parallel",
-        "RobotFeature": "features",
+        "RobotFeature": "observations",
         "best": "rules",
         "earliest_due": "rules",
         "first_come": "rules",
@@ -64,7 +63,7 @@ gymnasium.register("hmrsim/Dispatch-v0", f"{__name__}.dispatch_env:DispatchEnv")
 
 
 def __getattr__(name: str) -> object:
-    """Return an export, which is loaded on first use; raise AttributeError if there is none of this name."""
+    """Return an export, importing its module on first use; raise AttributeError if there is no such export."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value: object = getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,4 +1,4 @@
-"""The environment of Gymnasium: one agent tells each robot that is idle which order to serve."""
+"""The Gymnasium environment: one agent assigns orders to all robots."""
 
 from __future__ import annotations
 
@@ -9,41 +9,40 @@ import gymnasium
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from hmrsim_gym.cost import Cost
-from hmrsim_gym.dispatching import Dispatching
-from hmrsim_gym.features import Observation, observation_space
-from hmrsim_gym.observing import Observer
-from hmrsim_gym.rendering import rendered
-from hmrsim_gym.setting import SEEDS, AnyWorld, Setting
+from hmrsim_gym.episodes import Episodes, check_render_mode
+from hmrsim_gym.observations import Observation, observation_space
+from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order
+    from hmrsim.trials.worlds import AnyWorld
+    from hmrsim_gym.dispatching import Dispatching
 
 
 class DispatchEnv(gymnasium.Env[Observation, int]):
-    """Orders of a world are dispatched to its robots; each step is one decision, however long the time to the next.
+    """Dispatch the orders of a world to its robots; each step is one decision, however long the time to the next.
 
-    Action *i* gives the robot that asks, ``info["robot"]``, the order in row *i* of the observation; the last action
-    has it wait until an order comes or becomes free, or another robot becomes idle. So does one that is masked. The
-    reward is what orders have cost since the step before, 0 or less: see `hmrsim_gym.cost`.
+    Action *i* gives the robot that decides, ``info["robot"]``, the order in row *i* of the observation. The last action
+    makes it wait until an order arrives or becomes free, or another robot becomes idle. A masked action does the same.
+    The reward is minus the cost of the orders since the previous step: see `hmrsim_gym.episodes`.
 
-    An episode is truncated at the horizon. It is terminated when all orders have ended and none will come.
+    An episode is truncated at the horizon. It is terminated when all orders have ended and no more will arrive.
 
     Args:
-        world: The world, which has a demand.
-        changes: What is laid over it, by path.
-        robots: Who serves orders; all who can if left out.
+        world: The world; it needs a demand.
+        changes: Changes to the world, by path.
+        robots: The robots that serve orders; all that are able to if left out.
         horizon: Simulated seconds.
-        orders: How many orders a robot may choose from at most.
+        orders: The maximum number of orders that a robot can choose from.
         charge_below: The share of its battery below which an idle robot goes to a charger.
         render_mode: ``ansi`` for a text, or None.
 
     Raises:
-        WorldError: Something is wrong with the world; it has all errors.
+        WorldError: The world is invalid; it has all errors.
         ValueError: An argument is out of range, or there is nothing to dispatch.
     """
 
-    # The rate means nothing for decisions, but gymnasium's checks want one.
+    # Decisions have no rate, but gymnasium's checker requires one.
     metadata: dict[str, Any] = {"render_modes": ["ansi"], "render_fps": 1}  # noqa: RUF012 - as gymnasium declares it
 
     def __init__(
@@ -57,17 +56,15 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
         charge_below: float = 0.25,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in {None, "ansi"}:
-            raise ValueError(f"render_mode must be None or 'ansi', got {render_mode!r}")
-        self.render_mode = render_mode
-        self._setting = Setting.of(
+        check_render_mode(render_mode)
+        setting = Setting.of(
             world, changes=changes, robots=robots, horizon=horizon, orders=orders, charge_below=charge_below
         )
-        self._observer = Observer(self._setting)
+        self.render_mode = render_mode
         self.observation_space = observation_space(orders)  # type: ignore[assignment]  # of a dict of any arrays
         self.action_space = spaces.Discrete(orders + 1)  # type: ignore[assignment]  # of numpy's integers
-        self._run: Dispatching | None = None
-        self._robot = self._setting.robots[0]
+        self._episodes = Episodes(setting, render_mode)
+        self._robot = setting.robots[0]
         self._choices: list[Order] = []
 
     def reset(
@@ -76,25 +73,19 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
         """Begin an episode, up to its first decision.
 
         Args:
-            seed: The seed of the world; without one it is chosen by the environment's random numbers.
-            options: None are known.
+            seed: The seed of the world; if None, the environment's random numbers choose one.
+            options: Ignored.
         """
         super().reset(seed=seed, options=options)
-        self.close()
-        chosen = int(self.np_random.integers(SEEDS)) if seed is None else seed
-        run = self._run = Dispatching(self._setting, chosen)
-        self._cost = Cost(run.demand)
-        run.run_on()
-        self._cost.up_to(run.now)
-        return self._observed(run)
+        return self._observed(self._episodes.begin(int(self.np_random.integers(SEEDS)) if seed is None else seed))
 
     def step(self, action: int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Tell the robot that asks what to do, and go on to the next decision.
+        """Apply the decision for the robot that decides, and let time pass until the next decision.
 
         Raises:
             ResetNeeded: There is no episode, or it is over.
         """
-        run = self._run
+        run = self._episodes.run
         if run is None or run.over:
             raise ResetNeeded("the episode is over, or none has begun; call reset first")
         number = int(action)
@@ -102,28 +93,23 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
             run.assign(self._robot, self._choices[number])
         else:
             run.wait(self._robot)
-        run.run_on()
-        reward = -self._cost.up_to(run.now)
+        reward = self._episodes.run_on(run)
         observation, info = self._observed(run)
         return observation, reward, run.ended, run.over and not run.ended, info
 
     def render(self) -> str | None:
-        """Return the time, what robots do and which orders are free; None without a render mode."""
-        if self.render_mode is None or self._run is None:
-            return None
-        return rendered(self._setting, self._run)
+        """Return the time, the state of each robot and the orders that are free; None without a render mode."""
+        return self._episodes.render()
 
     def close(self) -> None:
         """End the episode."""
-        run, self._run = self._run, None
-        if run is not None:
-            run.close()
+        self._episodes.end()
 
     def _observed(self, run: Dispatching) -> tuple[Observation, dict[str, Any]]:
-        asking = run.asking
+        observer, asking = self._episodes.observer, run.asking
         self._robot = asking[0] if asking else self._robot
-        self._choices = self._observer.choices(run, self._robot) if asking and not run.over else []
-        observation = self._observer.observe(run, self._robot, self._choices)
+        self._choices = observer.choices(run, self._robot) if asking and not run.over else []
+        observation = observer.observe(run, self._robot, self._choices)
         totals = run.demand.totals
         return observation, {
             "action_mask": observation["action_mask"],

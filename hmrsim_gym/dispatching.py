@@ -1,59 +1,62 @@
-"""A run of a world with orders: who is idle, which orders are free, and what robots do with those they are given.
+"""A run of a world with orders: idle robots, free orders, and the goals with which robots serve them.
 
-An outside client over the loopback drives the robots, by the goals that clients of any simulator send. What there is to
-do, and what has become of it, is the truth of the world: its demand.
+The robots are controlled by an ordinary client, with the goals that it would send to any simulator. The orders and
+their states are read from the simulator itself.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
+from hmrsim.actions import registry
+from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim.trials.local import LocalTrial
-from hmrsim_gym.errand import dock, go, pick_up, put_down, send
 from hmrsim_gym.setting import CHARGED
 from hmrsim_gym.truth import Truth
 from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
+    from hmrsim.geometry import Point
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.orders import Order
     from hmrsim_gym.setting import Setting
     from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError
 
 Doing = Literal["idle", "serves", "charges", "rests"]
-"""What a robot does."""
+"""The activity of a robot."""
 
 REST: Final = 10.0
-"""Seconds for which a robot that has failed is given nothing."""
+"""Seconds for which a robot rests after a failure."""
 
 _PATIENCE: Final = 60.0
-"""Seconds for which it is not given the order with which it has failed."""
+"""Seconds until a robot may get an order again with which it has failed."""
 
 _NAME: Final = "dispatcher"
-_COMES: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
+_ARRIVAL: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
 
 
 class Dispatching:
-    """A run that stands still whenever a robot has to be told what to do; the caller closes it.
+    """A run that pauses whenever a decision for a robot is needed; the caller closes it.
 
     Args:
-        setting: What episodes have in common.
+        setting: The setting that all episodes share.
         seed: The seed of the world.
         sinks: Further sinks of events.
 
     Attributes:
         now: Simulated seconds.
-        truth: What is true in it.
-        demand: The orders of the world; to be read only.
-        free: The orders that nobody serves, in the order in which they came.
-        serving: Who serves which order, by the robot's name.
+        truth: The actual state of robots and items.
+        demand: The orders of the world; read only.
+        free: The orders that no robot serves, in order of arrival.
+        serving: The orders that robots serve, by the robot's name.
     """
 
     def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink] = ()) -> None:
@@ -80,62 +83,67 @@ class Dispatching:
 
     @property
     def ended(self) -> bool:
-        """Whether all orders have ended and none will come."""
+        """True if all orders have ended and no more will arrive."""
         return self.demand.served
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to decide: all orders have ended, or the horizon is reached."""
-        return self.ended or self.now >= self._setting.horizon
+        """True if there is nothing left to decide: all orders have ended, or the horizon is reached."""
+        return self.now >= self._setting.horizon or self.demand.served
 
     @property
     def idle(self) -> list[str]:
-        """The robots that have nothing to do, in the world's order."""
+        """The idle robots, in the world's order."""
         return [robot for robot, doing in self._doing.items() if doing == "idle"]
 
     @property
     def asking(self) -> list[str]:
-        """The robots that have to be told what to do, in the world's order."""
+        """The robots that need a decision, in the world's order."""
         if not self.free:
             return []
-        return [robot for robot in self.idle if robot not in self._waiting and self.choices(robot)]
+        waiting = self._waiting
+        return [
+            robot
+            for robot, doing in self._doing.items()
+            if doing == "idle" and robot not in waiting and self.choices(robot)
+        ]
 
     def choices(self, robot: str) -> list[Order]:
-        """Return the orders that a robot may be given, in the order in which they came."""
+        """Return the orders that a robot can choose from, in order of arrival."""
         if not self._failed:
             return self.free
         return [order for order in self.free if (robot, order.name) not in self._failed]
 
     def doing(self, robot: str) -> Doing:
-        """Return what a robot does."""
+        """Return the activity of a robot."""
         return self._doing[robot]
 
     def assign(self, robot: str, order: Order) -> None:
-        """Have a robot that asks serve an order that is free."""
+        """Make a robot serve a free order."""
         self.free = [each for each in self.free if each is not order]
         self.serving[robot] = order
         self._doing[robot] = "serves"
         there, to = self.truth.item_point(order), self.truth.destination(order)
         steps = [go(there), pick_up(order.item), go(to), put_down(order.item)]
-        send(self._client, robot, steps, partial(self._served, robot, order))
+        Errand(self._client, robot, steps, partial(self._served, robot, order)).go_on()
 
     def wait(self, robot: str) -> None:
-        """Have a robot wait until an order comes or becomes free, or another robot becomes idle."""
+        """Make a robot wait until an order arrives or becomes free, or another robot becomes idle."""
         self._waiting[robot] = None
 
     def run_on(self) -> None:
-        """Let time go on until a robot asks, or it is over."""
+        """Let time pass until a robot needs a decision, or the run is over."""
         while not (self.over or self.asking):
             until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
             if idle := self.idle:
                 if not self._watching:
                     self._watching = True
-                    self._lockstep.watch(_COMES, self._note_order)
+                    self._lockstep.watch(_ARRIVAL, self._note_order)
                 until.append(self.now + min(map(self.truth.lasts, idle)))
             self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
-        """Let time go on until something happens, or until then."""
+        """Let time pass until something happens, at most until a given time."""
         self._lockstep.advance(until=until)
         self.now = self._lockstep.now
         if self._rests:
@@ -148,8 +156,9 @@ class Dispatching:
         ]
         if not all(map(before.__contains__, self.free)):
             self._waiting.clear()
-        for robot in self.idle:
-            self._charge_if_low(robot)
+        for robot, doing in self._doing.items():
+            if doing == "idle":
+                self._charge_if_low(robot)
 
     def _end_rests(self) -> None:
         now = self.now
@@ -176,7 +185,7 @@ class Dispatching:
         self._doing[robot] = "rests"
         self._rests[robot] = self._lockstep.now + REST
 
-    def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+    def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if succeeded:
             del self.serving[robot]
             self._become_idle(robot)
@@ -185,30 +194,30 @@ class Dispatching:
         self._resume(robot)
 
     def _resume(self, robot: str) -> None:
-        """Have a robot that has failed lay down what it carries still, so that the order becomes free again."""
+        """Make a robot that has failed put down the item it carries, so that the order becomes free again."""
         order = self.serving.get(robot)
         if order is not None and self.truth.carries(robot, order):
             self._doing[robot] = "serves"
-            send(self._client, robot, [put_down(order.item)], partial(self._laid, robot))
+            Errand(self._client, robot, [put_down(order.item)], partial(self._put_down, robot)).go_on()
         elif self.serving.pop(robot, None) is not None:
             self._rest(robot)
         else:
             self._become_idle(robot)
 
-    def _laid(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+    def _put_down(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if succeeded:
             del self.serving[robot]
         self._rest(robot)
 
     def _charge_if_low(self, robot: str) -> None:
-        if not self.truth.may_charge(robot) or self.truth.battery(robot) >= self._setting.charge_below:
+        if not self._setting.chargers[robot] or self.truth.battery(robot) >= self._setting.charge_below:
             return
         nearest = self.truth.charger(robot, self._charging)
         self._doing[robot] = "charges"
         self._charging[robot] = nearest
-        send(self._client, robot, [dock(nearest)], partial(self._docked, robot))
+        Errand(self._client, robot, [dock(nearest)], partial(self._docked, robot)).go_on()
 
-    def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - what an errand tells
+    def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if not succeeded:
             self._rest(robot)
             return
@@ -221,3 +230,61 @@ def _joined(client: Client) -> Lockstep:
     if lockstep is None:
         raise AssertionError
     return lockstep
+
+
+Step: TypeAlias = tuple[str, Mapping[str, Any]]
+"""The name of an action, and a goal in plain values."""
+
+
+class Errand:
+    """A sequence of goals for one robot, which ends when one fails.
+
+    Args:
+        client: The client that sends the goals.
+        robot: The robot.
+        steps: At least one step.
+        then: Called when the errand ends, with whether all goals have succeeded; not called if the run ends first.
+    """
+
+    def __init__(self, client: Client, robot: str, steps: Sequence[Step], then: Callable[[bool], None]) -> None:
+        self._client = client
+        self._robot = robot
+        self._left = iter(steps)
+        self._then = then
+
+    def go_on(self) -> None:
+        """Send the next goal, or report that all have succeeded."""
+        step = next(self._left, None)
+        if step is None:
+            self._then(True)
+            return
+        action = self._client.action_client(self._robot, registry()[step[0]])
+        action.send_goal(step[1], read_result=False, on_change=self._note_change)
+
+    def _note_change(self, goal: GoalHandle[Any, Any]) -> None:
+        if not goal.done:
+            return
+        if goal.status is GoalStatus.SUCCEEDED:
+            self.go_on()
+        elif not isinstance(goal.error, ClientClosed | SimulatorGone):
+            self._then(False)
+
+
+def go(point: Point) -> Step:
+    """Return the goal to drive to a point."""
+    return "navigate_to_pose", {"pose": {"pose": {"position": {"x": point[0], "y": point[1]}}}}
+
+
+def pick_up(item: str) -> Step:
+    """Return the goal to pick up an item."""
+    return "pickup", {"target_name": item}
+
+
+def put_down(item: str) -> Step:
+    """Return the goal to put down an item at the robot's position."""
+    return "place", {"attached_object_name": item}
+
+
+def dock(name: str) -> Step:
+    """Return the goal to drive into a dock."""
+    return "dock_robot", {"dock_id": name}

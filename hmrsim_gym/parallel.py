@@ -1,4 +1,4 @@
-"""The environment of PettingZoo: each robot is an agent."""
+"""The PettingZoo environment: each robot is an agent."""
 
 from __future__ import annotations
 
@@ -9,27 +9,26 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from hmrsim_gym.cost import Cost
-from hmrsim_gym.dispatching import Dispatching
-from hmrsim_gym.features import Observation, observation_space
-from hmrsim_gym.observing import Observer
-from hmrsim_gym.rendering import rendered
-from hmrsim_gym.setting import SEEDS, AnyWorld, Setting
+from hmrsim_gym.episodes import Episodes, check_render_mode
+from hmrsim_gym.observations import Observation, observation_space
+from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order
+    from hmrsim.trials.worlds import AnyWorld
+    from hmrsim_gym.dispatching import Dispatching
 
 
 class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc]  # without types
-    """Robots choose orders themselves, each as an agent; `parallel_env` makes it.
+    """Each robot chooses its own orders, as an agent; create the environment with `parallel_env`.
 
-    A step goes to the next time at which any robot asks. The others have a mask that allows only to wait, the last
-    action. Where two choose one order, the robot that the world names first gets it, and the other one waits. All have
-    the same reward, which is that of ``hmrsim/Dispatch-v0``.
+    A step ends at the next time at which a robot has to decide. The masks of the other robots allow only to wait, the
+    last action. If two robots choose the same order, the one that the world names first gets it, and the other waits.
+    All agents get the same reward, that of ``hmrsim/Dispatch-v0``.
 
     Attributes:
         possible_agents: The robots, in the world's order.
-        agents: Likewise; none when an episode is over.
+        agents: The robots of the current episode, in the same order; empty when it is over.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "hmrsim_dispatch_v0", "render_modes": ["ansi"]}
@@ -38,12 +37,10 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         self.render_mode = render_mode
         self.possible_agents = [*setting.robots]
         self.agents: list[str] = []
-        self._setting = setting
-        self._observer = Observer(setting)
+        self._episodes = Episodes(setting, render_mode)
         self._random = np.random.default_rng()
         self.observation_spaces = {robot: observation_space(setting.orders) for robot in setting.robots}
         self.action_spaces = {robot: spaces.Discrete(setting.orders + 1) for robot in setting.robots}
-        self._run: Dispatching | None = None
         self._choices: dict[str, list[Order]] = {}
 
     def observation_space(self, agent: str) -> spaces.Dict:
@@ -62,28 +59,24 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         """Begin an episode, up to its first decision.
 
         Args:
-            seed: The seed of the world; without one it is chosen by the environment's random numbers.
-            options: None are known.
+            seed: The seed of the world; if None, the environment's random numbers choose one.
+            options: Ignored.
         """
-        self.close()
         if seed is not None:
             self._random = np.random.default_rng(seed)
-        run = self._run = Dispatching(self._setting, int(self._random.integers(SEEDS)) if seed is None else seed)
-        self._cost = Cost(run.demand)
-        run.run_on()
-        self._cost.up_to(run.now)
+        run = self._episodes.begin(int(self._random.integers(SEEDS)) if seed is None else seed)
         self.agents = [*self.possible_agents]
         return self._observed(run)
 
     def step(
         self, actions: Mapping[str, int]
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Tell the robots that ask what to do, and go on to the next decision.
+        """Apply the decisions of the robots, and let time pass until the next decision.
 
         Raises:
             ValueError: There is no episode, or it is over.
         """
-        run, agents = self._run, self.agents
+        run, agents = self._episodes.run, self.agents
         if run is None or not agents:
             raise ValueError("the episode is over, or none has begun; call reset first")
         taken: list[str] = []
@@ -94,8 +87,7 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
                 run.assign(robot, choices[number])
             else:
                 run.wait(robot)
-        run.run_on()
-        reward, ended, over = -self._cost.up_to(run.now), run.ended, run.over
+        reward, ended, over = self._episodes.run_on(run), run.ended, run.over
         observations, infos = self._observed(run)
         if over:
             self.agents = []
@@ -108,43 +100,40 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         )
 
     def render(self) -> str | None:
-        """Return the time, what robots do and which orders are free; None without a render mode."""
-        if self.render_mode is None or self._run is None:
-            return None
-        return rendered(self._setting, self._run)
+        """Return the time, the state of each robot and the orders that are free; None without a render mode."""
+        return self._episodes.render()
 
     def state(self) -> Any:
-        """Return the observations of all agents, one after another.
+        """Return the observations of all agents as one array.
 
         Raises:
             ValueError: There is no episode.
         """
-        if self._run is None:
+        run = self._episodes.run
+        if run is None:
             raise ValueError("none has begun; call reset first")
-        seen, _ = self._observed(self._run)
-        return np.concatenate([part.ravel() for each in seen.values() for part in each.values()])
+        observations, _ = self._observed(run)
+        return np.concatenate([part.ravel() for parts in observations.values() for part in parts.values()])
 
     def close(self) -> None:
         """End the episode."""
-        run, self._run = self._run, None
-        if run is not None:
-            run.close()
+        self._episodes.end()
 
     def _observed(self, run: Dispatching) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        asking = [] if run.over else run.asking
-        self._choices = {robot: self._observer.choices(run, robot) for robot in asking}
-        seen = {
-            robot: self._observer.observe(run, robot, self._choices.get(robot, ())) for robot in self.possible_agents
+        observer, asking = self._episodes.observer, [] if run.over else run.asking
+        self._choices = {robot: observer.choices(run, robot) for robot in asking}
+        observations = {
+            robot: observer.observe(run, robot, self._choices.get(robot, ())) for robot in self.possible_agents
         }
         infos = {
             robot: {
-                "action_mask": each["action_mask"],
+                "action_mask": observation["action_mask"],
                 "orders": [order.name for order in self._choices.get(robot, ())],
                 "now": run.now,
             }
-            for robot, each in seen.items()
+            for robot, observation in observations.items()
         }
-        return seen, infos
+        return observations, infos
 
 
 def parallel_env(
@@ -160,11 +149,10 @@ def parallel_env(
     """Return an environment in which each robot is an agent; the arguments are those of `DispatchEnv`.
 
     Raises:
-        WorldError: Something is wrong with the world; it has all errors.
+        WorldError: The world is invalid; it has all errors.
         ValueError: An argument is out of range, or there is nothing to dispatch.
     """
-    if render_mode not in {None, "ansi"}:
-        raise ValueError(f"render_mode must be None or 'ansi', got {render_mode!r}")
+    check_render_mode(render_mode)
     setting = Setting.of(
         world, changes=changes, robots=robots, horizon=horizon, orders=orders, charge_below=charge_below
     )

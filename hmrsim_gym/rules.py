@@ -1,37 +1,37 @@
-"""Rules to compare with: each returns the action for an observation, which is never to wait while there is an order."""
+"""Baseline rules: each returns the action for an observation, and never waits while there is an order."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hmrsim_gym.features import OrderFeature
+from hmrsim_gym.observations import OrderFeature
 
 if TYPE_CHECKING:
-    from hmrsim_gym.features import Array, Observation
+    from hmrsim_gym.observations import Array, Observation
 
 
 def nearest(observation: Observation) -> int:
-    """Return the order whose item the robot reaches first."""
+    """Return the action for the order whose item the robot reaches first."""
     return best(observation, -observation["orders"][:, OrderFeature.APPROACH])
 
 
 def first_come(observation: Observation) -> int:
-    """Return the order that came first."""
+    """Return the action for the oldest order."""
     return best(observation, observation["orders"][:, OrderFeature.AGE])
 
 
 def earliest_due(observation: Observation) -> int:
-    """Return the order that is due first."""
+    """Return the action for the order that is due first."""
     return best(observation, -observation["orders"][:, OrderFeature.SLACK])
 
 
 def best(observation: Observation, scores: Array, waiting: float | None = None) -> int:
-    """Return the order with the best score, the first of equal ones.
+    """Return the action for the order with the highest score, the first one if several are equal.
 
     Args:
-        observation: What the robot can know.
-        scores: One for each row of orders.
-        waiting: The score of waiting; None for never.
+        observation: The observation.
+        scores: The score of each row of orders.
+        waiting: The score of waiting; None to never wait.
     """
     wait = len(scores)
     count = int(observation["action_mask"][:wait].sum())

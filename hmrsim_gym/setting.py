@@ -1,32 +1,29 @@
-"""What all episodes of an environment have in common."""
+"""The setting of an environment: the world, robots, chargers and limits that all episodes share."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hmrsim.diagnostics import listed
+from hmrsim.errors import NoRoute
+from hmrsim.geometry import distance
+from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.local import LocalTrial
-from hmrsim.world.model import World
-from hmrsim.world.overlays.overlay import overlay_of
-from hmrsim.world_checks import load_world
-from hmrsim.world_checks.loading import world_of
-from hmrsim_gym.routes import Routes
+from hmrsim.trials.worlds import AnyWorld, read_world
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-
-AnyWorld = str | Path | Mapping[str, Any] | World
-"""A world: the name of a shipped one, the path of a file, what a file says in plain values, or one that was read."""
+    from hmrsim.world.model import World
 
 CHARGED: Final = 0.8
-"""The share of its battery up to which a robot charges."""
+"""The charge at which a robot leaves its charger, as a share."""
 
 SEEDS: Final = 2**31
-"""Seeds of worlds are less than this where an environment chooses them."""
+"""The upper bound of the seeds that an environment chooses itself."""
 
 _NEEDED: Final = frozenset({"navigate_to_pose", "pickup", "place"})
 
@@ -36,8 +33,8 @@ class Charger:
     """A dock that charges.
 
     Attributes:
-        at: Where it is.
-        capacity: How many robots may be there at once.
+        at: Its position.
+        capacity: The number of robots that can use it at the same time.
     """
 
     at: Point
@@ -46,15 +43,15 @@ class Charger:
 
 @dataclass(frozen=True)
 class Setting:
-    """The world, who serves its orders, and how long an episode is.
+    """The world, the robots that serve its orders, and the limits of an episode.
 
     Attributes:
         world: The world.
-        robots: Who serves orders, in the world's order.
-        chargers: The docks where each of them may charge.
-        routes: The ways of the world.
+        robots: The robots that serve orders, in the world's order.
+        chargers: The docks where each of these robots may charge.
+        routes: Travel times in the world.
         horizon: Simulated seconds.
-        orders: How many orders a robot may choose from at most.
+        orders: The maximum number of orders that a robot can choose from.
         charge_below: The share of its battery below which an idle robot goes to a charger.
     """
 
@@ -80,18 +77,18 @@ class Setting:
         """Return a setting.
 
         Args:
-            world: The world, which has a demand.
-            changes: What is laid over it, by path, as ``--overlay`` does.
-            robots: Who serves orders; all who can pick items up and have no script if left out.
+            world: The world; it needs a demand.
+            changes: Changes to the world, by path, as with ``--overlay``.
+            robots: The robots that serve orders; all that can pick items up and have no script if left out.
             horizon: Simulated seconds after which an episode is truncated.
-            orders: How many orders a robot may choose from at most.
+            orders: The maximum number of orders that a robot can choose from.
             charge_below: The share of its battery below which an idle robot goes to a charger.
 
         Raises:
-            WorldError: Something is wrong with the world; it has all errors.
-            ValueError: An argument is out of range, or the world has no demand or nobody to serve it.
+            WorldError: The world is invalid; it has all errors.
+            ValueError: An argument is out of range, or the world has no demand or no robot to serve it.
         """
-        read = _read(world, changes)
+        read = read_world(world, changes)
         if not read.demand:
             raise ValueError(f"world {read.name!r} has no demand; an environment needs orders to dispatch")
         if not 0 < horizon < float("inf"):
@@ -110,33 +107,41 @@ class Setting:
         return cls(read, chosen, chargers, Routes(read), float(horizon), orders, charge_below)
 
 
-def _read(world: AnyWorld, changes: Mapping[str, Any] | None) -> World:
-    overlays = [overlay_of(changes, "changes")] if changes else []
-    if isinstance(world, World):
-        if changes:
-            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
-        return world
-    if isinstance(world, Mapping):
-        return world_of(dict(world), "world", overlays)
-    return load_world(world, overlays=overlays).world
-
-
 def _able(world: World) -> list[str]:
-    """Return the robots that can fetch and deliver items, and have nothing else to do, as the simulator tells."""
+    """Return the robots that can fetch and deliver items, and have no script."""
     with LocalTrial(world, RunSettings()) as trial:
-        told = trial.open_client("setting").info()["robots"]
+        robots = trial.open_client("setting").info()["robots"]
     return [
         robot["name"]
-        for robot in told
+        for robot in robots
         if robot["actions"] and _NEEDED.issubset(robot["actions"]) and not world.robots[robot["name"]].script
     ]
 
 
 def _chargers(world: World, robot: str) -> dict[str, Charger]:
-    """Return the docks that charge, and that a robot may use."""
+    """Return the chargers that a robot may use."""
     names = {robot, world.robots[robot].type}
     return {
         name: Charger(world.dock_point(name), dock.capacity)
         for name, dock in world.docks.items()
         if dock.charges and (dock.reserved_for is None or names.intersection(dock.reserved_for))
     }
+
+
+_KEPT: Final = 65_536
+"""Pairs of points whose travel time is cached."""
+
+
+class Routes:
+    """Travel times in a world, on all lanes, including lanes that are closed at the moment."""
+
+    def __init__(self, world: World) -> None:
+        self._graph = WaypointGraph(world)
+        self.seconds = lru_cache(_KEPT)(self._seconds)
+        """Return the seconds that the quickest route takes at a speed; without a route, those of a straight line."""
+
+    def _seconds(self, start: Point, goal: Point, speed: float) -> float:
+        try:
+            return self._graph.plan(start, goal, speed).length / speed
+        except NoRoute:
+            return distance(start, goal) / speed

@@ -1,4 +1,4 @@
-"""What is true in a run, read from its simulator: where robots and items are, how full batteries are, who is docked."""
+"""The ground truth of a run, read from its simulator: positions of robots and items, batteries and docks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Truth:
-    """Reads a simulator, and changes nothing.
+    """Reads the state of a simulator without changing it.
 
     Attributes:
         demand: The orders of the world.
@@ -30,15 +30,15 @@ class Truth:
         self.demand: Demand = simulator.demand
 
     def point(self, robot: str) -> Point:
-        """Return where a robot is."""
+        """Return the position of a robot."""
         return self._roster.robots[robot].pose().point
 
     def item_point(self, order: Order) -> Point:
-        """Return where an order's item is."""
+        """Return the position of an order's item."""
         return self._roster.items[order.item].position
 
     def destination(self, order: Order) -> Point:
-        """Return where an order's item has to be brought."""
+        """Return the point to which an order's item is delivered."""
         return self._setting.world.point(order.to)
 
     def carries(self, robot: str, order: Order) -> bool:
@@ -47,36 +47,32 @@ class Truth:
         return item is not None and item.carrier is not None and item.carrier.name == robot
 
     def seconds(self, robot: str, start: Point, goal: Point) -> float:
-        """Return how long a robot's way takes at its greatest speed, by route, or straight if it flies."""
+        """Return the seconds that a robot takes at its maximum speed, along the route, or straight if it flies."""
         its = self._roster.robots[robot]
         if its.flies:
             return distance(start, goal) / its.speed
         return self._setting.routes.seconds(start, goal, its.speed)
 
     def battery(self, robot: str) -> float:
-        """Return how full a robot's battery is; 1 if it has none."""
+        """Return the charge of a robot's battery as a share; 1 if it has none."""
         energy = self._roster.robots[robot].energy
         return 1.0 if energy is None else energy.battery.share(self._env.now)
 
-    def may_charge(self, robot: str) -> bool:
-        """Return whether a robot has a battery, and there is a charger for it."""
-        return bool(self._setting.chargers[robot]) and self._roster.robots[robot].energy is not None
-
     def lasts(self, robot: str) -> float:
-        """Return in how many seconds a robot has to charge if it goes on as now; infinite for never."""
+        """Return the seconds until a robot has to charge at its present power; infinite if it never has to."""
         energy, now = self._roster.robots[robot].energy, self._env.now
         if energy is None or not self._setting.chargers[robot]:
             return math.inf
         flow, left = energy.battery.flow(now), energy.battery.share(now) - self._setting.charge_below
-        # A whole second later than needed, so that it is low then for certain.
+        # A whole second later, so that rounding can't leave it just above the limit.
         return math.floor(left * energy.battery.usable / -flow) + 1.0 if flow < 0 else math.inf
 
     def charger(self, robot: str, bound: Mapping[str, str]) -> str:
-        """Return the nearest charger for a robot, of those that are free if there are any.
+        """Return the nearest free charger for a robot, or the nearest of all if none is free.
 
         Args:
-            robot: One that may charge.
-            bound: The chargers to which others are bound, by the robot's name.
+            robot: A robot that may charge.
+            bound: The chargers to which robots are driving, by the robot's name.
         """
         chargers, here = self._setting.chargers[robot], self.point(robot)
         docked = {name: its.dock.name for name, its in self._roster.robots.items() if its.dock is not None}

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hmrsim.actions import registry
-from hmrsim.fault_search.file.model import CheckFile
-from hmrsim.fault_search.file.reading import check_at
+from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited

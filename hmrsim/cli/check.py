@@ -20,8 +20,8 @@ from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.file.check import Check
-    from hmrsim.fault_search.file.reading import Repro
+    from hmrsim.fault_search.check import Check
+    from hmrsim.fault_search.reading import Repro
     from hmrsim.fault_search.running.single import Outcome
     from hmrsim.properties import Checked, Properties, Verdict, Violation
 
@@ -110,7 +110,7 @@ def _check(args: argparse.Namespace) -> int:
 
 def _repeat(args: argparse.Namespace) -> int:
     """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
-    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.reading import read_repro
     from hmrsim.fault_search.running.single import Wanted, run_case
     from hmrsim.program.memory import collect_rarely
     from hmrsim.trials.trial import ERROR
@@ -150,7 +150,7 @@ def _compared(check: Check) -> Check:
 
 def _trace_of(path: Path, folder: Path | None) -> str:
     """Repeat a failure and return its trace."""
-    from hmrsim.fault_search.file.reading import read_repro
+    from hmrsim.fault_search.reading import read_repro
     from hmrsim.fault_search.running.single import Wanted, run_case
 
     repro = read_repro(path, folder)

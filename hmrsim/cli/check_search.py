@@ -14,7 +14,7 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
 from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
-from hmrsim.fault_search.file.reading import check_at, check_of, file_of, read_check, read_repro
+from hmrsim.fault_search.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import passes
 from hmrsim.fault_search.running.evaluator import Evaluator
@@ -28,7 +28,7 @@ from hmrsim.world.overlays.overlay import setting
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.results.summary import Finding, Summary
     from hmrsim.fault_search.running.single import Outcome
 

@@ -13,11 +13,11 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import ResultsError
+from hmrsim.experiments.checking import check_file
 from hmrsim.experiments.contrast import withdrawal
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.results.store import FILE, TRACES, Results
 from hmrsim.experiments.running.campaign import Campaign, Progress
-from hmrsim.experiments.running.checking import check_file
 from hmrsim.experiments.running.replications import execute_run
 from hmrsim.program.files import check_outputs, write_text
 from hmrsim.settings.run import RunSettings

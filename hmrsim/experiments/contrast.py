@@ -1,4 +1,4 @@
-"""Two treatments, of one experiment or of two, compared in pairs that share their seeds."""
+"""The comparison of two treatments, of one experiment or two, in pairs with the same seeds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison
 
 SUCCESS: Final = "success"
-"""The measure that each experiment has: whether a run ended as a success."""
+"""The measure of every experiment: whether a run ended as a success."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,13 @@ class Contrast:
     """The comparison of treatment B with treatment A.
 
     Attributes:
-        pairs: How many seeds both were run under.
-        alone: How many runs of A and of B have no counterpart.
-        comparisons: By measure.
+        a: Treatment A.
+        b: Treatment B.
+        pairs: The number of seeds that both have.
+        alone: The number of runs of A and of B without a counterpart.
+        comparisons: The comparison of each measure.
         endings: The pairs that ended differently: the numbers of both runs and their endings.
-        notes: The reasons to doubt the comparison.
+        notes: Reasons to doubt the comparison.
     """
 
     a: Side
@@ -61,7 +63,7 @@ class Contrast:
 
 
 def sides_of(a: str, b: str) -> tuple[Side, Side]:
-    """Return what two texts mean, each ``DIR`` or ``DIR:TREATMENT``.
+    """Return the sides that two texts name, each ``DIR`` or ``DIR:TREATMENT``.
 
     Raises:
         ResultsError: There are no such results, or a treatment has to be named.
@@ -95,8 +97,8 @@ def contrast(
     Args:
         a: One side.
         b: The other.
-        measures: Which measures; all that both have, and success, if empty.
-        margins: By measure, up to which difference they count as equivalent, in place of the file's.
+        measures: The measures to compare; if empty, success and all that both have.
+        margins: The margins of measures, in place of those in the file.
         alpha: The probability that any verdict is false.
 
     Raises:
@@ -112,7 +114,7 @@ def contrast(
         columns = [*COLUMNS, *dict.fromkeys(["number", "replication", "seed", "ending", SUCCESS, *wanted])]
         runs_a = {row["seed"]: row for row in first.rows(columns, {"treatment": a.treatment})}
         runs_b = {row["seed"]: row for row in second.rows(columns, {"treatment": b.treatment})}
-        # Replication by replication, in pseudo-random order within each: not level by level, as the design has them.
+        # By replication, and in pseudo-random order within each, not level by level as in the design.
         seeds = sorted(runs_a.keys() & runs_b.keys(), key=lambda seed: (runs_a[seed]["replication"], seed))
         if not seeds:
             raise ResultsError(
@@ -154,18 +156,18 @@ def contrast(
 
 
 def withdrawal(comparison: Comparison) -> str:
-    """Return which verdicts were withdrawn, and why, as a part of a sentence."""
-    said = " and ".join(map(repr, comparison.withdrawn))
-    return f"{said} withdrawn, since all pairs together contradict what the first ones said"
+    """Return the verdicts that were withdrawn, and the reason, as part of a sentence."""
+    verdicts = " and ".join(map(repr, comparison.withdrawn))
+    return f"{verdicts} withdrawn, since all pairs together contradict what the first ones said"
 
 
 def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, float] | None = None) -> Criterion:
-    """Return what is asked about a measure, or about success.
+    """Return the criterion for a measure, or for success.
 
     Args:
         name: The measure.
-        measures: All measures of the experiment, as its results say.
-        margins: By measure, in place of the file's; 0 is none.
+        measures: All measures of the experiment, as in its results.
+        margins: The margins of measures, in place of those in the file; 0 for none.
     """
     given = margins or {}
     if name == SUCCESS:
@@ -176,7 +178,7 @@ def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, f
 
 
 def note_of_failed(name: str, failed: int, pairs: int) -> Iterator[str]:
-    """Yield in words how many pairs have a value of a run without success, if there are any."""
+    """Yield a remark if pairs have values of runs without success."""
     if failed and name != SUCCESS:
         yield f"{name}: {failed:,} of {pairs:,} pairs have a run without success"
 
@@ -194,7 +196,7 @@ def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int
 
 
 def _notes(one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the differences between the experiments besides the treatments."""
+    """Yield the differences between the experiments apart from their treatments."""
     for key, what in (("world", "the world"), ("variant", "the variants"), ("hmrsim", "the version of hmrsim")):
         if one[key] != two[key]:
             yield f"{what} is not the same for both"

@@ -35,7 +35,7 @@ class Injection:
     """An injection of a schedule: a fault, a change of the world, or a disturbance.
 
     Attributes:
-        said: As in a file: an entry of a world's ``faults``, ``{"change": {PATH: VALUE}}`` or
+        spec: As in a file: an entry of a world's ``faults``, ``{"change": {PATH: VALUE}}`` or
             ``{"disturbance": KIND, …}``.
     """
 
@@ -43,7 +43,7 @@ class Injection:
 
     @cached_property
     def key(self) -> str:
-        """The same in canonical JSON; equal injections have equal keys."""
+        """The injection in canonical JSON; equal injections have equal keys."""
         return json.dumps(self.spec, sort_keys=True, separators=(",", ":"))
 
     def __hash__(self) -> int:
@@ -69,7 +69,7 @@ class Injection:
 
     @property
     def subject(self) -> str:
-        """The object that it affects: a robot, a door, a dock, an item or a lane; may be empty."""
+        """The object that it affects: a robot, door, dock, item or lane; may be empty."""
         for name in SUBJECTS:
             value = self.spec.get(name)
             if value:
@@ -171,7 +171,7 @@ def _plain(value: Any) -> str:
 
 
 Schedule = tuple[Injection, ...]
-"""The injections of a run; the order only decides which of two at the same instant comes first."""
+"""The injections of a run; their order only decides between two at the same instant."""
 
 
 def key_of(schedule: Sequence[Injection]) -> str:
@@ -180,7 +180,7 @@ def key_of(schedule: Sequence[Injection]) -> str:
 
 
 def read_injections(values: object) -> tuple[Schedule, list[Finding]]:
-    """Return the injections that plain values describe, and all that is wrong with them, by path from the list on."""
+    """Return the injections that plain values describe, and all flaws, with paths that begin at the list."""
     if not isinstance(values, (list, tuple)):
         return (), [Finding((), f"expected a list of faults, changes and disturbances, got {shown(values)}", values)]
     injections: list[Injection] = []
@@ -246,20 +246,20 @@ _READERS: Final[Mapping[str, Callable[[dict[str, Any]], Iterator[Finding]]]] = {
 
 
 What = tuple[str, str, str, str, int]
-"""The change of a goal, the kind of event, the robot, the action, and which one of them."""
+"""The change of a goal, the kind of event, the robot, the action, and the number among equal ones."""
 
 
 class Moment(NamedTuple):
     """The nth change of a goal, or the nth event of a kind.
 
     Attributes:
-        at: When, in simulated seconds.
+        at: The time in simulated seconds.
         goal: The change of a goal: ``executing`` or ``ended``; empty for an event.
         event: The kind of event; empty for a goal.
-        robot: The robot that it is about; empty for none.
+        robot: The robot; empty for none.
         action: The goal's action; empty for an event.
-        nth: Which one of them, from 1.
-        lasted: Of a goal that has ended: how long it was executed, in simulated seconds.
+        nth: The number among equal ones, from 1.
+        lasted: The execution time of a goal that has ended, in simulated seconds.
     """
 
     at: float
@@ -319,7 +319,7 @@ def changes_in(schedule: Iterable[Injection]) -> list[Injection]:
 
 
 def overlays_of(schedule: Iterable[Injection]) -> list[Overlay]:
-    """Return the changes of a schedule, to be laid over a world before it is checked."""
+    """Return the changes of a schedule as overlays of a world."""
     return [overlay_of(injection.spec[CHANGE], "the schedule") for injection in changes_in(schedule)]
 
 

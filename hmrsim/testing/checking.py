@@ -7,20 +7,20 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from hmrsim.fault_search.file.reading import check_at, file_of
+from hmrsim.fault_search.candidates import Candidates, Timeline
+from hmrsim.fault_search.reading import check_at, file_of
 from hmrsim.fault_search.results.folder import ResultsFolder
 from hmrsim.fault_search.results.story import story_of
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
-from hmrsim.fault_search.space.candidates import Candidates, Timeline
 from hmrsim.trials.batches import Serial
 
 if TYPE_CHECKING:
     from hypothesis import strategies as st
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.results.summary import Summary
     from hmrsim.fault_search.schedule import Schedule
 
@@ -31,7 +31,7 @@ _PLACE_OF_SCHEDULES: Final = "hmrsim.testing.schedules"
 Test = TypeVar("Test", bound=Callable[..., object])
 
 
-def check(  # noqa: PLR0913 - what the command has as options
+def check(  # noqa: PLR0913 - the options of the command
     world: str | Path | Mapping[str, Any],
     properties: str | Mapping[str, Any] | None = None,
     *,
@@ -54,19 +54,19 @@ def check(  # noqa: PLR0913 - what the command has as options
         def test_the_mission_survives_faults():
             \"\"\"Whatever goes wrong, the medicine arrives or the mission says that it does not.\"\"\"
 
-    The function that it decorates is called with the summary of the search if it takes an argument, and need not do
-    anything.
+    The decorated function is called with the summary of the search, if it takes an argument, and may be empty.
 
     Args:
-        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
-        properties: The properties that have to hold, beside the built-in ones: the path of a file, or what one says.
-        tree: The controller, if it is a behaviour tree: ``MODULE:FUNCTION``, or the path of an XML file.
+        world: The name of a shipped world, the path of a file, or plain values.
+        properties: The properties that have to hold in addition to the built-in ones: the path of a file, or plain
+            values.
+        tree: The controller, if it is a behavior tree: ``MODULE:FUNCTION``, or the path of an XML file.
         python: The controller, if it is a function that takes a client: ``MODULE:FUNCTION``.
         command: The controller, if it is a program.
-        robots: Who runs the tree; all robots if left out.
-        nodes: Modules with further nodes for a tree in XML, as ``--nodes`` names them.
-        budget: How long to search, by the wall's clock.
-        runs: At most so many runs; with these the test does the same on each machine, if the budget suffices.
+        robots: The robots that run the tree; all robots if left out.
+        nodes: Modules with further nodes for a tree in XML, as with ``--nodes``.
+        budget: The wall time of the search.
+        runs: The maximum number of runs, with which the test is the same on each machine, if the budget is enough.
         seed: The seed of the search.
         space: The injections, as ``space`` in the file of a check.
         output: The folder of the results; None for none.
@@ -101,7 +101,7 @@ def check(  # noqa: PLR0913 - what the command has as options
 
 
 def searched(check: Check, output: str | Path | None = None) -> Summary:
-    """Return what comes of a search within this process, without further ones.
+    """Return the summary of a search within this process.
 
     Raises:
         ValueError: The controller can't be run.
@@ -144,7 +144,7 @@ def schedules(
 
     Schedules shrink to fewer injections.
 
-    The tree is run once without faults, to know at which moments injections can begin.
+    The tree is run once without faults, to find the moments at which injections can begin.
 
     ::
 
@@ -155,12 +155,12 @@ def schedules(
                 assert run.where("medicine")
 
     Args:
-        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
+        world: The name of a shipped world, the path of a file, or plain values.
         tree: The tree: ``MODULE:FUNCTION``, or the path of an XML file.
         space: The injections, as ``space`` in the file of a check; disturbances are not supported.
 
     Raises:
-        CheckError: Something is wrong with the world, the tree or the space; it has all errors.
+        CheckError: The world, the tree or the space is invalid; it has all errors.
     """
     from hypothesis import strategies as st  # noqa: PLC0415 - `check` works without Hypothesis
 

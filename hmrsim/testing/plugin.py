@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def simulation() -> Iterator[Callable[..., Run]]:
-    """Return a function that makes runs, as `hmrsim.testing.simulation` does; the test's end closes them."""
-    # Loaded only for tests that ask for it.
+    """Return a function like `hmrsim.testing.simulation`, whose runs are closed after the test."""
+    # Imported only for tests that use it.
     from hmrsim.testing.run import simulation as make  # noqa: PLC0415
 
     with ExitStack() as stack:

@@ -1,4 +1,4 @@
-"""A run of a world within the process of a test, and the questions that a test asks about it."""
+"""A run of a world within the process of a test, and its queries and checks."""
 
 from __future__ import annotations
 
@@ -24,10 +24,7 @@ from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.local import LocalTrial
-from hmrsim.world.model import World
-from hmrsim.world.overlays.overlay import overlay_of
-from hmrsim.world_checks import load_world
-from hmrsim.world_checks.loading import world_of
+from hmrsim.trials.worlds import AnyWorld, read_world
 from hmrsim_zenoh.client.commander import Commander
 
 if TYPE_CHECKING:
@@ -36,18 +33,19 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
     from hmrsim_zenoh.client.client import Client
 
 
 class TreeGoesOn(HmrsimError):
-    """A tree of a test has not ended in time; the text says what it does again and again."""
+    """A tree of a test has not ended in time; the text names the goals that it repeats."""
 
 
 AnyTree = str | Path | Callable[..., object]
 """A tree: ``MODULE:FUNCTION``, the path of an XML file, or the function itself."""
 
 LIMIT = 3600.0
-"""Simulated seconds after which a tree has to have ended, if the settings have no duration."""
+"""Simulated seconds in which a tree has to end, if the settings have no duration."""
 
 _SETTINGS = RunSettings()
 
@@ -58,8 +56,8 @@ _FLEET = "bt_controller"
 """The participant's name, as ``bt-controller run`` has it; the ids of goals depend on it, and so does the trace."""
 
 
-def simulation(  # noqa: PLR0913 - what the commands have as options
-    world: str | Path | Mapping[str, Any] | World,
+def simulation(  # noqa: PLR0913 - the options of the commands
+    world: AnyWorld,
     *,
     changes: Mapping[str, Any] | None = None,
     tree: AnyTree | None = None,
@@ -70,36 +68,29 @@ def simulation(  # noqa: PLR0913 - what the commands have as options
     schedule: Sequence[Injection] = (),
     coverage: bool = False,
 ) -> Run:
-    """Return a run of a world, to be used in a ``with`` statement; the simulation is paused until a client waits.
+    """Return a run of a world for a ``with`` statement; the simulation is paused until a client waits.
 
     Args:
-        world: The name of a shipped world, the path of a file, or what a file says, in plain values.
-        changes: What is laid over it, by path, as ``--overlay`` does: ``{"robots.*.base.speed": 0.5}``.
+        world: The name of a shipped world, the path of a file, plain values, or a loaded world.
+        changes: Changes to the world, by path, as with ``--overlay``: ``{"robots.*.base.speed": 0.5}``.
         tree: The tree that `Run.to_the_end` runs.
-        robots: Who runs it; all robots if left out.
-        values: Texts that are on each tree's blackboard from the start.
-        nodes: Modules with further nodes for a tree in XML, as ``--nodes`` names them.
-        settings: The seed and others, as ``hmrsim run`` has them; a run with a tree that has no duration ends after
+        robots: The robots that run the tree; all robots if left out.
+        values: Texts on each tree's blackboard at the start.
+        nodes: Modules with further nodes for a tree in XML, as with ``--nodes``.
+        settings: The settings of the run, as for ``hmrsim run``; a run with a tree and without a duration ends after
             3600 simulated seconds.
         schedule: Faults and changes of the world, as `hmrsim.testing.schedules` draws them.
-        coverage: Whether to count what happens to the nodes of the tree, in `Run.coverage`.
+        coverage: Whether to count the statuses of the tree's nodes, in `Run.coverage`.
 
     Raises:
-        WorldError: Something is wrong with the world; it has all errors.
+        WorldError: The world is invalid; it has all errors.
         TreeError: There is no such tree.
-        ValueError: There are changes of a world that was read already, or the schedule has a disturbance, which only a
-            check can carry out.
+        ValueError: There are changes to a loaded world, or the schedule has a disturbance, which only a check can
+            carry out.
     """
     if any(injection.family == DISTURBANCE for injection in schedule):
         raise ValueError("a schedule with disturbances of the controller needs `check`; give faults and changes only")
-    overlays = [*([overlay_of(changes, "changes")] if changes else []), *overlays_of(schedule)]
-    if isinstance(world, Mapping):
-        world = world_of(dict(world), "world", overlays)
-    elif isinstance(world, World):
-        if overlays:
-            raise ValueError("changes are laid over files and plain values; this is a world that was read already")
-    else:
-        world = load_world(world, overlays=overlays).world
+    world = read_world(world, changes, overlays_of(schedule))
     plan = None if tree is None else _plan(tree, values or {}, nodes)
     chosen = (settings or _SETTINGS).model_copy(update={"clock": LOCKSTEP})
     limited = plan is not None and chosen.duration == math.inf
@@ -120,9 +111,9 @@ class Run:
     """A run of a world. Made by `simulation`.
 
     Attributes:
-        client: A client of the simulator, as controllers have one; time moves while it waits.
-        simulator: The simulator, to look into; it must not be changed.
-        outcome: How the trees have ended; None before `to_the_end`.
+        client: A client of the simulator, as for controllers; time moves while it waits.
+        simulator: The simulator; read only.
+        outcome: The outcome of the trees; None before `to_the_end`.
         coverage: The coverage of the trees since `to_the_end`; None unless requested.
     """
 
@@ -157,29 +148,29 @@ class Run:
         self.close()
 
     def close(self) -> None:
-        """End the run: goals that are under way are aborted."""
+        """End the run and abort its active goals."""
         self._trial.close()
 
     def open_client(self, name: str) -> Client:
-        """Return a further client, which takes part under its own name as soon as it waits; the run closes it.
+        """Return a further client, which joins under its own name when it first waits; the run closes it.
 
-        Time moves only while all that take part wait, so that each needs its own thread.
+        Time moves only while all participants wait, so each client needs its own thread.
         """
         return self._trial.open_client(name)
 
     def commander(self, robot: str) -> Commander:
-        """Return a commander of a robot: each order moves time until it is carried out."""
+        """Return a commander of a robot; each of its calls lets time pass until the goal has ended."""
         return Commander(self.client, robot)
 
     def to_the_end(self) -> Outcome:
-        """Run the tree until it has ended for each robot; return how.
+        """Run the tree until it has ended for each robot; return the outcome.
 
         Raises:
             ValueError: No tree was given.
             TreeError: It can't be built.
             NotServed: The world lacks a robot or an action.
-            TreeCrashed: A behaviour raised an error.
-            Idle: A tree waits for what can't happen.
+            TreeCrashed: A behavior raised an error.
+            Idle: A tree waits for something that can't happen.
             TreeGoesOn: It has not ended after an hour of simulated time, and the settings have no duration.
         """
         if self._plan is None:
@@ -191,7 +182,7 @@ class Run:
         return self.outcome
 
     def _what_repeats(self) -> str:
-        """Return of which goals a tree sent the most, and what to do if that is meant."""
+        """Return the goals that a tree sent most often, and the fix if that is intended."""
         sent = Counter((goal.robot, goal.action) for goal in self._record.goals.values())
         goals = listed([f"{action} of {robot} {number} times" for (robot, action), number in sent.most_common(3)])
         told = f"the goals that it sent most often: {goals}" if sent else "it has sent no goal"
@@ -204,13 +195,13 @@ class Run:
 
     @property
     def trace(self) -> str:
-        """The trace so far: the same bytes as ``--trace`` writes for such a run over Zenoh."""
+        """The trace so far, with the same bytes that ``--trace`` writes for this run over Zenoh."""
         return self._trace.text
 
     def goals(
         self, robot: str | None = None, action: str | None = None, status: GoalStatus | str | None = None
     ) -> list[Goal]:
-        """Return the goals that were accepted, in order; those of a robot, of an action, or in a status.
+        """Return the accepted goals in order, filtered by robot, action and status.
 
         Raises:
             ValueError: There was no such robot, or there is no such action or status.
@@ -227,7 +218,7 @@ class Run:
         ]
 
     def happened(self, kind: str | None = None, **fields: Any) -> list[Happening]:
-        """Return what happened in the world, in order; of a kind, with these fields.
+        """Return the events of the world in order, filtered by kind and fields.
 
         ::
 
@@ -247,9 +238,9 @@ class Run:
         ]
 
     def orders(self, state: str | None = None) -> list[Order]:
-        """Return the orders of the demand in the order in which they came; those ``open``, or in a state.
+        """Return the orders of the demand in order of arrival, filtered by state or ``open``.
 
-        Of those that have ended these are the last 1,000.
+        Of orders that have ended, only the last 1,000 are included.
 
         Raises:
             ValueError: There is no such state.
@@ -261,10 +252,10 @@ class Run:
         return [order for order in found if state in {None, order.state} or (state == "open" and order.state.open)]
 
     def position(self, name: str) -> Point:
-        """Return where a robot or an item is now, in the world's unit.
+        """Return the current position of a robot or an item, in the world's unit.
 
         Raises:
-            ValueError: There is none of this name.
+            ValueError: There is no robot or item of this name.
         """
         robots, items = self.simulator.robots, self.simulator.roster.items
         if name in robots:
@@ -274,10 +265,10 @@ class Run:
         raise ValueError(f"no robot or item {name!r}; there are: {listed([*robots, *items])}")
 
     def where(self, name: str) -> str:
-        """Return the place, dock or waypoint nearest to a robot or an item, in this order where they are equally near.
+        """Return the place, waypoint or dock nearest to a robot or an item, in this order if they are equally near.
 
         Raises:
-            ValueError: There is no robot or item of this name, or nothing has a name.
+            ValueError: There is no robot or item of this name, or the world has no places, waypoints or docks.
         """
         if name == WORLD:
             return ""
@@ -288,7 +279,7 @@ class Run:
         return names[away.index(min(away))]
 
     def _places(self) -> tuple[Sequence[str], Sequence[Point]]:
-        """Return what has a name, in the order in which it counts, and where it is."""
+        """Return the names of places, waypoints and docks, and their positions."""
         before, world = self._named[0], self.simulator.world
         if before is not world:
             docks = {dock: world.dock_point(dock) for dock in world.docks}
@@ -297,7 +288,7 @@ class Run:
         return self._named[1:]
 
     def carrier(self, item: str) -> str | None:
-        """Return the robot that carries an item; None if it lies somewhere.
+        """Return the robot that carries an item; None if no robot does.
 
         Raises:
             ValueError: There is no such item.
@@ -307,7 +298,7 @@ class Run:
         return carrier.name if carrier else None
 
     def visited(self, robot: str) -> list[str]:
-        """Return where a robot's goals ended, in order, without repetitions in a row.
+        """Return the places where a robot's goals ended, in order and without consecutive repetitions.
 
         Raises:
             ValueError: There was no such robot.
@@ -322,7 +313,7 @@ class Run:
         """Check that the trees of all robots have succeeded.
 
         Raises:
-            AssertionError: Not all have; the text has the story of the run.
+            AssertionError: A tree has not succeeded; the text has the story of the run.
         """
         __tracebackhide__ = True
         if self.outcome is None:
@@ -333,7 +324,7 @@ class Run:
             raise AssertionError(f"{', '.join(failed)} failed{why}{self._told()}")
 
     def check_visited(self, robot: str, *places: str) -> None:
-        """Check that a robot's goals ended at places in this order; others may be between.
+        """Check that a robot's goals ended at places in this order, perhaps with others between them.
 
         Raises:
             AssertionError: They did not; the text has the story of the run.
@@ -351,11 +342,11 @@ class Run:
             before = place
 
     def story(self) -> list[str]:
-        """Return what happened, a line each."""
+        """Return the events, one line each."""
         return [f"{each.at:9.3f} s  {each.text}" for each in self.happened()]
 
     def _check_robot(self, robot: str) -> None:
-        # One that was deleted may have had goals.
+        # A deleted robot may have had goals.
         known = [*self.simulator.robots, *dict.fromkeys(goal.robot for goal in self._record.goals.values())]
         if robot != WORLD:
             known_name("robot", robot, [*dict.fromkeys(known)])
@@ -365,7 +356,7 @@ class Run:
 
 
 def _shortened(lines: Iterable[str]) -> list[str]:
-    """Return the last lines, and how many were before, which `Run.story` returns."""
+    """Return the last lines of a story, with the number of lines before."""
     lines = [*lines]
     left = len(lines) - _SHOWN
     return lines if left <= 0 else [f"... {left} before; run.story() has all", *lines[-_SHOWN:]]

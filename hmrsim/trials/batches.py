@@ -26,20 +26,20 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 _AHEAD: Final = 2
-"""Pieces for each worker that are submitted before they are begun."""
+"""Pieces for each worker that are submitted in advance."""
 _GRACE: Final = 1.0
-"""Wall seconds that a piece has to end when time is over, until its process is ended."""
+"""Wall seconds after its time limit until the process of a piece is ended."""
 
 
 class Batches:
-    """Has work done on an executor, which is made when it is needed, and anew when it has broken.
+    """Runs work on an executor, which is created when first needed and again when it breaks.
 
     Args:
-        make: Makes an executor.
-        workers: How many pieces it does at once.
+        make: Creates an executor.
+        workers: The number of pieces that it runs at the same time.
 
     Attributes:
-        most: How many are under way at most.
+        most: The maximum number of pieces that are submitted at the same time.
     """
 
     def __init__(self, make: Callable[[], Executor], workers: int) -> None:
@@ -48,13 +48,13 @@ class Batches:
         self._executor: Executor | None = None
 
     def stop(self) -> None:
-        """End the executor, with what it does; the next work has a new one."""
+        """End the executor and the pieces that it runs; the next work gets a new executor."""
         executor, self._executor = self._executor, None
         if executor is not None:
             stop(executor)
 
     def close(self) -> None:
-        """End the executor once it has done what it has begun."""
+        """End the executor after the pieces that it runs."""
         executor, self._executor = self._executor, None
         if executor is not None:
             executor.shutdown(wait=True, cancel_futures=True)
@@ -68,15 +68,15 @@ class Batches:
         in_order: bool = False,
         until: float = math.inf,
     ) -> Generator[tuple[Sequence[T], list[R]], None, None]:
-        """Yield pieces with what comes of them, as soon as that is known.
+        """Yield each piece with its results, as soon as they are available.
 
-        When the executor breaks, each thing that was under way is done once more, alone, so that it is known which of
-        them has broken it. Who has seen enough closes the generator: no further piece is begun then.
+        When the executor breaks, each task that was running is run again alone, to find the one that breaks it. Close
+        the generator to start no further piece.
 
         Args:
-            pieces: Returns the next piece; an empty one when there is none.
-            submit: Submits a piece, whose results are in the order of its things; fewer if its time is over.
-            lost: Returns what comes of a thing that has broken its executor, after so many wall seconds.
+            pieces: Returns the next piece of tasks; an empty one when there is none left.
+            submit: Submits a piece; its results are in the order of its tasks, fewer if its time is over.
+            lost: Returns the result of a task that broke its executor, from the task and its wall seconds.
             in_order: Whether pieces are yielded in their order.
             until: The last moment, by the monotonic clock; work that goes on after it is ended.
 
@@ -108,11 +108,11 @@ class _Work(Generic[T, R]):
         self._batches, self._pieces, self._submit, self._lost = batches, pieces, submit, lost
         self._in_order, self._until = in_order, until
         self._begun: dict[Future[list[R]], Sequence[T]] = {}
-        # Pieces that had not begun when the executor broke, and those that may have broken it.
+        # Pieces that had not begun when the executor broke, and tasks that may have broken it.
         self._again: Sequence[T] = ()
         self._suspects: deque[T] = deque()
         self._alone, self._since = False, 0.0
-        # Pieces that were running when the executor broke; None while it works.
+        # Tasks that were running when the executor broke; None while it works.
         self._broken: list[T] | None = None
 
     def results(self) -> Generator[tuple[Sequence[T], list[R]], None, None]:
@@ -120,7 +120,7 @@ class _Work(Generic[T, R]):
             while self._begin():
                 done = [] if self._broken is not None else self._wait()
                 if done is None:
-                    # What does not mind that its time is over ends with its process.
+                    # A piece that ignores its time limit ends with its process.
                     self._batches.stop()
                     return
                 for future in done:
@@ -136,14 +136,14 @@ class _Work(Generic[T, R]):
                 future.cancel()
 
     def _begin(self) -> bool:
-        """Begin as many pieces as may be under way; return whether there is anything to wait for."""
+        """Submit pieces up to the maximum; return whether there is anything to wait for."""
         self._alone, self._since = bool(self._suspects), time.monotonic()
         most = 1 if self._alone else self._batches.most
         while len(self._begun) < most and (piece := self._next()):
             try:
                 self._begun[self._submit(self._batches.executor, piece)] = piece
             except BrokenExecutor:
-                # Who has broken it is among those that were begun, if there are any.
+                # One of the pieces that were submitted before broke it, if there are any.
                 self._again, self._broken = (piece, []) if self._begun else ((), [*piece])
                 break
         return bool(self._begun) or self._broken is not None
@@ -155,14 +155,14 @@ class _Work(Generic[T, R]):
         return again or self._pieces()
 
     def _wait(self) -> list[Future[list[R]]] | None:
-        """Wait for one of the pieces, or the first; return those that are done, None if none is some time too late."""
+        """Wait for any piece, or for the first one; return those that are done, or None if time is over."""
         timeout = None if self._until == math.inf else max(0.0, self._until - time.monotonic()) + _GRACE
         awaited = [next(iter(self._begun))] if self._in_order else [*self._begun]
         done = wait(awaited, timeout, return_when=FIRST_COMPLETED).done
         return [future for future in awaited if future in done] or None
 
     def _breaks(self, future: Future[list[R]], piece: Sequence[T]) -> bool:
-        """Note that the executor has broken at a piece, if it has."""
+        """Return whether the executor broke while it ran a piece, and note the tasks of the piece."""
         error = future.exception()
         if isinstance(error, HmrsimError):
             raise error
@@ -171,14 +171,14 @@ class _Work(Generic[T, R]):
         return error is not None
 
     def _after_break(self, broken: list[T]) -> Generator[tuple[Sequence[T], list[R]], None, None]:
-        """Go on with a new executor; yield what comes of a thing that has broken one alone."""
+        """Continue with a new executor; yield the result of a task that broke the old one alone."""
         self._batches.stop()
-        broken += [thing for piece in self._begun.values() for thing in piece]
+        broken += [task for piece in self._begun.values() for task in piece]
         self._begun.clear()
         self._broken = None
         if self._alone:
             seconds = time.monotonic() - self._since
-            yield broken, [self._lost(thing, seconds) for thing in broken]
+            yield broken, [self._lost(task, seconds) for task in broken]
         else:
             self._suspects.extend(broken)
 
@@ -186,11 +186,11 @@ class _Work(Generic[T, R]):
 POOL, DASK = "pool", "dask"
 
 _PR_SET_PDEATHSIG: Final = 1
-"""Of Linux's prctl: a signal when the process that has started this one dies, however it does."""
+"""The option of Linux's prctl that sends a signal when the parent process dies."""
 
 
 class Serial(Executor):
-    """An executor that calls in this process, one call after the other."""
+    """An executor that makes each call at once, in this process."""
 
     def submit(self, function: Callable[..., object], /, *args: object, **kwargs: object) -> Future[object]:  # type: ignore[override]  # of any result
         """Call a function; return its result."""
@@ -203,11 +203,11 @@ class Serial(Executor):
 
 
 def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int]:
-    """Return what makes an executor, and how many runs it executes at once.
+    """Return a function that creates an executor, and the number of runs that it executes at the same time.
 
     Args:
         text: ``pool`` or ``pool:N``, ``dask``, ``dask://HOST:PORT`` or ``MODULE:FACTORY``.
-        jobs: How many processes; None for one a processor.
+        jobs: The number of processes; None for one per processor.
 
     Raises:
         ExperimentError: There is no such executor.
@@ -232,28 +232,28 @@ def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int
 
 
 def stop(executor: Executor) -> None:
-    """End an executor with what it does."""
+    """End an executor and the pieces that it runs."""
     for process in [*(getattr(executor, "_processes", None) or {}).values()]:
         process.terminate()
     executor.shutdown(wait=True, cancel_futures=True)
 
 
 def prepare_worker() -> None:
-    """Make a process of a pool ready: it says nothing, leaves Ctrl-C to its parent, and ends with that."""
+    """Prepare a process of a pool: it prints nothing, leaves Ctrl-C to its parent, and ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     parent = multiprocessing.parent_process()
     if parent is not None and parent.pid != os.getppid():
-        os._exit(1)  # it has died before
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+        os._exit(1)  # the parent died before
+    null = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
-        os.dup2(nowhere, stream)
+        os.dup2(null, stream)
     collect_rarely()
 
 
 def _processors() -> int:
-    """Return how many this process may use; only Linux tells which those are."""
+    """Return the number of processors that this process may use, which only Linux reports."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -262,7 +262,7 @@ def _pool(workers: int) -> Executor:
 
 
 def _dask(distributed: Any, address: str, workers: int) -> Executor:
-    """Return the executor of a Dask cluster; one of this machine is made where no address is given."""
+    """Return the executor of a Dask cluster; without an address, of a new cluster on this machine."""
     if address:
         client = distributed.Client(address)
     else:

@@ -1,4 +1,4 @@
-"""A trial whose controller is a command: any program, over Zenoh, with its own endpoint."""
+"""A trial whose controller is a command: any program, which connects over Zenoh."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
 
 _POLL: Final = 0.002
-"""Wall seconds between two looks whether the controller, or the run, has ended."""
+"""Wall seconds between two checks whether the controller or the run has ended."""
 _PATIENCE: Final = 20.0
-"""Wall seconds within which a controller that is started beside the first has to join, if time is to wait for it."""
+"""Wall seconds for which simulated time waits until a second controller joins."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Command:
 
     Attributes:
         words: The command.
-        folder: Where it is started.
-        variables: Environment variables, besides ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
+        folder: The folder in which it is started.
+        variables: Environment variables in addition to ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
     words: Sequence[str]
@@ -50,14 +50,15 @@ class Command:
 
 
 class CommandTrial(Trial):
-    """A trial of processes; all of them are killed when the first one has ended.
+    """A trial of processes; when the first process ends, the others are killed.
 
-    A process has its own process group. Exit code 0 is a success, 1 a failure, and all others a crash.
+    Each process has its own process group. Exit code 0 is a success, 1 a failure, and all others a crash.
 
     Args:
         loaded: The world.
         settings: The seed and others; the clock is lockstep, and limits end a run that does not ask to advance.
-        command: What is run. The second process has ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` heeds.
+        command: The command. A second process gets ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` adds to its
+            name.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
         disturber: Disturbs the controller; one of *watchers* connects it.
@@ -78,7 +79,7 @@ class CommandTrial(Trial):
         self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
         self._command = command
         self._first: ControllerProcess | None = None
-        # Held while the first process is started: it may act before this process knows it.
+        # Held while the first process starts: it may act before `self._first` is set.
         self._starting = threading.Lock()
         self._killed = self._over = False
         self._others: list[_Other] = []
@@ -108,13 +109,9 @@ class CommandTrial(Trial):
         finally:
             self._end_processes()
         self._over = self._host.pacing.over
-        # Nothing runs now, so that the simulator may be read.
+        # Stopped, so that the simulator can be read.
         self._host.stop()
         return Ended(ending, cause, self._first.output)
-
-    def end(self, reason: str) -> None:
-        """End the run after this instant; see `Trial.end`."""
-        self._host.end(reason)
 
     def close(self) -> None:
         """End all goals of the run."""
@@ -154,7 +151,7 @@ class CommandTrial(Trial):
         return TIMEOUT, ""
 
     def _look_at_others(self) -> tuple[str, str] | None:
-        """Let time not wait for processes that end without having joined; return an ending that counts."""
+        """Stop waiting for processes that ended or are late to join; return the ending of one that counts."""
         for each in self._others:
             code, late = each.process.code, time.monotonic() > each.started + _PATIENCE
             if each.awaited and (code is not None or late):
@@ -179,7 +176,7 @@ class CommandTrial(Trial):
             first = None if self._killed else self._first
         if first is None:
             return
-        # Noted before the process has ended, as another thread looks at both.
+        # Noted before the process ends, since another thread looks at both.
         self._killed = True
         names, lockstep = self._own_names, self._lockstep
         first.kill()
@@ -188,27 +185,26 @@ class CommandTrial(Trial):
             lockstep.expect_no_more(name)
         if restart_after is None:
             lockstep.expect("", math.inf)
-            # Noted when time goes on without it, as another thread looks whether it does.
+            # Noted once time does not wait for it, since another thread looks at both.
             self._gone = True
             return
         for name in names or [""]:
             lockstep.expect(name, self.simulator.now + restart_after, self._restarts.set)
 
     def _add(self) -> None:
-        """Start the command once more beside the first process, and have time wait for it to join."""
+        """Start the command a second time beside the first process; simulated time waits until it joins."""
         lockstep, suffix = self._lockstep, f"_{len(self._others) + 2}"
         own = self._own_names
         for name in own:
-            # The run ends with the first process: until that is noticed, time stands.
+            # The run ends with the first process; time stands still until its end is noticed.
             lockstep.keep(name)
         names = [f"{name}{suffix}" for name in own]
         for name in names:
             lockstep.expect(name)
-        # It can be started, as the first one was.
         self._others.append(_Other(self._start(suffix), names, time.monotonic()))
 
     def _end_processes(self) -> None:
-        """Kill all processes, and have them leave lockstep at this time."""
+        """Kill all processes and remove them from lockstep."""
         for process in (self._first, *(each.process for each in self._others)):
             if process is not None:
                 process.end()
@@ -221,7 +217,7 @@ class CommandTrial(Trial):
             lockstep.drop(name, TOKEN_GONE)
 
     def _submit(self, act: Callable[[], None]) -> None:
-        """Do something in the simulation's thread, and wait for that, unless the run has ended."""
+        """Call a function in the simulation's thread and wait for it, unless the run has ended."""
         done = threading.Event()
 
         def do() -> None:
@@ -240,8 +236,8 @@ class _Other:
 
     Attributes:
         names: The names of its participants.
-        started: When it was started, by the monotonic clock.
-        awaited: Whether time may wait for it to join.
+        started: The time of its start, by the monotonic clock.
+        awaited: Whether simulated time waits for it to join.
     """
 
     process: ControllerProcess
@@ -251,16 +247,16 @@ class _Other:
 
 
 GRACE: Final = 2.0
-"""Wall seconds that a controller has to end by itself after the run has ended."""
+"""Wall seconds in which a controller has to end by itself after the run."""
 
 
 class ControllerProcess:
-    """The process of a controller, and all that it starts.
+    """The process of a controller, with the processes that it starts.
 
     Args:
         words: The command.
-        folder: Where it is started.
-        variables: Environment variables, added to those of this process.
+        folder: The folder in which it is started.
+        variables: Environment variables in addition to those of this process.
 
     Raises:
         OSError: It can't be started.
@@ -283,17 +279,17 @@ class ControllerProcess:
         self._reader.start()
 
     def end(self) -> None:
-        """Kill it, and read what it has printed."""
+        """Kill it, and read the rest of its output."""
         self.kill()
         self._reader.join(GRACE)
 
     def wait(self, patience: float) -> None:
-        """Wait up to so many wall seconds for its end."""
+        """Wait for its end, at most for *patience* wall seconds."""
         with suppress(subprocess.TimeoutExpired):
             self._process.wait(patience)
 
     def kill(self) -> None:
-        """Kill it, and all that it has started, at once."""
+        """Kill it and the processes that it started."""
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
@@ -305,7 +301,7 @@ class ControllerProcess:
 
     @property
     def output(self) -> str:
-        """The end of what it has printed."""
+        """The last characters that it printed."""
         return self._tail.text
 
     def _read(self, stream: IO[str]) -> None:

@@ -39,11 +39,7 @@ _NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 def parameters_of(treatment: Controller, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of what a treatment sets.
-
-    Args:
-        treatment: The controller.
-        names: The values that its expressions ask for.
+    """Return the parameters of a controller, with the values of *names* in their expressions.
 
     Raises:
         ValueError: An expression has no value.
@@ -51,7 +47,7 @@ def parameters_of(treatment: Controller, names: Mapping[str, Any]) -> dict[str, 
     return {key: substituted(value, names) for key, value in treatment.set.items()}
 
 
-def trial_of(  # noqa: PLR0913 - what is run, where, and how it is watched
+def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
     loaded: LoadedWorld,
     settings: RunSettings,
     treatment: Controller,
@@ -71,17 +67,17 @@ def trial_of(  # noqa: PLR0913 - what is run, where, and how it is watched
         loaded: The world.
         settings: The seed and others; the clock is lockstep, whatever they say.
         treatment: The controller.
-        folder: Where files are looked for, and where commands are started.
-        names: The values that its expressions ask for.
-        variables: Environment variables of a command, besides its parameters.
-        name: Under which name it takes part; that of the treatment if left out.
-        coverage: Where to count what happens to the nodes of a tree, if anywhere.
+        folder: The folder of the controller's files, in which commands are started.
+        names: The values for its expressions.
+        variables: Environment variables of a command, in addition to its parameters.
+        name: The participant's name; that of the treatment if left out.
+        coverage: Counts the statuses of a tree's nodes, if given.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
         disturber: Disturbs the controller; one of *watchers* connects it.
 
     Raises:
-        TreeError: There is no such tree or function, or something is wrong with it.
+        TreeError: There is no such tree or function, or it is invalid.
         ValueError: A command is empty, or an expression has no value.
     """
     if treatment.in_process:
@@ -101,13 +97,13 @@ def controller_of(
     """Return a controller that runs in this process.
 
     Args:
-        treatment: What is run; not a command.
-        names: The values that its expressions ask for.
-        folder: Where files are looked for, and modules, too.
-        coverage: Where to count what happens to the nodes of a tree, if anywhere.
+        treatment: The controller; not a command.
+        names: The values for its expressions.
+        folder: The folder of its files and modules.
+        coverage: Counts the statuses of a tree's nodes, if given.
 
     Raises:
-        TreeError: There is none, or something is wrong with it.
+        TreeError: There is no such tree or function, or it is invalid.
         ValueError: An expression has no value.
     """
     parameters = parameters_of(treatment, names)
@@ -127,7 +123,7 @@ def controller_of(
 
 
 def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:
-    """Return the command of a treatment, with the values of names in it.
+    """Return the command of a treatment, with the values of *names* in its expressions.
 
     Raises:
         ValueError: It is empty, or an expression has no value.
@@ -142,9 +138,9 @@ def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:
 
 
 async def _played(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:
-    """Run a coroutine function, which is given the client for asyncio.
+    """Run a coroutine function with a client for asyncio.
 
-    Where the run ends before it, the error has a note of each task that has died unseen.
+    If the run ends first, the error has a note for each task that failed without being awaited.
     """
     died: list[str] = []
 
@@ -171,24 +167,24 @@ def _text(value: object) -> str:
 def _tree(
     name: str, tree_id: str | None, nodes: tuple[str, ...], values: tuple[tuple[str, str], ...], folder: Path
 ) -> TreePlan:
-    _look_in(folder)
+    _add_to_path(folder)
     return load(_there(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
 
 
 @lru_cache(maxsize=256)
 def _function(name: str, folder: Path) -> NamedFunction:
-    _look_in(folder)
+    _add_to_path(folder)
     return find_function(_there(name, folder))
 
 
 def _there(name: str, folder: Path) -> str:
-    """Return a name whose file, if it names one, is in the folder of the experiment."""
+    """Return the name of a tree or function, with the path of its file if it is in a folder."""
     home, colon, rest = name.partition(":")
     path = folder / home
     return f"{path}{colon}{rest}" if home.endswith((".py", ".xml")) and path.is_file() else name
 
 
-def _look_in(folder: Path) -> None:
-    """Look for modules in a folder, too."""
+def _add_to_path(folder: Path) -> None:
+    """Add a folder to the module search path."""
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))

@@ -46,22 +46,13 @@ _OF_KINDS: Final[Mapping[str, str]] = MappingProxyType(
         "count": "reply_lost and request_repeated",
     }
 )
-"""To which kinds a setting belongs."""
+"""The kinds to which a setting belongs."""
 
 _MAX = 1e9
 
 
 class Disturbance(BaseModel):
-    """A disturbance of a controller or of its wire; it happens once.
-
-    Attributes:
-        disturbance: What happens.
-        when: The event after which it happens.
-        restart_after: Of a controller that is killed: after how many simulated seconds it is started again; None for
-            never.
-        duration: Of one that is stalled: for how many simulated seconds.
-        count: How many answers get lost, or requests come twice; 1 if left out.
-    """
+    """A disturbance of a controller or of its connection, which happens once."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -87,7 +78,7 @@ class Disturbance(BaseModel):
         return self
 
     def flaws(self) -> Iterator[Finding]:
-        """Yield what is wrong with it whatever the world is: kinds and fields of events that there are not."""
+        """Yield the flaws that it has in any world: kinds and fields of events that do not exist."""
         for finding in self.when.flaws():
             yield replace(finding, path=("when", *finding.path))
 
@@ -129,16 +120,16 @@ class Acted(NamedTuple):
 
 
 class Disturber(SelectiveSink):
-    """A sink that has disturbances carried out, each once and at the end of an instant; of one run.
+    """A sink that triggers the disturbances of one run, each once and at the end of an instant.
 
-    Events are counted through the whole run, also where the simulation is reset meanwhile.
+    Events are counted over the whole run, including resets of the simulation.
 
     Args:
-        disturbances: What is to happen.
-        on_act: Called with each just before it is carried out.
+        disturbances: The disturbances.
+        on_act: Called with each disturbance just before it is carried out.
 
     Attributes:
-        acted: Those that have happened, in order.
+        acted: The disturbances that have happened, in order.
     """
 
     def __init__(
@@ -164,14 +155,14 @@ class Disturber(SelectiveSink):
         return [each.happened for each in self._waiting]
 
     def watch(self, simulator: Simulator, pacing: Pacing) -> Disturber:
-        """Begin to wait for events; return this sink, to be one of the simulator's."""
+        """Start to wait for the events of a simulator; return this sink."""
         self._simulator, self._pacing = simulator, pacing
         return self
 
     def attach(self, act: Callable[[Disturbance], None]) -> None:
-        """Have disturbances of the controller and of its wire carried out; resets of the simulation are done here.
+        """Set the function that carries out disturbances, except resets, which this sink carries out itself.
 
-        *act* is called in the simulation's thread, when all of an instant has been taken.
+        *act* is called in the simulation's thread, at the end of an instant.
         """
         self._act = act
 
@@ -184,7 +175,7 @@ class Disturber(SelectiveSink):
         return self.emit if kind in (EventStamped, GoalChanged, TimeRestarted) else None
 
     def emit(self, output: Output) -> None:
-        """Look whether disturbances have waited for an event."""
+        """Trigger the disturbances that wait for an event."""
         if isinstance(output, TimeRestarted):
             self._set_alarms_anew(output.ended)
             return
@@ -194,7 +185,7 @@ class Disturber(SelectiveSink):
                     self._expect(each, each.disturbance.when.after)
 
     def _events(self, output: Output) -> Iterator[Event]:
-        """Yield the events that an output stands for, as far as one is waited for."""
+        """Yield the events of an output whose kinds a disturbance waits for."""
         if isinstance(output, EventStamped):
             if output.kind in self._kinds:
                 yield output.event
@@ -205,7 +196,7 @@ class Disturber(SelectiveSink):
                 yield output.accepted()
 
     def _expect(self, waiting: _Waiting, after: float) -> None:
-        """Carry a disturbance out after some seconds."""
+        """Carry out a disturbance after some seconds."""
         if self._simulator is None:
             raise AssertionError
         waiting.due = self._simulator.now + after
@@ -235,7 +226,7 @@ class Disturber(SelectiveSink):
             self._act(disturbance)
 
     def _set_alarms_anew(self, ended: int) -> None:
-        """Set the alarms again that were dropped as time has gone back; what is left of a delay is left."""
+        """Set the alarms again that a reset of the simulation dropped, with the rest of their delays."""
         for each in self._waiting:
             if each.due is not None:
                 self._expect(each, max(each.due - ended / NANOSECONDS, 0.0))
@@ -245,8 +236,8 @@ class _Waiting:
     """A disturbance that waits for its event, or for its time.
 
     Attributes:
-        due: When it is due, in simulated seconds, once its event has come and until then.
-        happened: When it has happened, in simulated seconds; None if it has not.
+        due: The time at which it is due, in simulated seconds, once its event has come.
+        happened: The time at which it happened, in simulated seconds; None if it has not.
     """
 
     def __init__(self, disturbance: Disturbance) -> None:
@@ -256,7 +247,7 @@ class _Waiting:
         self._left = disturbance.when.nth
 
     def comes_with(self, event: Event) -> bool:
-        """Count an event if it is meant; return whether it is the one that is waited for."""
+        """Count an event that matches; return whether it is the one that triggers the disturbance."""
         if self._left == 0 or not self.disturbance.when.matches(event):
             return False
         self._left -= 1

@@ -1,4 +1,4 @@
-"""Guards around a run: limits of time, memory and output, so that it can't harm other runs."""
+"""Guards around a run: limits on time, memory and output, so that it can't harm other runs."""
 
 from __future__ import annotations
 
@@ -12,24 +12,28 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
 
+from hmrsim.errors import HmrsimError
+from hmrsim.program.users_code import described
 from hmrsim.trials.meter import Meter
-from hmrsim.trials.trial import DIED, HUNG, TimeLimit
+from hmrsim.trials.trial import DIED, ERROR, HUNG, MEMORY, OUT_OF_MEMORY, TimeLimit
 
 if TYPE_CHECKING:
-    from hmrsim.trials.meter import Limits
+    from hmrsim.trials.model import Limits
+
+R = TypeVar("R")
 
 _AT_ONCE: Final = 1e-3
-"""Wall seconds until an alarm rings that was due meanwhile."""
+"""Wall seconds until an alarm rings that became due during the run."""
 _TAIL: Final = 2_000
-"""Characters of what a run prints that are kept."""
+"""The number of characters of a run's output that are kept."""
 
 
 class Tail(io.TextIOBase):
-    """A text stream that keeps the end of what is written."""
+    """A text stream that keeps the last characters written to it."""
 
     def __init__(self) -> None:
         self._pieces: deque[str] = deque()
@@ -49,37 +53,72 @@ class Tail(io.TextIOBase):
 
     @property
     def text(self) -> str:
-        """The end of what was written."""
+        """The last characters written."""
         return "".join(self._pieces)[-_TAIL:].strip()
 
 
 def ending_of_lost(limits: Limits, seconds: float) -> tuple[str, str]:
-    """Return how a run has ended whose process is gone, and the cause.
+    """Return the ending of a run whose process is gone, and the cause.
 
     Args:
-        limits: Those of the run.
-        seconds: How many wall seconds it was under way: a process that does not mind them is ended some time later.
+        limits: The limits of the run.
+        seconds: The wall seconds that it ran; the process of a run that ignores its limits is ended some time later.
     """
     if seconds >= Meter(limits).patience:
         return HUNG, "it does not end when its time is over, by limits.wall or limits.processor"
     return DIED, "its worker has died, as of a segmentation fault or of too little memory"
 
 
-@contextmanager
-def guarded(limits: Limits, seconds: float = math.inf) -> Iterator[Tail]:
-    """Keep a run within its limits; yield what gets all that it prints.
+class Attempt(NamedTuple, Generic[R]):
+    """A run that was made within its limits.
 
-    When one of its times is over, `TimeLimit` is raised in it. A run that does not end by that takes its process with
-    it.
+    Attributes:
+        result: The result.
+        output: The last characters that the run printed.
+        wall: The wall seconds that it took.
+    """
+
+    result: R
+    output: str
+    wall: float
+
+
+def attempt(
+    limits: Limits, run: Callable[[], R], failed: Callable[[str, str], R], seconds: float = math.inf
+) -> Attempt[R]:
+    """Make a run, whatever happens in it.
 
     Args:
         limits: The limits of the run.
-        seconds: Wall seconds after which the run is ended in any case, as its result would come too late.
+        run: Makes the run; returns its result.
+        failed: Returns the result of a run that exceeds a limit or raises an error, from its ending and the cause.
+        seconds: Wall seconds after which the run ends in any case, since its result would come too late.
     """
+    began = time.perf_counter()
     tail = Tail()
+    try:
+        with guarded(limits, tail, seconds):
+            result = run()
+    except TimeLimit as limit:
+        result = failed(HUNG, str(limit))
+    except MemoryError:
+        result = failed(MEMORY, OUT_OF_MEMORY)
+    except (HmrsimError, ValueError) as error:
+        result = failed(ERROR, str(error))
+    except Exception as error:  # noqa: BLE001 - a bug of ours must not end the other runs
+        result = failed(ERROR, described(error))
+    return Attempt(result, tail.text, time.perf_counter() - began)
+
+
+@contextmanager
+def guarded(limits: Limits, tail: Tail, seconds: float = math.inf) -> Iterator[None]:
+    """Keep a run within its limits, and its output in *tail*.
+
+    When one of its times is over, `TimeLimit` is raised in it. If it ignores that, its process is ended.
+    """
     in_memory = nullcontext() if limits.memory is None else _in_memory(limits.memory)
     with redirect_stdout(tail), redirect_stderr(tail), _in_time(Meter(limits, seconds)), in_memory:
-        yield tail
+        yield
 
 
 @contextmanager
@@ -113,7 +152,7 @@ def _alarm(meter: Meter) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
         if left:
-            # Somebody else's, such as that of a test.
+            # An alarm that was set before the run, such as that of a test.
             signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - began), _AT_ONCE), interval)
 
 
@@ -151,7 +190,7 @@ def _ends_process() -> bool:
 
 @contextmanager
 def _in_memory(most: int) -> Iterator[None]:
-    """Let this process have so many bytes more of address space than it has."""
+    """Limit the address space of this process to its present size plus a number of bytes."""
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123 - read for each run
         pages = int(file.read().split()[0])

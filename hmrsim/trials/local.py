@@ -1,4 +1,4 @@
-"""A trial within this process: the controller is a tree or a function, or there is none yet."""
+"""A trial within this process, whose controller is a tree or a function."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 _POLL: Final = 0.002
-"""Wall seconds between two looks at controllers in other threads."""
+"""Wall seconds between two checks of controllers in other threads."""
 
 
 class LocalTrial(Trial):
-    """A trial without a network; time moves while a client waits for it.
+    """A trial without a network, in which time moves while its clients wait.
 
     Args:
         world: The world.
         settings: The seed and others; the clock is lockstep, whatever they say.
-        player: The controller that `play` runs.
-        name: Under which name it takes part; goals' ids depend on it.
+        player: The controller that `play` runs, if any.
+        name: The participant's name of the controller; the ids of goals depend on it.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
         disturber: Disturbs the controller; one of *watchers* connects it.
@@ -66,9 +66,9 @@ class LocalTrial(Trial):
         return self._over if self._closed else self._host.pacing.over
 
     def open_client(self, name: str) -> Client:
-        """Return a further client, which takes part under its own name as soon as it waits.
+        """Return a further client, which joins under its own name when it first waits; the trial closes it.
 
-        Time moves only while all that take part wait, so that each needs its own thread. The trial closes it.
+        Time moves only while all participants wait, so each client needs its own thread.
         """
         return self._clients.enter_context(Client(session=self._host.open_session(), name=name))
 
@@ -83,10 +83,6 @@ class LocalTrial(Trial):
             return self._ending(first)
         except TimeLimit as limit:
             return Ended(HUNG, str(limit))
-
-    def end(self, reason: str) -> None:
-        """End the run after this instant; see `Trial.end`."""
-        self._host.end(reason)
 
     def close(self) -> None:
         """End all clients, and goals."""
@@ -121,12 +117,12 @@ class LocalTrial(Trial):
             self._lockstep.expect(self._name, self.simulator.now + restart_after, self._restarts.set)
 
     def _add(self) -> None:
-        """Start one more controller beside the first; those before it come first in all that they say."""
+        """Start one more controller beside the first; its requests wait for those of the controllers before it."""
         if self._player is None:
             raise AssertionError
         before = (self._name, *(each.name for each in self._others))
         lockstep = self._lockstep
-        # The run ends with the first one, which may have left lockstep by then.
+        # The run ends with the first one, which may leave lockstep before.
         lockstep.keep(self._name)
         name = f"{self._name}_{len(before) + 1}"
         actor = Actor(self._host, self._player, name, lambda: not {*before}.isdisjoint(lockstep.waiting_for))
@@ -134,12 +130,12 @@ class LocalTrial(Trial):
         actor.play_aside(stays=lambda: self._gone)
 
     def _awaits_restart(self) -> bool:
-        """Let time go on until the controller that was killed is to be started again; return whether it is."""
+        """Let time pass until the killed controller has to be restarted; return False if the run ends before."""
         while not self._restarts.is_set():
             self._host.go_on()
             plays = any(each.plays_aside(_POLL) for each in self._others)
             if self._host.pacing.over:
-                # The others learn that the run ended, and have their own ending by then.
+                # The other controllers learn that the run ended, and end as well.
                 for each in self._others:
                     each.plays_aside(GRACE)
                 return False
@@ -161,19 +157,21 @@ class LocalTrial(Trial):
 
 
 GRACE: Final = 5.0
-"""Wall seconds that a controller in its own thread has to end after it was killed."""
+"""Wall seconds in which a killed controller in another thread has to end."""
 
 
 class ControllerKilled(BaseException):
-    """The controller is killed; not an Exception, so that it does not catch it by accident."""
+    """The controller is killed; not an Exception, so that the controller does not catch it by accident."""
 
 
 class Actor:
-    """A controller that is run once, with its own client.
+    """One run of a controller, with its own client.
 
     Args:
+        host: The host of the simulation.
+        player: The controller.
         name: The participant's name.
-        waits: Returns whether what it says has to wait, as other controllers come first; None for never.
+        waits: Returns whether its requests wait for those of other controllers; None for never.
 
     Attributes:
         killed: Whether it was killed.
@@ -199,20 +197,20 @@ class Actor:
             self.close()
 
     def play_aside(self, stays: Callable[[], bool]) -> None:
-        """Run it in its own thread; from within the simulation. *stays* returns whether its client stays open."""
+        """Run it in a new thread, from within the simulation; *stays* returns whether its client stays open."""
         self._host.pacing.lockstep.expect(self.name)
         self._thread = threading.Thread(target=self._play_aside, args=(stays,), name=self.name, daemon=True)
         self._thread.start()
 
     def plays_aside(self, patience: float = 0.0) -> bool:
-        """Return whether it runs in its own thread, after so many wall seconds or at its end."""
+        """Return whether it still runs in another thread, after waiting at most *patience* wall seconds."""
         if self._thread is None:
             return False
         self._thread.join(patience)
         return self._thread.is_alive()
 
     def kill(self) -> None:
-        """Kill it; from within the simulation, when all of an instant has been taken."""
+        """Kill it, from within the simulation at the end of an instant."""
         if self.killed:
             return
         self.killed = True
@@ -223,7 +221,7 @@ class Actor:
         lockstep.expect_no_more(self.name)
 
     def end(self) -> None:
-        """Kill one that runs in its own thread, while time stands, and wait for its end."""
+        """Kill it if it runs in another thread, and wait for its end."""
         if self.plays_aside():
             self._submit(self.kill)
             self._host.cut(self._session, ControllerKilled("the run has ended"))
@@ -231,7 +229,7 @@ class Actor:
         self.close()
 
     def close(self) -> None:
-        """Leave the simulation."""
+        """Close its client, which leaves the simulation."""
         with suppress(ControllerKilled):
             self._client.close()
         with suppress(ControllerKilled):

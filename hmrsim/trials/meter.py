@@ -10,25 +10,27 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Final, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.trials.model import Limits
 
 _PROCESSES: Final = Path("/proc")
 _NANO: Final = 1e-9
 _AFTER_NAME: Final = slice(11, 15)
-"""Of the fields of ``/proc/PID/stat`` after the name: user and system time, its own and that of its ended children."""
+"""The fields of ``/proc/PID/stat`` after the name with user and system time of the process and its ended children."""
 _LINE: Final = 128
-"""More than the bytes of ``/proc/PID/task/TID/schedstat``."""
+"""An upper bound of the bytes of ``/proc/PID/task/TID/schedstat``."""
 _PARENT: Final = 1
 """The place of the parent's id among these fields."""
 
 
 class Usage(NamedTuple):
-    """Seconds since this process has started, of all its threads and of all processes that descend from it.
+    """Seconds since the start of this process, summed over its threads and all its descendants.
 
     Attributes:
         used: Processor time.
-        delayed: Time in which they could have computed, but other processes had the processor; 0 where the system
-            does not say so, as only Linux does.
+        delayed: Time in which they were ready to run but other processes had the processor; 0 except on Linux.
     """
 
     used: float
@@ -36,7 +38,7 @@ class Usage(NamedTuple):
 
     @classmethod
     def now(cls) -> Usage:
-        """Return what was used so far. Of running children only Linux says what they use; others count at their end."""
+        """Return the usage so far; except on Linux, children count only when they have ended."""
         ended = resource.getrusage(resource.RUSAGE_CHILDREN)
         used = time.process_time() + ended.ru_utime + ended.ru_stime
         delayed = _delayed("self")
@@ -47,14 +49,14 @@ class Usage(NamedTuple):
 
 
 def _descendants() -> Iterator[tuple[str, float]]:
-    """Yield the processes that this one has started, and those that they have, each with its processor time."""
+    """Yield all descendants of this process, each with its processor time."""
     if sys.platform != "linux" or not _has_children():
         return
     children: dict[str, list[tuple[str, float]]] = {}
     tick = 1.0 / os.sysconf("SC_CLK_TCK")
-    # Not by /proc/PID/task/TID/children: each thread has one, and it may leave out some while others end.
+    # /proc/PID/task/TID/children exists for each thread, and may leave out some while others end.
     for path in _PROCESSES.glob("[0-9]*/stat"):
-        with suppress(OSError):  # it has ended meanwhile
+        with suppress(OSError):  # the process has ended
             # The name may have spaces and parentheses.
             fields = path.read_text(encoding="ascii", errors="replace").rpartition(")")[2].split()
             children.setdefault(fields[_PARENT], []).append(
@@ -68,7 +70,7 @@ def _descendants() -> Iterator[tuple[str, float]]:
 
 
 def _has_children() -> bool:
-    """Return whether there are any, which takes a thousandth of the time that it takes to look at all processes."""
+    """Return whether this process has children, a thousand times faster than by a look at all processes."""
     try:
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
     except ChildProcessError:
@@ -77,17 +79,17 @@ def _has_children() -> bool:
 
 
 def _delayed(process: str) -> float:
-    """Return for how long the threads of a process waited for a processor."""
+    """Return the seconds that the threads of a process waited for a processor."""
     threads = f"{_PROCESSES}/{process}/task"
     try:
         found = os.listdir(threads)  # noqa: PTH208 - a process may have hundreds of threads
-    except OSError:  # it has ended meanwhile, or the system has no such files
+    except OSError:  # the process has ended, or the system has no such files
         return 0.0
     return sum(_waited(f"{threads}/{thread}/schedstat") for thread in found) * _NANO
 
 
 def _waited(path: str) -> int:
-    """Return for how many nanoseconds a thread waited for a processor; 0 if it has ended meanwhile."""
+    """Return the nanoseconds that a thread waited for a processor; 0 if it has ended."""
     try:
         file = os.open(path, os.O_RDONLY)
     except OSError:
@@ -101,42 +103,26 @@ def _waited(path: str) -> int:
 
 
 _BETWEEN_LOOKS: Final = 0.02
-"""Wall seconds between two looks at least."""
+"""The minimum of wall seconds between two looks."""
 _PATIENCE: Final = 0.5
-"""The part of the shortest limit within which a run has to end when its time is over."""
+"""A run that exceeds its limit has to end within this share of the limit, plus `_GRACE`."""
 _GRACE: Final = 5.0
-"""Wall seconds to add to that."""
-
-
-class Limits(Protocol):
-    """The limits of a run."""
-
-    @property
-    def wall(self) -> float:
-        """Seconds of the wall's clock in which it computes nothing."""
-
-    @property
-    def processor(self) -> float | None:
-        """Seconds of processor time; None for as many as *wall* says."""
-
-    @property
-    def memory(self) -> int | None:
-        """Bytes that it may take beyond what its worker has."""
+"""Wall seconds."""
 
 
 class Meter:
-    """Measures what a run takes, from now on.
+    """Measures the time that a run uses, from the construction of the meter.
 
-    Time of the wall in which the run could compute, but other processes have the processor, counts for no limit.
+    Wall time in which the run is ready to compute but other processes have the processor counts towards no limit.
 
     Args:
         limits: The limits of the run.
         seconds: Wall seconds after which its time is over in any case.
-        clock: Returns the wall's time, in seconds.
-        usage: Returns what was used of the processor.
+        clock: Returns the wall time, in seconds.
+        usage: Returns the usage of the processor.
 
     Attributes:
-        why: Which of its times is over, in words; empty while none is.
+        why: The limit that the run exceeds, in words; empty if none.
     """
 
     def __init__(
@@ -150,29 +136,29 @@ class Meter:
         self._wall, self._seconds = limits.wall, seconds
         self._processor = limits.wall if limits.processor is None else limits.processor
         self._clock, self._usage = clock, usage
-        # In this order, and in that of `look`, what happens between the two readings counts as no wait.
+        # In this order, and the one in `look`, time between the two readings does not count as waiting.
         self._at_first = self._before = usage()
         self._began = self._looked = clock()
         self._busy = 0.0
 
     @property
     def left(self) -> float:
-        """Wall seconds until one of its times may be over."""
+        """The wall seconds until the run can exceed a limit."""
         used = self._before.used - self._at_first.used
         since = self._looked - self._began
         return max(_BETWEEN_LOOKS, min(self._wall - since + self._busy, self._processor - used, self._seconds - since))
 
     @property
     def patience(self) -> float:
-        """Wall seconds until a run counts as ignoring its limit, if no check happens earlier."""
+        """The wall seconds after which a run counts as ignoring its limit."""
         return self.left + _PATIENCE * min(self._wall, self._processor) + _GRACE
 
     def look(self) -> bool:
-        """Measure; return whether one of its times is over."""
+        """Measure; return whether the run exceeds a limit."""
         self._looked = self._clock()
         usage, before = self._usage(), self._before
         self._before = usage
-        # A thread that ends takes its delays with it, and so does a process.
+        # The delays of a thread or process are lost when it ends.
         self._busy += max(0.0, usage.used - before.used) + max(0.0, usage.delayed - before.delayed)
         since = self._looked - self._began
         if usage.used - self._at_first.used >= self._processor:

@@ -1,9 +1,10 @@
-"""The model of a controller under test, as files of experiments and of checks have it."""
+"""The models of a controller under test and of the limits of its runs, in files of experiments and checks."""
 
 from __future__ import annotations
 
+import re
 import shlex
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Final, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
@@ -23,9 +24,38 @@ Level = Annotated[str | int | float | bool, BeforeValidator(_level)]
 
 
 class Part(BaseModel):
-    """A part of a file that names controllers: unknown keys, NaN and infinity are errors."""
+    """The base class of models in files of experiments and checks: unknown keys, NaN and infinity are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+_MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
+_BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
+
+Count = Annotated[int, Field(strict=True, ge=1, le=10_000_000)]
+Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+
+
+def _bytes(value: Any) -> Any:
+    match = _MEMORY.fullmatch(value) if isinstance(value, str) else None
+    return int(float(match[1]) * _BYTES[match[2]]) if match else value
+
+
+class Limits(Part):
+    """The limits of a run.
+
+    Attributes:
+        simulated: Seconds of simulated time in which the controller has to end; if None, ten times the seconds that it
+            takes without faults, plus ten minutes.
+        wall: Wall seconds in which the run waits: in which it computes nothing, and could not.
+        processor: Seconds of processor time; the same as *wall* if left out.
+        memory: Bytes in addition to those of its worker; in a file also 500 MB or 1 GB.
+    """
+
+    simulated: Seconds | None = None
+    wall: Seconds = 20.0
+    processor: Seconds | None = None
+    memory: Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)] | None = None
 
 
 class Controller(Part):
@@ -33,15 +63,15 @@ class Controller(Part):
 
     Attributes:
         tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
-        python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
-            `hmrsim_zenoh.AsyncClient`, in the same process.
-        command: A command line; it is started for each run, with its own endpoint in its environment.
-        set: Parameters: texts on the blackboard of a tree, arguments of a function, variables of a command's
-            environment. Expressions in *tree*, *python* and *command* may ask for them, too.
+        python: A function of a `hmrsim_zenoh.Client`, or a coroutine function of a `hmrsim_zenoh.AsyncClient`, run in
+            the worker's process.
+        command: A command line, started for each run with the endpoint of the simulator in its environment.
+        set: Parameters: texts on the blackboard of a tree, arguments of a function, or environment variables of a
+            command. Expressions in *tree*, *python* and *command* can use them, too.
         robots: The robots of a tree; None for all.
         nodes: Modules with further nodes for trees in XML.
-        tree_id: Which tree of an XML file.
-        name: Under which name it takes part; goals' ids depend on it.
+        tree_id: The ID of the tree in an XML file.
+        name: Its name as a participant; the ids of goals depend on it.
     """
 
     tree: str | None = None

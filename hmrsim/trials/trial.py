@@ -1,4 +1,4 @@
-"""A trial: a run of a world whose robots a controller controls, and which may be disturbed."""
+"""A trial: a run of a world with a controller for its robots, which may be disturbed."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 TOKEN_GONE: Final = "its liveliness token is gone"  # noqa: S105 - no password: why a participant is dropped
-"""Why a participant is dropped whose controller was killed."""
+"""The reason for which the participant of a killed controller is dropped."""
 
 Player = Callable[["Client", "Sequence[str]"], bool]
-"""Controls the robots of a simulation to the end; returns whether that succeeded."""
+"""A controller: controls the robots to the end, and returns whether it succeeded."""
 
 SUCCEEDED: Final = "succeeded"
 
@@ -35,38 +35,41 @@ TIMEOUT: Final = "timeout"
 """The ending of a run that reached the limit of simulated time."""
 
 HUNG: Final = "hung"
-"""The ending of a run that waited or computed for too long, or whose time stood still."""
+"""The ending of a run that waited or computed for too long, or whose time did not advance."""
 
 DEADLOCK: Final = "deadlock"
-"""The ending of a run whose controller waits for what can't happen any more."""
+"""The ending of a run whose controller waits for something that can no longer happen."""
 
 MEMORY: Final = "out_of_memory"
 """The ending of a run that took too much memory."""
 
+OUT_OF_MEMORY: Final = "it takes more memory than its limit"
+"""The cause of this ending."""
+
 DIED: Final = "died"
-"""The ending of a run whose worker has died, as of a segmentation fault."""
+"""The ending of a run whose worker died, for example by a segmentation fault."""
 
 ERROR: Final = "error"
-"""The ending of a run that could not be made, as its world or its controller can't be loaded."""
+"""The ending of a run whose world or controller can't be loaded."""
 
 MISHAPS: Final = frozenset({CRASHED, HUNG, DEADLOCK, MEMORY, DIED, ERROR})
-"""The endings that say more about a controller, or the machine, than about the mission."""
+"""The endings that are caused by the controller or the machine, and not by the mission."""
 
 KILLED: Final = "killed"
-"""The ending of a controller that was killed by a disturbance and stays away; of checks alone."""
+"""The ending of a controller that a disturbance killed for good; only in checks."""
 
 BUILT_IN: Final = (SUCCEEDED, FAILED, TIMEOUT, *sorted(MISHAPS))
-"""The endings that runs may have without being defined."""
+"""The endings that runs can have without a definition in the file."""
 
 _EXIT_FAILED: Final = 1
-"""The exit code of a controller that has failed, and not crashed."""
+"""The exit code of a controller that failed without a crash."""
 
 
 class TimeLimit(BaseException):
-    """A run takes too long; not an Exception, so that a controller does not catch it by accident.
+    """A run exceeds a time limit; not an Exception, so that a controller does not catch it by accident.
 
     Args:
-        why: Which of its times is over.
+        why: The limit, in words.
     """
 
     def __init__(self, why: str = "it takes too long") -> None:
@@ -90,13 +93,13 @@ def _ending(error: BaseException) -> tuple[str, str]:
         case Deadlock():
             return DEADLOCK, str(error)
         case MemoryError():
-            return MEMORY, "it takes more memory than its limit"
+            return MEMORY, OUT_OF_MEMORY
         case _:
             return CRASHED, described(error)
 
 
 def ending_of_code(code: int) -> tuple[str, str]:
-    """Return the ending that a command's exit code stands for, and the cause of a crash."""
+    """Return the ending for the exit code of a command, and the cause of a crash."""
     if code == 0:
         return SUCCEEDED, ""
     if code == _EXIT_FAILED:
@@ -110,7 +113,7 @@ class Ended(NamedTuple):
     Attributes:
         ending: One of `hmrsim.trials.trial`.
         cause: Details that the ending lacks. May be empty.
-        output: The end of what a command has printed.
+        output: The last characters that a command printed.
     """
 
     ending: str
@@ -119,27 +122,28 @@ class Ended(NamedTuple):
 
 
 GONE: Final = KILLED, "it was killed, and is not started again"
-"""The ending of a controller that a disturbance has killed for good, and its cause."""
+"""The ending and the cause of a controller that a disturbance killed for good."""
 
 
 class Trial(ABC):
-    """The base: the first controller, again if it is killed, and further ones beside it. A context manager.
+    """The base class of trials: a controller, which may be restarted, and further ones beside it; a context manager.
 
-    A subclass calls its constructor last of all that a disturbance needs, as one may come at once.
+    Subclasses call its constructor last, since a disturbance may come at once.
 
     Args:
         host: Serves the world in lockstep; *disturber* watches it.
         disturber: Disturbs the trial, if given.
 
     Attributes:
-        simulator: The simulator; to be read only, while nothing runs.
+        simulator: The simulator; read it only while nothing runs.
     """
 
     def __init__(self, host: Host | LoopbackHost, disturber: Disturber | None) -> None:
         self.simulator: Simulator = host.simulator
+        self._end = host.end
         self._lockstep = host.pacing.lockstep
         self._losses = host.losses
-        # Set when the first controller is to be started again, and whether it was killed for good.
+        # Set when the first controller has to be restarted.
         self._restarts = threading.Event()
         self._gone = False
         if disturber is not None:
@@ -164,27 +168,27 @@ class Trial(ABC):
     def play(self) -> Ended:
         """Run the controller to its end, once; afterwards the simulation is paused.
 
-        Of one that was started again the last run counts. One that is gone for good is represented by the second one,
-        if there is one; else the second one is killed when the first has ended.
+        If the controller was restarted, its last run counts. If it was killed for good, a second controller counts in
+        its place. Otherwise a second controller is killed when the first one ends.
 
         Raises:
             HmrsimError: It can't be started.
         """
 
-    @abstractmethod
     def end(self, reason: str) -> None:
-        """End the run after this instant, of which all is taken still; from within the simulation, as a sink may.
+        """End the run after the current instant, from within the simulation, such as from a sink.
 
         Args:
             reason: The message in the results of the active goals, and in the messages to clients.
         """
+        self._end(reason)
 
     @abstractmethod
     def close(self) -> None:
         """End all goals and clients."""
 
     def _act(self, disturbance: Disturbance) -> None:
-        """Carry a disturbance out; in the simulation's thread, at the end of an instant."""
+        """Carry out a disturbance, in the simulation's thread at the end of an instant."""
         match disturbance.disturbance:
             case "controller_killed":
                 self._kill(disturbance.restart_after)
@@ -201,12 +205,12 @@ class Trial(ABC):
     @property
     @abstractmethod
     def _own_names(self) -> Sequence[str]:
-        """The participants of the first controller."""
+        """The participant names of the first controller."""
 
     @abstractmethod
     def _kill(self, restart_after: float | None) -> None:
-        """Kill the first controller, if it runs; it is to be started again after so many seconds, or never."""
+        """Kill the first controller, if it runs; restart it after *restart_after* simulated seconds, if given."""
 
     @abstractmethod
     def _add(self) -> None:
-        """Start the controller once more beside the first, and have time wait for it to join."""
+        """Start the controller a second time beside the first; simulated time waits until it joins."""

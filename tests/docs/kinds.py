@@ -10,7 +10,7 @@ import yaml
 import zenoh
 
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.fault_search.file.reading import read_check
+from hmrsim.fault_search.reading import read_check
 from hmrsim.fault_search.schedule import read_injections
 from hmrsim.properties import check_properties, read_properties
 from hmrsim.settings.file import read_file

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from hmrsim.trials.model import Controller, Identifier, Level, Part
-
-_MAX_COUNT: Final = 10_000_000
-_MEMORY: Final = re.compile(r"(\d+(?:\.\d+)?) ?(kB|MB|GB)")
-_BYTES: Final = {"kB": 10**3, "MB": 10**6, "GB": 10**9}
-
-Count = Annotated[int, Field(strict=True, ge=1, le=_MAX_COUNT)]
-Seconds = Annotated[float, Field(strict=True, gt=0, le=1e9)]
+from hmrsim.trials import model
+from hmrsim.trials.model import Controller, Count, Identifier, Level, Part, Seconds
 
 
 class Range(Part):
-    """A factor that takes any number between two; only a Latin hypercube draws from it.
+    """A factor with any number in a range; only a Latin hypercube draws from it.
 
     Attributes:
-        low: The least.
-        high: The greatest.
-        whole: Whether it takes whole numbers only.
+        low: The minimum.
+        high: The maximum.
+        whole: Whether it has whole numbers only.
     """
 
     low: float
@@ -38,11 +31,11 @@ class Range(Part):
 
 
 class Design(Part):
-    """Which combinations of levels are run; one of the fields.
+    """The combinations of levels to run, by one of the fields.
 
     Attributes:
-        latin_hypercube: So many scenarios, in which each factor takes each part of its range as often.
-        list: The scenarios themselves: rows of a table, or its file, whose columns are factors.
+        latin_hypercube: The number of scenarios, in which each factor takes each part of its range equally often.
+        list: The scenarios: the rows of a table, or its file, whose columns are factors.
     """
 
     latin_hypercube: Count | None = None
@@ -56,20 +49,20 @@ class Design(Part):
 
 
 class Treatment(Controller):
-    """What is compared: a controller, and maybe changes of the world that belong to it.
+    """A treatment to compare: a controller, perhaps with changes of the world.
 
     Attributes:
-        overlay: Laid over the world for this treatment alone, after all others.
+        overlay: The overlay of the world for this treatment, applied after all others.
     """
 
     overlay: dict[str, Any] = Field({})
 
 
 class Variant(Part):
-    """Changes that are chosen on the command line; all keys but *set* are those of an overlay.
+    """Changes to choose on the command line; all keys except *set* are those of an overlay.
 
     Attributes:
-        set: Parameters of all controllers, in place of those of the same names.
+        set: Parameters of all controllers, which replace those with the same names.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -78,14 +71,15 @@ class Variant(Part):
 
 
 class Until(Part):
-    """When enough replications were run.
+    """The condition that ends the replications.
 
     Attributes:
         measure: The measure whose mean has to be known.
-        relative_error: Half the width of its confidence interval, as a share of the mean.
-        error: The same of a measure of yes and no, as a share of 1.
-        decided: Whether to go on until each treatment is known to be better or worse than the first one, or equivalent.
-        confidence: Of the interval, or of all verdicts together.
+        relative_error: The half-width of its confidence interval, as a share of the mean.
+        error: The half-width for a measure of yes and no, as a share of 1.
+        decided: Whether to continue until each treatment is known to be better or worse than the first one, or
+            equivalent.
+        confidence: The confidence of the interval, or of all verdicts together.
     """
 
     measure: Identifier
@@ -106,12 +100,12 @@ def _replications(value: Any) -> Any:
 
 
 class Replications(Part):
-    """How often each scenario is run with each treatment, each time under another seed.
+    """The number of runs of each scenario with each treatment, each with another seed.
 
     Attributes:
-        min: At least.
-        max: At most.
-        until: When that is enough; None for always *max*.
+        min: The minimum.
+        max: The maximum.
+        until: The condition to stop before *max*; None for none.
     """
 
     min: Count = 1
@@ -125,48 +119,35 @@ class Replications(Part):
         return self
 
 
-def _bytes(value: Any) -> Any:
-    match = _MEMORY.fullmatch(value) if isinstance(value, str) else None
-    return int(float(match[1]) * _BYTES[match[2]]) if match else value
-
-
-Memory = Annotated[int, BeforeValidator(_bytes), Field(strict=True, ge=10**6)]
-"""Bytes; in a file also 500 MB or 1 GB."""
-
-
-class Limits(Part):
-    """What a run may take.
+class Limits(model.Limits):
+    """The limits of a run.
 
     Attributes:
-        simulated: Seconds of simulated time, after which it ends as ``timeout``.
-        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
-        processor: Seconds of processor time; as many as *wall* if left out.
-        memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
+        simulated: Seconds of simulated time after which the run ends as ``timeout``.
+        wall: Wall seconds in which the run waits: in which it computes nothing, and could not.
     """
 
     simulated: Seconds = 3600.0
     wall: Seconds = 300.0
-    processor: Seconds | None = None
-    memory: Memory | None = None
 
 
 class Ending(Part):
-    """When a run ends, judged by the simulator; all of what is said must hold.
+    """A condition that ends a run, judged by the simulator; all its fields must hold.
 
     The names in *item*, *robot*, *at* and *where* may be values that the controller has reported by `end_run`, such as
-    ``${reported.executor}``; until it has reported them, nothing holds.
+    ``${reported.executor}``; the condition does not hold before it has reported them.
 
     Attributes:
-        item: An item is *at* a place; *carried* says whether a robot holds it.
-        robot: A robot is *at* a place.
+        item: The item that has to be *at* a place.
+        robot: The robot that has to be *at* a place.
         at: The name of a place, dock or waypoint.
-        carried: Whether the item is held; None for either.
-        event: An event of this kind comes, with the fields in *where*.
+        carried: Whether a robot has to carry the item; None for either.
+        event: The kind of an event that has to happen, with the fields in *where*.
         where: Fields of the event and their values.
-        reported: A controller has reported this word by `end_run`.
-        orders: ``served``: so many orders were delivered as *count* says, or all that will come.
-        count: How many orders.
-        controller: The controller has ended: ``succeeded`` or ``failed``.
+        reported: The word that a controller has to report by `end_run`.
+        orders: ``served`` if *count* orders, or all that will arrive, have to be delivered.
+        count: The number of orders.
+        controller: The ending that the controller has to have: ``succeeded`` or ``failed``.
     """
 
     item: str | None = None
@@ -182,21 +163,21 @@ class Ending(Part):
 
     @model_validator(mode="after")
     def _one(self) -> Self:
-        said = [name for name in ("item", "robot", "event", "reported", "orders", "controller") if getattr(self, name)]
-        if len(said) != 1:
+        given = [name for name in ("item", "robot", "event", "reported", "orders", "controller") if getattr(self, name)]
+        if len(given) != 1:
             raise ValueError("expected one of item, robot, event, reported, orders and controller")
-        if said[0] in {"item", "robot"} and self.at is None:
-            raise ValueError(f"{said[0]} needs a place: at")
+        if given[0] in {"item", "robot"} and self.at is None:
+            raise ValueError(f"{given[0]} needs a place: at")
         return self
 
 
 class Measure(Part):
-    """What is measured at the end of a run.
+    """A measure of a run at its end.
 
     Attributes:
         value: An expression such as ``end.at`` or ``energy / orders.delivered``.
-        better: Which values are better, for comparisons.
-        margin: Differences of the means up to this count as none; None to find no equivalence.
+        better: The values that are better, for comparisons.
+        margin: Differences of the means up to this count as equivalent; None if no means are equivalent.
         relative: Whether *margin* is a share of the first treatment's mean.
     """
 
@@ -211,11 +192,11 @@ def _measure(value: Any) -> Any:
 
 
 class Keep(Part):
-    """Which files of runs are kept.
+    """The files of runs to keep.
 
     Attributes:
-        traces: Of which runs: ``none``, ``failed`` or ``all``.
-        coverage: Whether to count what happens to the nodes of trees, in a file for each treatment.
+        traces: The runs whose traces are kept: ``none``, ``failed`` or ``all``.
+        coverage: Whether to write the coverage of trees, in a file for each treatment.
     """
 
     traces: Literal["none", "failed", "all"] = "none"
@@ -223,7 +204,7 @@ class Keep(Part):
 
 
 def _kind(value: Any) -> str:
-    """Return which of two kinds a value is meant as, so that it has the errors of that kind alone."""
+    """Return the tag of the type that a value is validated as, so that it gets the errors of that type alone."""
     return "mapping" if isinstance(value, (dict, Part)) else "other"
 
 

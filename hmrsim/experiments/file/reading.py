@@ -12,7 +12,6 @@ from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.validation import explain
 from hmrsim.errors import ExperimentError, Problem, WorldError
-from hmrsim.experiments.file.designs import DesignFlaw, Levels, scenarios_of
 from hmrsim.experiments.file.model import (
     Design,
     Ending,
@@ -26,7 +25,8 @@ from hmrsim.experiments.file.model import (
     Until,
     Variant,
 )
-from hmrsim.experiments.file.plan import Plan
+from hmrsim.experiments.file.plan import DesignFlaw, Levels, Plan, scenarios_of
+from hmrsim.trials.worlds import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
@@ -50,13 +50,13 @@ RESERVED: Final = (
     *("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause", "at", "wall", "output"),
     *("reported", "fingerprint"),
 )
-"""The columns of results, which no factor and no measure may be called."""
+"""The columns of results, whose names factors and measures can't have."""
 
 _LEVELS: Final = "levels"
 _PARAMETERS: Final = "set"
-"""The key of a variant that is none of its overlay."""
+"""The key of a variant that does not belong to its overlay."""
 _OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "measures")
-"""The keys below which each name stands for itself, so that one that is wrong leaves the others."""
+"""The keys with independent entries, so that an invalid one does not affect the others."""
 
 
 def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
@@ -125,7 +125,7 @@ def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Readin
         for name, treatment in model.treatments.items()
         if treatment.overlay
     }
-    world = _world(model.world, folder)
+    world = source_of(model.world, folder)
     model = _with_parameters(model, chosen)
     plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, world, tuple(chosen), own)
     return Reading(document, plan, document.problems(findings), lost)
@@ -155,14 +155,8 @@ def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFil
     return (model.model_copy(update={"treatments": {}}) if "treatments" in missing else model), lost
 
 
-def _world(source: str, folder: Path) -> str:
-    """Return the path of a world's file, or the name of a shipped world."""
-    beside = folder / source
-    return str(beside) if beside.is_file() or Path(source).suffix else source
-
-
 def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> ExperimentFile:
-    """Return a file whose treatments have the parameters of the variants that were chosen."""
+    """Return a file whose treatments have the parameters of the chosen variants."""
     further = {name: value for variant in variants for name, value in model.variants[variant].set.items()}
     if not further:
         return model
@@ -183,10 +177,10 @@ def _overlay(document: Document, path: tuple[str, ...]) -> Source:
 
 
 def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dict[str, Any]:
-    said = dict(model.tables)
+    named = dict(model.tables)
     if model.levels is not None:
-        said[_LEVELS] = model.levels
-    tables, _, wrong = read_tables(said, folder)
+        named[_LEVELS] = model.levels
+    tables, _, wrong = read_tables(named, folder)
     findings += [
         Finding(each.path if each.path == (_LEVELS,) else ("tables", *each.path), each.message, each.value)
         for each in wrong
@@ -209,7 +203,7 @@ def _scenarios(model: ExperimentFile, folder: Path, findings: list[Finding]) -> 
 
 
 def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[str]) -> Iterator[Finding]:
-    """Yield an error for each name that means two things, and for those of what is not there, unless it is *lost*."""
+    """Yield an error for each ambiguous or unknown name, except below keys that are *lost*."""
     seen: dict[str, str] = dict.fromkeys(RESERVED, "a column of the results")
     seen |= dict.fromkeys(tables, "a table")
     for key, names in (("factors", model.factors), ("measures", model.measures)):

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     Flags = NDArray[np.bool_]
 
 MAX_LISTED: Final = 200
-"""Runs without success, and pairs that ended differently, that are listed."""
+"""The maximum of listed runs without success, and of pairs that ended differently."""
 
 _MAX_CAUSES: Final = 20
 _MAX_CAUSE: Final = 300
-"""Characters of a cause, of which those that begin alike are counted as one."""
+"""The number of characters of a cause; causes that begin with the same characters count as one."""
 _MOST: Final = 1e100
 """Larger values have no statistics."""
 _FIXED: Final = (*COLUMNS, "number", "replication", "seed", "ending", "success", "cause")
@@ -35,24 +35,24 @@ _FIXED: Final = (*COLUMNS, "number", "replication", "seed", "ending", "success",
 
 @dataclass(frozen=True)
 class Columns:
-    """The runs in order of their numbers, one value a run in each array.
+    """The runs in order of their numbers, with one value per run in each array.
 
     Attributes:
-        treatments: Their names.
-        endings: Likewise.
-        numbers: The numbers of the runs.
-        scenario: The number of the scenario.
-        treatment: The place of its treatment in *treatments*.
-        replication: From 0.
-        seed: The seed of the world.
-        ending: The place of its ending in *endings*.
+        treatments: The names of the treatments.
+        endings: The names of the endings.
+        numbers: The number of each run.
+        scenario: The number of its scenario.
+        treatment: The index of its treatment in *treatments*.
+        replication: The number of its replication, from 0.
+        seed: The seed of its world.
+        ending: The index of its ending in *endings*.
         success: 1 or 0.
-        factors: The place of the level of each factor in *levels*.
+        factors: The index of the level of each factor in *levels*.
         levels: The levels of each factor.
         measures: The values of each measure; NaN for none.
         squares: The contribution of each run to the squared weights; see `counted`.
         repeated: Whether all replications of its scenario and treatment are the same run.
-        texts: How many runs have a text for a measure.
+        texts: The number of runs with a text for a measure.
         failures: The runs without success.
     """
 
@@ -78,7 +78,7 @@ class Columns:
         return len(self.numbers)
 
     def levels_of(self, run: int) -> dict[str, Any]:
-        """Return the level of each factor in a run, which its place says."""
+        """Return the level of each factor in the run with an index."""
         return {name: self.levels[name][codes[run]] for name, codes in self.factors.items()}
 
 
@@ -93,7 +93,7 @@ class _Names:
 
 
 def columns_of(results: Results) -> Columns:
-    """Return the columns of an experiment's runs, as they are now."""
+    """Return the columns of the runs that have a result now."""
     about = results.about
     measures, factors = [*about["measures"]], [*about["factors"]]
     treatments = {name: number for number, name in enumerate(about["treatments"])}
@@ -148,7 +148,7 @@ def columns_of(results: Results) -> Columns:
 
 
 class _Failing:
-    """The runs without success, as they come."""
+    """Collects the runs without success."""
 
     def __init__(self, factors: Sequence[str]) -> None:
         self._factors = factors
@@ -161,8 +161,8 @@ class _Failing:
         self._causes[cause] += 1
         self._first.setdefault(cause, row["number"])
         if len(self._runs) < MAX_LISTED:
-            said = {name: row[name] for name in Failure.model_fields if name != "levels"}
-            self._runs.append(Failure(**said, levels={name: row[name] for name in self._factors}))
+            values = {name: row[name] for name in Failure.model_fields if name != "levels"}
+            self._runs.append(Failure(**values, levels={name: row[name] for name in self._factors}))
 
     def all(self) -> Failures:
         causes = tuple(
@@ -173,5 +173,5 @@ class _Failing:
 
 
 def with_success(columns: Columns) -> Mapping[str, Numbers]:
-    """Return the values of all measures, of which success is the first."""
+    """Return the values of success and of all measures, by name."""
     return {"success": columns.success, **columns.measures}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.experiments.contrast import SUCCESS, criterion_of, note_of_failed, withdrawal
 from hmrsim.experiments.report.columns import MAX_LISTED
-from hmrsim.experiments.report.model import Change, Comparison, Estimate, Pair, Verdict
+from hmrsim.experiments.report.model import Change, Comparison, Pair, Verdict, estimate_of
 from hmrsim.experiments.results.repeats import about_means, note_of_pairs, pairs_that_count
 from hmrsim.experiments.statistics.summaries import arrays
 from hmrsim.experiments.statistics.verdicts import compare
@@ -22,16 +22,18 @@ ALPHA: Final = 0.05
 """The probability that any verdict is false."""
 
 MAX_PAIRS: Final = 50_000
-"""Pairs that are compared, the first ones: a verdict on more takes seconds, and hardly ever is another one."""
+"""The number of pairs that are compared: a verdict on more takes seconds, and is hardly ever different."""
 
 _MAX_CHANGES: Final = 20
 
 
 class _Paired(NamedTuple):
-    """The places of the runs of the first treatment and of the other one that belong together, in order.
+    """The pairs of runs of the first treatment and another one, in order.
 
     Attributes:
-        alone: How many runs of either have no counterpart.
+        first: The indices of the runs of the first treatment.
+        other: The indices of the runs of the other treatment.
+        alone: The number of runs of either without a counterpart.
         cells: The scenario and the replication of each pair.
         repeated: Whether its two runs are the same in all replications.
     """
@@ -46,9 +48,8 @@ class _Paired(NamedTuple):
 def comparisons_of(columns: Columns, about: Mapping[str, Any]) -> tuple[Comparison, ...]:
     """Return the comparisons of all treatments with the first one.
 
-    All verdicts together are true with probability 1 - `ALPHA`, of which each gets a share. If the experiment ran until
-    a measure was decided, the verdicts on this measure use the confidence of its file, so that they are the same
-    as when it stopped.
+    All verdicts together are true with probability 1 - `ALPHA`. If the experiment ran until a measure was decided, the
+    verdicts on this measure use the confidence in its file, so that they are the same as when it stopped.
     """
     return tuple(_comparison(columns, about, other) for other in range(1, len(columns.treatments)))
 
@@ -68,12 +69,12 @@ def _comparison(columns: Columns, about: Mapping[str, Any], other: int) -> Compa
         criterion = replace(criterion, alpha=alphas[name] * share)
         failed = columns.success[paired.first] * columns.success[paired.other] == 0
         failed &= ~np.isnan(values[paired.first] + values[paired.other])
-        told = [*_notes(name, known, one, criterion), *note_of_failed(name, int(failed.sum()), len(failed))]
+        remarks = [*_notes(name, known, one, criterion), *note_of_failed(name, int(failed.sum()), len(failed))]
         if criterion.relative and (one[known] < 0).any():
             criterion = replace(criterion, margin=None, relative=False)
         found = compare(one[known][:MAX_PAIRS].tolist(), two[known][:MAX_PAIRS].tolist(), criterion)
         verdicts[name] = _verdict(found, criterion)
-        notes += [*told, *([f"{name}: {withdrawal(found)}"] if found.withdrawn else [])]
+        notes += [*remarks, *([f"{name}: {withdrawal(found)}"] if found.withdrawn else [])]
     differing = columns.ending[paired.first] != columns.ending[paired.other]
     runs = zip(paired.first[differing][:MAX_LISTED], paired.other[differing][:MAX_LISTED], strict=True)
     return Comparison(
@@ -102,11 +103,11 @@ def _alphas(about: Mapping[str, Any]) -> dict[str, float]:
 def _paired(columns: Columns, other: int) -> _Paired:
     np = arrays()
     places = [np.flatnonzero(columns.treatment == each) for each in (0, other)]
-    # The runs of a scenario and a replication are numbered one after the other.
+    # The runs of a scenario and a replication have consecutive numbers.
     cells = [columns.numbers[each] // len(columns.treatments) for each in places]
     both, first, second = np.intersect1d(*cells, assume_unique=True, return_indices=True)
     alone = len(places[0]) - len(both), len(places[1]) - len(both)
-    # As `contrast` reads them: not level by level, as the design has them.
+    # In the order of `contrast`, and not level by level as in the design.
     order = np.lexsort((columns.seed[places[0][first]], columns.replication[places[0][first]]))
     one, two = places[0][first][order], places[1][second][order]
     cells = [*zip(columns.scenario[one].tolist(), columns.replication[one].tolist(), strict=True)]
@@ -114,7 +115,7 @@ def _paired(columns: Columns, other: int) -> _Paired:
 
 
 def _values(values: Numbers, groups: Sequence[Codes]) -> Numbers:
-    """Return the means of some groups of values."""
+    """Return the mean of each group of values."""
     np = arrays()
     if all(len(group) == 1 for group in groups):
         alone: Numbers = values[np.asarray([int(group[0]) for group in groups], np.int64)]
@@ -124,11 +125,10 @@ def _values(values: Numbers, groups: Sequence[Codes]) -> Numbers:
 
 
 def _verdict(found: Compared, criterion: Criterion) -> Verdict:
-    bounds = found.difference
     return Verdict(
         verdict=found.verdict,
         decided_after=found.decided_after,
-        difference=Estimate(estimate=bounds.estimate, low=bounds.low, high=bounds.high, n=bounds.n),
+        difference=estimate_of(found.difference),
         differing=found.differing,
         alpha=criterion.alpha,
         margin=criterion.margin,
@@ -147,7 +147,7 @@ def _notes(name: str, known: Any, one: Numbers, criterion: Criterion) -> Iterato
 
 
 def _changes(columns: Columns, first: Codes, other: Codes) -> tuple[Change, ...]:
-    """Return how often which two endings belong together, the most frequent first."""
+    """Return the pairs of endings with their counts, the most frequent first."""
     endings = columns.endings
     codes = columns.ending[first] * len(endings) + columns.ending[other]
     found, counts = arrays().unique(codes, return_counts=True)

@@ -1,7 +1,7 @@
 """The effects of factors on each measure, and their interactions. The treatment counts as a factor.
 
-The values are those of `hmrsim.experiments.statistics.main_effects` and `interactions`, made from counts and sums by
-level, which takes a hundredth of the time.
+The values are those of `hmrsim.experiments.statistics.main_effects` and `interactions`, but computed from counts and
+sums by level, which is a hundred times faster.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ TREATMENT: Final = "treatment"
 """The name of the treatment among the factors."""
 
 MAX_INTERACTIONS: Final = 5
-"""Pairs of factors whose interactions are told."""
+"""The maximum number of pairs of factors whose interactions are reported."""
 
 _MAX_LEVELS: Final = 12
-"""Numbers of more levels are put into bands."""
+"""The levels of a numeric factor with more levels are put into bands."""
 _BANDS: Final = 5
 _MAX_TEXTS: Final = 50
 _BALANCE: Final = 0.1
-"""The share by which runs at two levels may be more or fewer than if factors were independent of each other."""
+"""The share by which the number of runs at two levels may differ from that of independent factors."""
 _MAX_PAIRS: Final = 5
-"""Pairs of factors that a note names."""
+"""The maximum number of pairs of factors in a note."""
 _NOTHING: Final = 1e-9
-"""Of the spread of the values: effects below this come from rounding."""
+"""Effects below this share of the spread of the values come from rounding."""
 
 
 class _Factor(NamedTuple):
-    """A factor: the names of its levels, and the place of its level for each run."""
+    """A factor: the names of its levels, and the index of its level for each run."""
 
     name: str
     levels: Sequence[str]
@@ -83,7 +83,7 @@ def _factors(columns: Columns, notes: list[str]) -> Iterator[_Factor]:
 
 
 def _banded(name: str, levels: Sequence[float], codes: Codes) -> _Factor:
-    """Return a factor whose levels are bands with as many levels each."""
+    """Return a factor whose levels are bands of equally many levels."""
     np = arrays()
     ordered = sorted(levels)
     parts = [each.tolist() for each in np.array_split(np.asarray(ordered, float), _BANDS)]
@@ -92,7 +92,7 @@ def _banded(name: str, levels: Sequence[float], codes: Codes) -> _Factor:
 
 
 def _together(factors: Sequence[_Factor], notes: list[str]) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of factors of which all levels occur together; note those that do not, or not equally often."""
+    """Yield the pairs of factors whose levels all occur together; note the others, and those that occur unevenly."""
     missing, uneven = [], []
     for one, other in itertools.combinations(range(len(factors)), 2):
         counts = _counts(factors[one], factors[other])
@@ -125,7 +125,7 @@ def _counts(one: _Factor, other: _Factor) -> Any:
 
 
 class _Cells(NamedTuple):
-    """Count, mean and sum of squared distances from the mean, by level, and as how many runs they count."""
+    """Count, mean, sum of squared distances from the mean, and effective number of runs, by level."""
 
     counts: Codes
     means: Numbers
@@ -179,13 +179,13 @@ def _effects(
         beyond = arrays().where(cells.counts > 0, abs(cells.means - expected), 0.0)
         cell = int(beyond.argmax())
         if beyond[cell] > least:
-            said = Interaction(
+            interaction = Interaction(
                 factors=(first.name, second.name),
                 levels=(first.levels[cell // width], second.levels[cell % width]),
                 mean=cells.mean(cell, shares=shares),
                 expected=float(expected[cell]),
             )
-            found.append((float(beyond[cell]), said))
+            found.append((float(beyond[cell]), interaction))
     found.sort(key=lambda each: -each[0])
-    largest = tuple(said for _, said in found[:MAX_INTERACTIONS])
+    largest = tuple(interaction for _, interaction in found[:MAX_INTERACTIONS])
     return Effects(mean=mean, levels=tuple(levels), interactions=largest, notes=tuple(notes))

@@ -19,7 +19,7 @@ from hmrsim.report.html import UNKNOWN, page_around, part, templates
 if TYPE_CHECKING:
     from hmrsim.experiments.report.model import Comparison, Ending, Estimate, Point, Summary, Treatment
 
-_COLOURS: Final = {"timeout": "waiting", "failed": "fault"}
+_COLORS: Final = {"timeout": "waiting", "failed": "fault"}
 _BROKEN: Final = ("crashed", "hung", "deadlock", "out_of_memory", "died", "error")
 _SUCCESSES: Final = ("succeeded", "charger")
 _OTHERS: Final = ("busy", "lift", "ahead", "door", "idle")
@@ -28,7 +28,7 @@ _LEAST, _MOST = 1e-4, 1e9
 
 
 def figure(value: float | None, *, sign: bool = False, digits: int = 4) -> str:
-    """Return a number with some significant digits, or with all before the point; *sign* shows a plus, too."""
+    """Return a number with some significant digits, or all digits before the point; *sign* adds a plus sign."""
     if value is None:
         return UNKNOWN
     plus = "+" if sign and value > 0 else ""
@@ -83,11 +83,11 @@ class _Effects(NamedTuple):
 
 
 def page_of(summary: Summary, folder: str) -> str:
-    """Return the page.
+    """Return the report of an experiment as a self-contained page.
 
     Args:
         summary: The summary of the results.
-        folder: The folder of the results, as a command line has it.
+        folder: The folder of the results, as on a command line.
     """
     environment = templates(__package__)
     environment.filters |= {
@@ -111,7 +111,7 @@ def page_of(summary: Summary, folder: str) -> str:
             "treatments": ["treatment", "#runs", *(f"#{name}" for name in summary.measures)],
             "endings": ["treatment", "share of runs", *(f"#{ending.name}" for ending in summary.endings)],
         },
-        colours=_colours(summary.endings),
+        colors=_colors(summary.endings),
         undecided=sum(each.verdict == "undecided" for one in summary.comparisons for each in one.measures.values()),
         verdicts=sum(len(one.measures) for one in summary.comparisons),
     )
@@ -200,15 +200,15 @@ def _effects(summary: Summary, name: str) -> _Effects:
     return _Effects([*map(_svg, charts)], [*map(_svg, both)])
 
 
-def _colours(endings: Sequence[Ending]) -> dict[str, str]:
-    """Return the colour of each ending, as the name of a variable of the style."""
+def _colors(endings: Sequence[Ending]) -> dict[str, str]:
+    """Return the color of each ending, as the name of a style variable."""
     found: dict[str, str] = {}
     good, other = iter(_SUCCESSES), 0
     for ending in endings:
         if ending.success:
             found[ending.name] = next(good, _SUCCESSES[-1])
-        elif ending.name in _COLOURS or ending.name in _BROKEN:
-            found[ending.name] = _COLOURS.get(ending.name, "item")
+        elif ending.name in _COLORS or ending.name in _BROKEN:
+            found[ending.name] = _COLORS.get(ending.name, "item")
         else:
             found[ending.name] = _OTHERS[other % len(_OTHERS)]
             other += 1
@@ -220,7 +220,7 @@ _BAR: Final = 24.0
 _BARS: Final = 100.0
 _PLOT: Final = (300.0, 100.0)
 _SETTLED: Final = 0.2
-"""The share of replications after which a running mean sets the scale: single runs may be anywhere."""
+"""The share of replications after which a running mean sets the scale, since single runs scatter widely."""
 _MOST_TICKS: Final = 6
 
 
@@ -231,7 +231,7 @@ class Axis(NamedTuple):
     high: float
 
     def share(self, value: float) -> float:
-        """Return where a value is, from 0 to 1; it is at an end if it is beyond."""
+        """Return the position of a value from 0 to 1; values outside the range are at its ends."""
         return min(1.0, max(0.0, (value - self.low) / (self.high - self.low)))
 
 
@@ -243,7 +243,7 @@ class Tick(NamedTuple):
 
 
 def axis_of(values: Iterable[float | None], *, room: float = 0.06) -> Axis:
-    """Return an axis on which all values are, with some room at its ends."""
+    """Return an axis that has all values, with some room at its ends."""
     known = [value for value in values if value is not None]
     low, high = (min(known), max(known)) if known else (0.0, 1.0)
     pad = (high - low) * room or abs(high) * room or 1.0
@@ -280,8 +280,8 @@ def interval_chart(
         estimate: The interval.
         axis: The range of the chart.
         label: The description for screen readers.
-        line: Where an upright line is, such as at no difference.
-        margin: How far to both sides of the line differences do not matter.
+        line: The value of a vertical line, such as no difference.
+        margin: The distance from the line within which differences do not matter.
     """
     if estimate.estimate is None:
         return ""
@@ -300,13 +300,13 @@ def interval_chart(
         parts.append(
             element("path", class_="reach", d=f"M{number(x(estimate.low))} {middle}H{number(x(estimate.high))}")
         )
-    # A line without length has round ends, which stay round however the picture is stretched.
+    # A line of length 0 has round ends, which stay round even if the picture is stretched.
     parts.append(element("path", class_="point", d=f"M{number(x(estimate.estimate))} {middle}h0"))
     return picture(parts, label, _WIDTH, _BAR)
 
 
 def histogram_chart(edges: Sequence[float], counts: Sequence[int], most: float, label: str) -> str:
-    """Return a histogram as SVG; *most* is the share of runs that its full height stands for."""
+    """Return a histogram as SVG, whose full height is the share *most* of the runs."""
     total = sum(counts)
     first, span = edges[0], edges[-1] - edges[0]
     parts = []
@@ -321,7 +321,7 @@ def histogram_chart(edges: Sequence[float], counts: Sequence[int], most: float, 
 
 
 def running_axis(curves: Iterable[Sequence[Point]]) -> Axis:
-    """Return the axis of running means: that of what they have settled to."""
+    """Return the axis of running means, by the values to which they have settled."""
     return axis_of(_settled(curves))
 
 
@@ -337,7 +337,7 @@ def running_chart(points: Sequence[Point], axis: Axis, last: int, label: str) ->
     width, height = _PLOT
 
     def at(point: Point, value: float) -> tuple[float, float]:
-        # What is beyond the axis is cut off by the picture.
+        # The picture clips values outside the axis.
         y = height * (1 - (value - axis.low) / (axis.high - axis.low))
         return (point.replications - 1) / max(1, last - 1) * width, min(10 * height, max(-10 * height, y))
 

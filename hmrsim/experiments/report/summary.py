@@ -112,12 +112,12 @@ _MOST_BINS: Final = 40
 
 
 def treatments_of(columns: Columns) -> tuple[Treatment, ...]:
-    """Return all treatments, also those without a run."""
+    """Return all treatments, including those without a run."""
     return tuple(_treatment(columns, number) for number in range(len(columns.treatments)))
 
 
 def endings_of(columns: Columns) -> tuple[Ending, ...]:
-    """Return how the runs ended."""
+    """Return the endings of the runs."""
     np = arrays()
     size = len(columns.endings)
     counts = np.bincount(columns.ending, minlength=size).tolist()
@@ -143,7 +143,7 @@ def _treatment(columns: Columns, number: int) -> Treatment:
 
 
 def _count(columns: Columns, chosen: Flags) -> int:
-    """Return as how many runs some count."""
+    """Return the effective number of the chosen runs."""
     return counted(int(chosen.sum()), float(columns.squares[chosen].sum()))
 
 
@@ -164,7 +164,7 @@ def _column(columns: Columns, chosen: Flags, values: Numbers) -> Column:
 
 
 def histograms_of(columns: Columns) -> dict[str, Histogram]:
-    """Return the histograms of the measures that have values; those of all treatments have the same edges."""
+    """Return the histograms of the measures that have values, with the same edges for all treatments."""
     np = arrays()
     found = {}
     for name, values in columns.measures.items():
@@ -180,7 +180,7 @@ def histograms_of(columns: Columns) -> dict[str, Histogram]:
 
 
 def _edges(values: Numbers) -> list[float]:
-    """Return the edges of bins: one for each whole number if they are few, else by the rule of Freedman and Diaconis.
+    """Return the edges of bins: a bin for each of a few whole numbers, else by the rule of Freedman and Diaconis.
 
     Source: Freedman and Diaconis, On the histogram as a density estimator: L2 theory, Zeitschrift für
     Wahrscheinlichkeitstheorie und verwandte Gebiete 57 (1981): bins as wide as 2 IQR / ∛n.
@@ -203,7 +203,7 @@ _MAX_POINTS: Final = 120
 
 
 def running_of(columns: Columns) -> dict[str, dict[str, tuple[Point, ...]]]:
-    """Return the running means of each measure that has values, by treatment; nothing of a single replication."""
+    """Return the running means of each measure that has values, by treatment; nothing for a single replication."""
     if not len(columns) or not columns.replication.any():
         return {}
     np = arrays()
@@ -220,14 +220,14 @@ def running_of(columns: Columns) -> dict[str, dict[str, tuple[Point, ...]]]:
 
 
 def _points(columns: Columns, chosen: Flags, measured: Numbers, *, shares: bool) -> Iterator[Point]:
-    """Yield the means of some runs with their intervals; they are Student's, or Wilson's of shares."""
+    """Yield the running means of the chosen runs with Student's intervals, or Wilson's for shares."""
     np = arrays()
     values, replications, squares = measured[chosen], columns.replication[chosen], columns.squares[chosen]
     ends = np.flatnonzero(np.diff(replications, append=replications[-1] + 1))
     if len(ends) > _MAX_POINTS:
         ends = ends[np.unique(np.linspace(0, len(ends) - 1, _MAX_POINTS).round().astype(int))]
     counts = ends + 1
-    # Sums of squares are those of distances from the mean of all, so that they lose no digits.
+    # Squares of distances from the mean of all runs lose no digits.
     middle = float(values.mean())
     sums = np.cumsum(values - middle)[ends]
     spreads = np.maximum(np.cumsum((values - middle) ** 2)[ends] - sums**2 / counts, 0.0) / counts

@@ -1,4 +1,4 @@
-"""Runs that are the same run: replications of what leaves nothing to chance count once."""
+"""Repeated runs: replications without any randomness are the same run, and count once."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Criterion
 
 COLUMNS: Final = ("scenario", "treatment", "fingerprint")
-"""The columns of results that say which runs are the same."""
+"""The columns of results that identify repeated runs."""
 
 Cell = tuple[int, str]
-"""A scenario and a treatment: what is run once for each replication."""
+"""A scenario and a treatment, which have one run per replication."""
 
 
 class Repeats:
-    """Knows which runs repeat others.
+    """Finds the runs that repeat others.
 
-    The replications of a scenario and a treatment are the same run if the simulator has drawn a random number in none
-    of them, and all came out the same. One that differs shows that something else leaves them to chance, such as the
-    controller; then each counts, also those that are alike.
+    The replications of a scenario and a treatment are the same run if the simulator drew no random number in any of
+    them, and all have the same result. If one differs, something else is random, such as the controller; then each
+    counts, even if its result is equal to another.
     """
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Repeats:
 
     @classmethod
     def of(cls, rows: Iterable[Mapping[str, Any]]) -> Repeats:
-        """Return those among some runs, by their `COLUMNS`."""
+        """Return the repeats among runs, of which at least the `COLUMNS` are given."""
         repeats = cls()
         for row in rows:
             repeats.note(cell_of(row), row["fingerprint"])
@@ -48,11 +48,11 @@ class Repeats:
             self._fingerprints[cell] = ""
 
     def repeats(self, cell: Cell) -> bool:
-        """Return whether there are several runs of a scenario and a treatment, and all are the same."""
+        """Return whether a scenario and a treatment have several runs, which are all the same."""
         return self._counts[cell] > 1 and bool(self._fingerprints[cell])
 
     def weighed(self, rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], int]]:
-        """Yield each of some runs with what it adds to the squares of the weights; see `counted`."""
+        """Yield each run with its contribution to the squared weights; see `counted`."""
         seen: Counter[Cell] = Counter()
         for row in rows:
             cell = cell_of(row)
@@ -71,22 +71,22 @@ def counted(n: float, squares: float) -> int:
     Source: Kish, Survey Sampling (1965), section 11.7.
 
     Args:
-        n: How many there are.
-        squares: The sum of what each of them adds; see `Repeats.weighed`.
+        n: The number of runs.
+        squares: The sum of the squared weights; see `Repeats.weighed`.
     """
     return math.floor(n * n / squares + 1e-9) if squares else 0
 
 
 def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool]) -> list[list[int]]:
-    """Return which pairs of two treatments are one value together, by their places: the mean of theirs.
+    """Return the groups of pairs, by index, that count as one value each, which is the mean of the group.
 
-    If none is repeated, each is a value, and if all are, the first one of each scenario is. If only some are, the
-    others can't stand alone, as the scenarios that leave more to chance would have more weight than the others: each
-    replication of all scenarios is one value. A pair that is repeated belongs to all replications.
+    If no pair is repeated, each is a value; if all are, the first pair of each scenario is. If only some are, each
+    replication of all scenarios is one value, since otherwise scenarios with more randomness would have more weight. A
+    repeated pair belongs to all replications.
 
     Args:
-        cells: The scenario and the replication of each pair, in the order in which they are read.
-        repeated: Whether both runs of the pair are the same in all replications.
+        cells: The scenario and the replication of each pair.
+        repeated: Whether both runs of each pair are the same in all replications.
     """
     if not any(repeated):
         return [[place] for place in range(len(cells))]
@@ -104,10 +104,7 @@ def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool])
 
 
 def about_means(criterion: Criterion, groups: Iterable[Sized]) -> Criterion:
-    """Return what is asked about the values of some groups of pairs: means of several are no yes or no.
-
-    Also if all of them are 0 or 1, for the time being.
-    """
+    """Return the criterion for groups of pairs: means of several values are not yes or no, even if all are 0 or 1."""
     return replace(criterion, yes_no=False) if any(len(group) > 1 for group in groups) else criterion
 
 
@@ -117,14 +114,14 @@ def cell_of(row: Mapping[str, Any]) -> Cell:
 
 
 def note_of(runs: int, count: int) -> str:
-    """Return in words that some runs count as fewer; "" if none repeats another."""
+    """Return a remark that runs count as fewer since some repeat others; "" if none does."""
     if count == runs:
         return ""
     return f"{runs:,} runs count as {count:,}, as the others repeat them: nothing was left to chance in these"
 
 
 def note_of_pairs(pairs: int, repeated: Sequence[bool], values: int) -> Iterator[str]:
-    """Yield in words how many of some pairs are compared, if they are not all."""
+    """Yield a remark if the pairs count as fewer values."""
     if values == pairs:
         return
     if all(repeated):
@@ -137,16 +134,16 @@ def note_of_pairs(pairs: int, repeated: Sequence[bool], values: int) -> Iterator
 
 
 _HEADER: Final = '"kind":"header"'
-"""What the lines of a trace have that say the seed."""
+"""The text that identifies the lines of a trace with the seed."""
 _GOAL_ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
-"""Ids of goals depend on the seed, and on nothing else that differs between replications."""
+"""The ids of goals, which differ between replications only because of the seed."""
 
 
 def fingerprint_of(trace: str, *result: object) -> str:
-    """Return a text that is the same for two runs if they differ in nothing but the seed and the ids of goals.
+    """Return a text that is equal for two runs if they differ only in the seed and the ids of goals.
 
-    It says whether a controller draws random numbers itself: then its runs differ. Whether the simulator has drawn
-    any has to be known besides, as runs may be equal by chance.
+    It differs if a controller draws random numbers itself. Runs in which the simulator drew random numbers may be equal
+    by chance, so they need no fingerprint.
 
     Args:
         trace: The trace of the run.

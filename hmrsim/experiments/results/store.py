@@ -1,4 +1,4 @@
-"""The file of results: a table of runs, and what they are results of."""
+"""The results of an experiment in one SQLite file: a table of runs, and a description of the experiment."""
 
 from __future__ import annotations
 
@@ -56,20 +56,20 @@ class Row:
     """The result of a run.
 
     Attributes:
-        run: Which one.
-        ending: How it has ended: one of the file's labels, ``succeeded`` or ``failed`` as the controller says, or one
-            of this module's.
+        run: The run.
+        ending: Its ending: a label of the file, ``succeeded`` or ``failed`` by the controller, or another one of
+            `hmrsim.trials.trial`.
         cause: Details that the ending lacks, such as an error. May be empty.
         success: Whether it counts as a success.
-        at: When it ended, in simulated seconds; None if it did not begin.
-        wall: Wall seconds that it took.
-        measures: The measures, by name; None where one has no value.
+        at: The time of its end, in simulated seconds; None if it did not begin.
+        wall: The wall seconds that it took.
+        measures: The measures, by name; None for a missing value.
         reported: The values that controllers have reported.
         output: The last lines that the controller printed.
-        trace: The trace, if it is to be kept.
-        fingerprint: The same as that of another replication if both are the same run; empty if the simulator has drawn
-            random numbers, or there is one replication only.
-        coverage: The packed coverage of its trees, if it is to be kept.
+        trace: The trace, if it is kept.
+        fingerprint: Equal to that of another replication if both are the same run; empty if the simulator drew random
+            numbers, or there is only one replication.
+        coverage: The packed coverage of its trees, if it is kept.
     """
 
     run: Run
@@ -87,7 +87,7 @@ class Row:
 
 
 class Results:
-    """The results of an experiment: a folder with one SQLite file, of which one process at a time adds rows.
+    """The results of an experiment: a folder with one SQLite file, to which one process at a time adds rows.
 
     Args:
         folder: The folder.
@@ -120,7 +120,7 @@ class Results:
 
     @classmethod
     def create(cls, folder: Path, plan: Plan) -> Results:
-        """Return the results of a plan, those that there are if it was begun.
+        """Return the results of a plan, with the existing rows if it was started before.
 
         Raises:
             ResultsError: The folder has results of another experiment.
@@ -157,7 +157,7 @@ class Results:
         return cls(folder)
 
     def changed(self, plan: Plan) -> str:
-        """Return what has been changed since the first run, of the world and the files of controllers; "" if nothing.
+        """Return the world or the file of a controller that has changed since the first run; "" if none has.
 
         The imports of these files are not included.
         """
@@ -175,7 +175,7 @@ class Results:
         self.close()
 
     def close(self) -> None:
-        """Close the file; what is asked afterwards is an error."""
+        """Close the file; later queries raise an error."""
         self._db.close()
 
     @contextmanager
@@ -183,7 +183,7 @@ class Results:
         """Keep other processes from adding rows.
 
         Raises:
-            ResultsError: Another one does already.
+            ResultsError: Another process is adding rows.
         """
         with self._lock() as lock:
             try:
@@ -195,7 +195,7 @@ class Results:
             yield
 
     def _lock(self) -> IO[bytes]:
-        """Return the file whose lock is taken; a link there is not followed, as its target would be emptied.
+        """Return the lock file, without following a link, whose target would be emptied.
 
         Raises:
             ResultsError: It can't be opened.
@@ -207,15 +207,15 @@ class Results:
             raise ResultsError(f"{path}: can't be opened for writing: {reason_of(error)}") from None
 
     def add(self, plan: Plan, rows: Iterable[Row], coverages: Mapping[str, bytes] = _NOTHING) -> None:
-        """Add the results of some runs, all or none of them.
+        """Add the results of runs, all or none of them.
 
         Args:
             plan: The experiment.
             rows: The results.
-            coverages: The coverage of the trees with these runs, by treatment, if it is kept.
+            coverages: The coverage of the trees including these runs, by treatment, if it is kept.
 
         Raises:
-            WriteError: They can't be written, as on a full disk.
+            WriteError: They can't be written, for example on a full disk.
         """
         names = [*_columns(plan)]
         insert = f"INSERT INTO runs VALUES ({', '.join('?' * len(names))})"  # noqa: S608 - question marks
@@ -254,7 +254,7 @@ class Results:
         }
 
     def _keep(self, row: Row) -> str:
-        """Keep a trace; return why that is impossible, or ""."""
+        """Write the trace of a run; return the reason if that fails, else ""."""
         folder = self.folder / TRACES
         path = folder / f"{row.run.number}.jsonl"
         try:
@@ -267,7 +267,7 @@ class Results:
         return ""
 
     def coverages(self) -> dict[str, bytes]:
-        """Return what treatments have covered of their trees, by treatment, as `add` was given it."""
+        """Return the packed coverage of the trees, by treatment."""
         if not self._db.execute("SELECT 1 FROM sqlite_master WHERE name = 'coverage'").fetchone():
             return {}
         return dict(self._db.execute("SELECT treatment, counts FROM coverage ORDER BY treatment"))
@@ -297,7 +297,7 @@ class Results:
             yield dict(zip(names, row, strict=True))
 
     def count(self, by: str) -> dict[Any, int]:
-        """Return how many rows there are by the values of a column."""
+        """Return the number of rows for each value of a column."""
         query = f"SELECT {_quoted(by)}, COUNT(*) FROM runs GROUP BY 1 ORDER BY 2 DESC, 1"  # noqa: S608 - a quoted name
         return dict(self._db.execute(query))
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from hmrsim.experiments.results.store import Results
 
 FORMATS = (".csv", ".json", ".parquet")
-"""What a file's name may end in."""
+"""The supported suffixes of files."""
 
 
 def write_table(results: Results, path: Path) -> None:
@@ -45,14 +45,14 @@ def write_table(results: Results, path: Path) -> None:
 
 
 def write_csv(results: Results, file: TextIO) -> None:
-    """Write all runs as CSV; what has no value is empty."""
+    """Write all runs as CSV, with empty fields for missing values."""
     writer = csv.DictWriter(file, results.columns(), lineterminator="\n")
     writer.writeheader()
     writer.writerows(results.rows())
 
 
 def write_json(results: Results, file: TextIO) -> None:
-    """Write all runs as one JSON list, a run a line."""
+    """Write all runs as one JSON list, with one run per line."""
     begin = "["
     for row in results.rows():
         file.write(f"{begin}\n{json.dumps(_plain(row))}")
@@ -75,19 +75,21 @@ def _write_parquet(results: Results, path: Path) -> None:
 
 
 _RUNS: Final = ""
-"""Stands for all runs among the names of measures."""
+"""The key for all runs among the names of measures."""
 
 
 @dataclass
 class Group:
-    """The runs of a treatment, or of one under certain levels of factors.
+    """The runs of a treatment, or of a treatment at certain levels of factors.
 
     Attributes:
         name: The treatment.
-        endings: How many runs ended in which way.
-        values: The values of each measure, in order of the runs' numbers; without those that have none.
+        runs: The number of runs.
+        successes: The number of successful runs.
+        endings: The number of runs with each ending.
+        values: The values of each measure, in order of the runs' numbers, without missing values.
         levels: The levels of the factors by which the runs are grouped.
-        failed: How many of the values of each measure are of runs without success.
+        failed: The number of values of each measure from runs without success.
     """
 
     name: str
@@ -100,7 +102,7 @@ class Group:
     _squares: Counter[str] = field(default_factory=Counter)
 
     def add(self, row: Mapping[str, Any], square: int) -> None:
-        """Count a run, with all measures that have values here; *square* is that of `Repeats.weighed`."""
+        """Add a run with its measures; *square* is that of `Repeats.weighed`."""
         self.runs += 1
         self.successes += row["success"]
         self.endings[row["ending"]] += 1
@@ -113,7 +115,7 @@ class Group:
 
     @property
     def count(self) -> int:
-        """As how many runs they count, of which some may be the same."""
+        """The effective number of runs, of which some may be the same."""
         return counted(self.runs, self._squares[_RUNS])
 
     def rate(self) -> Interval:
@@ -127,18 +129,18 @@ class Group:
 
 
 def share_of(successes: float, runs: int, count: int) -> Interval:
-    """Return a share of runs with Wilson's interval, as of so many runs as they count."""
+    """Return a share of runs with Wilson's interval for an effective number of runs."""
     return proportion_interval(successes if count == runs else count * (successes / runs), count)
 
 
 def interval_of(values: Sequence[float], count: int) -> Interval:
-    """Return the mean with Student's interval; of a measure that is 0 in some runs and 1 in all others with Wilson's.
+    """Return the mean with Student's interval, or with Wilson's if all values are 0 or 1.
 
-    Student's would reach below 0 or beyond 1 where one of both is rare.
+    Student's interval would reach below 0 or beyond 1 if one of both is rare.
 
     Args:
         values: The values.
-        count: As how many they count; see `counted`.
+        count: Their effective number; see `counted`.
     """
     if {*values} == {0.0, 1.0}:
         return share_of(sum(values), len(values), count)

@@ -1,1 +1,1 @@
-"""Executing runs: one in a worker, many on an executor."""
+"""Runs of an experiment: one run in a worker, and all runs on an executor."""

@@ -1,4 +1,4 @@
-"""A campaign: all runs of an experiment on an executor, even if single runs are lost."""
+"""A campaign: all runs of an experiment on an executor, which continues even if single runs are lost."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison
 
 _TASK_SECONDS: Final = 0.3
-"""Wall seconds that the runs of one task should take: sending a task costs half a millisecond."""
+"""The wall seconds that the runs of one task should take; sending a task costs half a millisecond."""
 _MAX_CHUNK: Final = 64
 _START: Final = 2.0
 """Wall seconds in which workers start."""
 _UNKNOWN: Final = 16
-"""Tasks at once on a cluster whose size is not known."""
+"""The number of concurrent tasks on a cluster of unknown size."""
 
 
 @dataclass
@@ -39,11 +39,11 @@ class Progress:
 
     Attributes:
         done: Runs with a result.
-        expected: The number of runs in total, as far as it is known.
-        made: Runs executed by this process.
-        failed: The number of those without success, by ending.
+        expected: The total number of runs, as far as it is known.
+        made: The number of runs that this process made.
+        failed: The number of these without success, by ending.
         mishap: The first run that crashed, hung or ended by another mishap; None if there is none yet.
-        began: The start, by the monotonic clock.
+        began: The time of the start, by the monotonic clock.
     """
 
     done: int = 0
@@ -69,7 +69,7 @@ class Campaign:
         plan: The experiment.
         results: The store that receives each result.
         make: Creates an executor; called again when one breaks.
-        workers: The number of runs that it executes at once; 0 if unknown.
+        workers: The number of runs that it executes at the same time; 0 if unknown.
         tell: Called whenever there are new results.
 
     Raises:
@@ -108,7 +108,7 @@ class Campaign:
         Raises:
             WriteError: Results can't be written.
             OutputError: The file of a coverage can't be written.
-            ExperimentError: The file has changed meanwhile.
+            ExperimentError: The file has changed during the campaign.
         """
         with self._results.writing(), ExitStack() as ending:
             ending.callback(self._coverages.write)

@@ -1,30 +1,28 @@
-"""One run of an experiment: a trial, and the judge."""
+"""One run of an experiment: a trial, its judge, and its result."""
 
 from __future__ import annotations
 
 import json
-import time
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Final
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Final
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import write_coverage
-from hmrsim.errors import ExperimentError, HmrsimError, Problem
+from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.endings import Judge
 from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.measures import measures_of, needs_report
 from hmrsim.experiments.results.repeats import fingerprint_of
 from hmrsim.experiments.results.store import Row
-from hmrsim.program.users_code import described
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
-from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim.trials.guards import attempt
+from hmrsim.trials.trial import CRASHED, FAILED, SUCCEEDED, TIMEOUT
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
@@ -35,98 +33,86 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.trial import Trial
 
 
-def row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+def _row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, with its trace if it may be kept.
 
     A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
     its environment. *further* makes further sinks, such as one that records the run.
+
+    Raises:
+        HmrsimError: The world is invalid, or the controller can't be started.
+        ValueError: An expression has no value.
     """
-    began = time.perf_counter()
     treatment = plan.treatments[run.treatment]
     coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
     settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
+    traces, several = plan.file.keep.traces, plan.file.replications.max > 1
     judge = Judge(plan.file.ends)
-    try:
-        loaded = plan.world(run.scenario, run.treatment)
-        trace = DeferredTrace(loaded.world, settings)
-        report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
-        trial = trial_of(
-            loaded,
-            settings,
-            treatment,
-            plan.path.parent,
-            names=plan.names(run.scenario),
-            variables={"HMRSIM_RUN": str(run.number)},
-            coverage=coverage,
-            sinks=[trace, judge] if needs_trace(plan) else [judge],
-            watchers=with_report(report, further),
-        )
-    except (HmrsimError, ValueError) as error:
-        return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
-    with trial:
-        simulator = trial.simulator
-        judge.watch(simulator, trial.end)
-        try:
-            ending, cause, output = trial.play()
-        except HmrsimError as error:
-            return Row(run, ERROR, str(error), wall=time.perf_counter() - began)
-        # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
-        if ending == CRASHED and trial.over and treatment.in_process:
-            ending, cause = TIMEOUT, ""
-        elif ending in {SUCCEEDED, FAILED}:
-            if not trial.over:
-                judge.controller_ended(succeeded=ending == SUCCEEDED, now=simulator.now)
-            ending = TIMEOUT
-        judged = bool(judge.label)
-        judge.end(ending, simulator.now)
-        values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
-        row = result_of(plan, run, judge, simulator, values)
-    return replace(
-        with_trace(plan, row, trace, simulator),
-        cause="; ".join(filter(None, ["" if judged else cause, row.cause])),
-        wall=time.perf_counter() - began,
-        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
-        output=output,
-    )
-
-
-def needs_trace(plan: Plan) -> bool:
-    """Return whether the trace of a run may be kept, or compared with those of other replications."""
-    return plan.file.keep.traces != "none" or plan.file.replications.max > 1
-
-
-def with_trace(plan: Plan, row: Row, trace: DeferredTrace, simulator: Simulator) -> Row:
-    """Return the result of a run with its trace, if that is kept, and its fingerprint, if others may have the same."""
-    keeps = plan.file.keep.traces == "all" or (plan.file.keep.traces == "failed" and not row.success)
-    compares = plan.file.replications.max > 1 and not simulator.chance.used
-    text = trace.whole(simulator.now) if keeps or compares else ""
-    result = row.ending, row.at, dict(row.measures), dict(row.reported)
-    return replace(row, trace=text if keeps else "", fingerprint=fingerprint_of(text, *result) if compares else "")
-
-
-def with_report(report: LiveReport | None, further: Watchers) -> Watchers:
-    """Return what makes the sinks of a run: that of its report, if there is one, and further ones."""
+    loaded = plan.world(run.scenario, run.treatment)
+    trace = DeferredTrace(loaded.world, settings)
+    report = LiveReport(loaded.world, settings) if needs_report(plan.file) else None
 
     def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
         return [*([report.sink(simulator)] if report else []), *further(simulator, pacing)]
 
-    return watchers
-
-
-def result_of(plan: Plan, run: Run, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> Row:
-    """Return the result of a run that was judged; its cause says which measures have no value, and why."""
-    measures, flaws = measures_of(plan.file, judge, simulator, report)
+    trial = trial_of(
+        loaded,
+        settings,
+        treatment,
+        plan.path.parent,
+        names=plan.names(run.scenario),
+        variables={"HMRSIM_RUN": str(run.number)},
+        coverage=coverage,
+        sinks=[trace, judge] if several or traces != "none" else [judge],
+        watchers=watchers,
+    )
+    simulator = trial.simulator
+    with trial:
+        cause, output = _play(trial, judge, in_process=treatment.in_process)
+        values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
+        measures, flaws = measures_of(plan.file, judge, simulator, values)
+    success, result = judge.label in plan.file.successes, (judge.label, judge.at, measures, dict(judge.reported))
+    # The trace includes the end of the trial.
+    keeps = traces == "all" or (traces == "failed" and not success)
+    compares = several and not simulator.chance.used
+    text = trace.whole(simulator.now) if keeps or compares else ""
     return Row(
         run,
         judge.label,
-        "; ".join(filter(None, [judge.cause, *flaws])),
-        judge.label in plan.file.successes,
+        "; ".join(filter(None, [cause, judge.cause, *flaws])),
+        success,
         judge.at,
         measures=measures,
         reported=judge.reported,
+        output=output,
+        trace=text if keeps else "",
+        fingerprint=fingerprint_of(text, *result) if compares else "",
+        coverage=packed(coverage) if coverage is not None and coverage.trees else b"",
     )
+
+
+def _play(trial: Trial, judge: Judge, *, in_process: bool) -> tuple[str, str]:
+    """Run the controller of a trial and judge its ending.
+
+    Returns:
+        The cause of the ending, unless the judge has ended the run before, and the output of the controller.
+    """
+    judge.watch(trial.simulator, trial.end)
+    ending, cause, output = trial.play()
+    now = trial.simulator.now
+    # The verdict of the judge and the time limit take precedence, even if the end confuses a controller.
+    if ending == CRASHED and trial.over and in_process:
+        ending, cause = TIMEOUT, ""
+    elif ending in {SUCCEEDED, FAILED}:
+        if not trial.over:
+            judge.controller_ended(succeeded=ending == SUCCEEDED, now=now)
+        ending = TIMEOUT
+    judged = bool(judge.label)
+    judge.end(ending, now)
+    return "" if judged else cause, output
 
 
 @dataclass(frozen=True)
@@ -134,9 +120,9 @@ class Task:
     """Some runs of an experiment.
 
     Attributes:
-        path: The experiment's file; a worker on another machine needs to see it, too.
-        variant: The variants that were chosen.
-        hash: The hash of the plan that is meant.
+        path: The experiment's file, which workers on other machines have to see as well.
+        variant: The chosen variants.
+        hash: The hash of the plan.
         numbers: The numbers of the runs.
     """
 
@@ -147,7 +133,7 @@ class Task:
 
 
 def execute(task: Task) -> list[Row]:
-    """Return the results of some runs, in order.
+    """Return the results of the runs of a task, in order.
 
     Raises:
         ExperimentError: The file can't be read, or has changed.
@@ -158,17 +144,8 @@ def execute(task: Task) -> list[Row]:
 
 def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
     """Return the result of a run, whatever happens in it; *further* makes further sinks."""
-    began = time.perf_counter()
-    try:
-        with guarded(plan.file.limits) as tail:
-            row = row_of(plan, run, further)
-    except TimeLimit as limit:
-        return Row(run, HUNG, str(limit), wall=time.perf_counter() - began, output=tail.text)
-    except MemoryError:
-        return Row(run, MEMORY, "it takes more memory than its limit", output=tail.text)
-    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
-        return Row(run, ERROR, described(error), output=tail.text)
-    return replace(row, output=row.output or tail.text)
+    row, output, wall = attempt(plan.file.limits, lambda: _row_of(plan, run, further), partial(Row, run))
+    return replace(row, output=row.output or output, wall=wall)
 
 
 @lru_cache(maxsize=4)
@@ -180,24 +157,24 @@ def _plan(path: str, variant: tuple[str, ...], hash_: str) -> Plan:
 
 
 FILE: Final = "coverage_{}.json"
-"""The name of the file of a treatment, in the folder of results."""
+"""The name of the file of a treatment in the folder of results."""
 
 
 def packed(coverage: TreeCoverage) -> bytes:
-    """Return a coverage in few bytes."""
+    """Return a coverage as compressed bytes."""
     return zlib.compress(json.dumps(coverage.to_json(), separators=(",", ":")).encode())
 
 
 def unpacked(coverage: bytes) -> TreeCoverage:
-    """Return what was packed."""
+    """Return the coverage that `packed` compressed."""
     return TreeCoverage.from_json(zlib.decompress(coverage))
 
 
 class Coverages:
-    """The coverage of each treatment, with what earlier processes have made.
+    """The coverage of each treatment, including runs of earlier processes.
 
     Args:
-        results: The results, whose rows say what was counted already.
+        results: The results, with the earlier coverage.
     """
 
     def __init__(self, results: Results) -> None:
@@ -205,7 +182,7 @@ class Coverages:
         self._found = {treatment: unpacked(coverage) for treatment, coverage in results.coverages().items()}
 
     def take(self, rows: Sequence[Row]) -> dict[str, bytes]:
-        """Add what some runs have covered; return all that their treatments have, to be kept with the rows."""
+        """Add the coverage of runs; return the total of their treatments, to be stored with the rows."""
         covered = [row for row in rows if row.coverage]
         for row in covered:
             self._found.setdefault(row.run.treatment, TreeCoverage()).merge(unpacked(row.coverage))

@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from hmrsim.experiments.measures import Value
 
 _LEAST: Final = 3
-"""Replications before which no mean is known: the spread of fewer says hardly anything."""
+"""The minimum number of replications for a mean: the spread of fewer is hardly known."""
 _GROWTH: Final = 0.25
-"""Replications that are added at once, as a share of those that there are."""
+"""The share by which the number of replications grows at once."""
 
 
 class Schedule:
-    """The runs of a plan that are still to be made.
+    """The runs of a plan that remain to be made.
 
-    Which they are depends on the results of whole replications alone, and not on the order in which they come.
+    They depend only on the results of whole replications, and not on the order in which results arrive.
 
     Args:
-        done: The results that there are already: by number, the value of the measure that decides, see `until`, and
-            the fingerprint.
+        plan: The experiment.
+        done: The existing results: the value of the deciding measure and the fingerprint, by the number of the run.
     """
 
     def __init__(self, plan: Plan, done: Mapping[int, tuple[Value, str]]) -> None:
@@ -62,12 +62,12 @@ class Schedule:
 
     @property
     def measure(self) -> str | None:
-        """The name of the measure that decides how many replications there are; None for none."""
+        """The name of the measure that decides the number of replications; None for none."""
         return self._until.measure if self._until else None
 
     @property
     def expected(self) -> int:
-        """The number of runs in total, as far as it is known."""
+        """The total number of runs, as far as it is known."""
         return sum(self._targets) * len(self._plan.treatments)
 
     @property
@@ -76,7 +76,7 @@ class Schedule:
         return len(self._done)
 
     def next(self, most: int) -> list[Run]:
-        """Return some runs that are to be made now, the first replications of all scenarios first."""
+        """Return at most *most* runs to make next, the first replications of all scenarios first."""
         found: list[Run] = []
         while len(found) < most:
             run = self._further.popleft() if self._further else next(self._fresh, None)
@@ -87,7 +87,7 @@ class Schedule:
         return found
 
     def note(self, run: Run, value: Value, fingerprint: str = "") -> None:
-        """Note the result of a run."""
+        """Record the result of a run."""
         self._repeats.note((run.scenario, run.treatment), fingerprint)
         if run.number not in self._done and run.replication < self._targets[run.scenario]:
             self._missing[run.scenario] -= 1
@@ -121,14 +121,14 @@ class Schedule:
                 self._further += self._aim(each, min(most, target + max(1, math.ceil(target * _GROWTH))))
 
     def _known(self, scenario: int) -> bool:
-        """Return whether further replications of a scenario can't say more than is to be known, or the same again."""
+        """Return whether a scenario needs no further replications: its means are known, or its runs are repeated."""
         return all(
             self._repeats.repeats((scenario, treatment)) or self._enough(scenario, treatment)
             for treatment in self._plan.treatments
         )
 
     def comparisons(self) -> dict[str, Comparison]:
-        """Return what is known of each treatment compared with the first one, where that decides; else nothing."""
+        """Return the comparisons with the first treatment, if they decide the number of replications; else nothing."""
         until = self._until
         if until is None or not until.decided:
             return {}
@@ -158,13 +158,13 @@ class Schedule:
         return Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
 
     def _compared(self, first: str, second: str, until: Until) -> tuple[list[float], list[float], Criterion]:
-        """Return the values of two treatments, in the order in which `contrast` reads them, and what is asked."""
+        """Return the values of two treatments, in the order of `contrast`, and the criterion."""
         runs = [
             (self._plan.run(scenario, first, replication), self._plan.run(scenario, second, replication))
             for replication in range(max(self._targets))
             for scenario in range(len(self._targets))
         ]
-        # Scenarios in the order of the design would have the verdict depend on which level comes first.
+        # In the order of the design, the verdict would depend on which level comes first.
         runs.sort(key=lambda pair: (pair[0].replication, pair[0].seed))
         runs = [pair for pair in runs if all(run.number in self._done for run in pair)]
         repeated = [all(self._repeats.repeats((run.scenario, run.treatment)) for run in pair) for pair in runs]
@@ -179,7 +179,7 @@ class Schedule:
         return one, two, about_means(self._criterion(until), groups)
 
     def _mean(self, runs: Sequence[Run]) -> float | None:
-        """Return the mean of some runs; None if one has no value."""
+        """Return the mean of runs; None if one has no value."""
         values = [self._done[run.number] for run in runs]
         known = [float(value) for value in values if isinstance(value, (int, float))]
         return fmean(known) if len(known) == len(runs) else None

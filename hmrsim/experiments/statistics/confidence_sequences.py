@@ -32,10 +32,10 @@ def confidence_sequence(
 ) -> Interval:
     """Return the mean of paired differences, with bounds that hold at all times together.
 
-    With the confidence, the bounds after each number of pairs contain the true mean, so that one may look whenever
-    one likes and stop when one likes. They are those that no look so far has excluded: the running intersection. A
-    value is excluded once a gambler who bets that the differences lie above it, or one who bets that they lie below,
-    has made 2 / alpha out of 1.
+    With the given confidence, the bounds after each number of pairs all contain the true mean, so you can look at any
+    time and stop at any time. The bounds enclose the values that no look so far has excluded: the running intersection.
+    A value is excluded once a gambler who bets that the differences lie above it, or below it, has turned 1 into
+    2 / alpha.
 
     - Of yes and no (differences -1, 0, 1) this holds for any distribution.
     - Of real numbers it holds exactly if the differences are symmetrical about their mean, whatever their tails, as
@@ -44,18 +44,17 @@ def confidence_sequence(
     Real numbers have no bounds before 30 pairs, nor while all differences are 0: how large others are is not known
     then.
 
-    Where the present mean is beyond a bound, that is widened to it. Should nothing be left of the intersection, as the
-    true mean has changed on the way, the bounds are those of the last look alone. Neither costs any confidence: where
-    the bounds after each number of pairs contain the true mean, so do those of the last look, and so does whatever
-    contains the intersection.
+    A bound is widened to the present mean if that is beyond it. If the intersection is empty, because the true mean has
+    changed, the bounds are those of the last look alone. Neither reduces the confidence: if the bounds after each
+    number of pairs contain the true mean, then those of the last look do, and every set that contains the intersection.
 
     Source: Darling and Robbins, Confidence sequences for mean, variance, and median, Proceedings of the National
     Academy of Sciences 58 (1967); `RealBets` and `YesNoBets` say whose bets they are.
 
     Args:
-        differences: In the order of their seeds.
-        yes_no: Whether they are those of yes and no.
-        confidence: Of the bounds.
+        differences: The differences, in the order of their seeds.
+        yes_no: Whether they are differences of yes and no.
+        confidence: The confidence of the bounds.
 
     Raises:
         ValueError: A difference is not finite, or not -1, 0 or 1 for yes and no.
@@ -78,10 +77,10 @@ def confidence_sequence(
 
 
 def first_above(differences: Sequence[float], value: float, alpha: float, *, yes_no: bool) -> int | None:
-    """Return after how many differences it is known that their mean is above a value; None if it is not known.
+    """Return the number of differences after which their mean is known to be above a value; None if it is not known.
 
-    If it is not above, the probability of ever claiming so is at most alpha / 2: the other half is for the mean
-    being below. It is when the lower bound of `confidence_sequence` first is above the value.
+    If it is not above, the probability of ever claiming so is at most alpha / 2: the other half is for the mean being
+    below. This is when the lower bound of `confidence_sequence` is first above the value.
     """
     if not differences:
         return None
@@ -113,7 +112,7 @@ def _bound(differences: Sequence[float], way: int, alpha: float, *, yes_no: bool
     excluded = _excluded(surplus, given, least) if given else None
     if excluded is None:
         return None if least is None else way * least
-    # Nobody makes money by betting that differences lie above the largest one.
+    # Bets that differences lie above the largest one never gain.
     highest = max(given)
     precision = _PRECISION * max(abs(excluded), abs(highest))
     return way * float(root_finder()(surplus, excluded, highest, xtol=precision))
@@ -138,7 +137,7 @@ def _excluded(surplus: Callable[[float], float], differences: Sequence[float], l
 Array: TypeAlias = "NDArray[np.float64]"
 
 FIRST_LOOK: Final = 30
-"""Differences of real numbers before which nothing is said."""
+"""The number of differences of real numbers before the first bounds."""
 
 _PRIOR: Final = 1 / 5
 """The stakes' variance is the inverse of this share of the first sum of squares. The larger it is, the later small

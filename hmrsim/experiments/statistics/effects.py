@@ -19,7 +19,7 @@ class LevelEffect:
         factor: Its name.
         level: One of its levels.
         mean: The mean of the runs at this level, with its interval.
-        effect: By how much it is above the grand mean.
+        effect: The mean less the grand mean.
     """
 
     factor: str
@@ -33,10 +33,10 @@ class Interaction:
     """The interaction of two levels, beyond the effect of each.
 
     Attributes:
-        factors: Two names.
-        levels: A level of each.
-        mean: The mean of the runs at both, with its interval.
-        effect: By how much it is above the sum of the grand mean and both main effects.
+        factors: The names of the factors.
+        levels: A level of each factor.
+        mean: The mean of the runs at both levels, with its interval.
+        effect: The mean less the sum of the grand mean and both main effects.
     """
 
     factors: tuple[str, str]
@@ -65,11 +65,11 @@ class Difference:
 def main_effects(
     runs: Sequence[Mapping[str, Hashable]], values: Sequence[float], *, confidence: float = CONFIDENCE
 ) -> tuple[LevelEffect, ...]:
-    """Return what each level of each factor does: the mean of its runs, less the mean of all runs.
+    """Return the effect of each level of each factor: the mean of its runs, less the mean of all runs.
 
-    In a balanced design these are the least-squares estimates. In an unbalanced one a level's mean contains what the
-    other factors do in its runs. The intervals are Student's, over the runs of the level: they include the spread
-    that other factors cause.
+    In a balanced design, these are the least-squares estimates. In an unbalanced one, a level's mean contains effects
+    of the other factors. The intervals are Student's, over the runs of the level, and include the spread that other
+    factors cause.
 
     Source: Montgomery, Design and Analysis of Experiments, 8th edition (2012), sections 3.3.3 and 5.3.4
     (estimates of the effects model).
@@ -77,13 +77,13 @@ def main_effects(
     Args:
         runs: The level of each factor, for each run; all have the same factors.
         values: The measure, for each run.
-        confidence: Of the intervals.
+        confidence: The confidence of the intervals.
 
     Returns:
-        In order of factors and of the first run of each level.
+        The effects in order of factors and of the first run of each level.
 
     Raises:
-        ValueError: Runs and values are not as many, or runs have different factors.
+        ValueError: There are not as many values as runs, or runs have different factors.
     """
     grand, factors = _grand_mean(runs, values)
     found = []
@@ -97,9 +97,9 @@ def main_effects(
 def interactions(
     runs: Sequence[Mapping[str, Hashable]], values: Sequence[float], *, confidence: float = CONFIDENCE
 ) -> tuple[Interaction, ...]:
-    """Return what each two levels do together: the mean of their runs, less both levels' means, plus the grand mean.
+    """Return the interaction of each two levels: the mean of their runs, less both levels' means, plus the grand mean.
 
-    Only levels that occur together are returned. The remark of `main_effects` on unbalanced designs applies here.
+    Only levels that occur together are returned. The note on unbalanced designs in `main_effects` applies here.
 
     Source: Montgomery, Design and Analysis of Experiments, 8th edition (2012), section 5.3.4.
 
@@ -120,13 +120,13 @@ def interactions(
 def paired_difference(a: Sequence[float], b: Sequence[float], *, confidence: float = CONFIDENCE) -> Difference:
     """Return the difference of two treatments that ran under the same seeds, by Student's t over the differences.
 
-    For a number of pairs that was fixed beforehand; `verdicts.compare` may be looked at after each pair.
+    Fix the number of pairs beforehand; only `verdicts.compare` may be called after each pair.
 
     Source: Student, The probable error of a mean, Biometrika 6 (1908); Law, Simulation Modeling and Analysis, 5th
     edition (2015), section 10.2.1 (the paired-t confidence interval).
 
     Raises:
-        ValueError: There are not as many of A as of B, or a value is not finite.
+        ValueError: A and B have different numbers of values, or a value is not finite.
     """
     first, second = pairs(a, b)
     differences = [two - one for one, two in zip(first, second, strict=True)]

@@ -11,17 +11,17 @@ from typing import Final
 from hmrsim.experiments.statistics.summaries import distributions, finite, moments, quantile
 
 CONFIDENCE: Final = 0.95
-"""What is usual."""
+"""The default confidence."""
 
 
 @dataclass(frozen=True)
 class Interval:
-    """An estimate and the bounds of what is compatible with the data.
+    """An estimate and the bounds of the values that are compatible with the data.
 
     Attributes:
         estimate: None without any data.
         low: The lower bound; None if the data exclude no value, however low.
-        high: Likewise.
+        high: The upper bound; None if the data exclude no value, however high.
         n: The number of values.
         confidence: The share of such intervals that contain the true value, such as 0.95.
     """
@@ -50,8 +50,8 @@ def mean_interval(values: Sequence[float], *, confidence: float = CONFIDENCE, n:
 
     Args:
         values: The values.
-        confidence: Of the interval.
-        n: As how many values they count, if some are the same ones; None for all.
+        confidence: The confidence of the interval.
+        n: The effective number of values, if some repeat others; None for all.
 
     Raises:
         ValueError: A value is not finite, or the confidence is not between 0 and 1.
@@ -61,7 +61,7 @@ def mean_interval(values: Sequence[float], *, confidence: float = CONFIDENCE, n:
     count = found.n if n is None else n
     if found.mean is None or found.stddev is None or count < 2:  # noqa: PLR2004 - one value has no spread
         return Interval(found.mean, None, None, count, confidence)
-    # The spread of so many values of which each is there as often.
+    # The spread of n values that occur equally often.
     spread = found.stddev if count == found.n else found.stddev * math.sqrt((1 - 1 / found.n) / (1 - 1 / count))
     half = float(distributions().t.isf(alpha / 2, count - 1)) * spread / math.sqrt(count)
     return Interval(found.mean, found.mean - half, found.mean + half, count, confidence)
@@ -89,7 +89,7 @@ def proportion_interval(successes: float, n: int, *, confidence: float = CONFIDE
     share, square = successes / n, z * z
     centre = 2 * n * share + square
     half = z * math.sqrt(square + 4 * n * share * (1 - share))
-    # The formula gives 0 and 1 there but for rounding.
+    # Exactly 0 and 1, without the rounding errors of the formula.
     low = 0.0 if successes == 0 else (centre - half) / (2 * (n + square))
     high = 1.0 if successes == n else (centre + half) / (2 * (n + square))
     return Interval(share, low, high, n, confidence)
@@ -123,11 +123,7 @@ def quantile_interval(values: Sequence[float], share: float, *, confidence: floa
 
 
 def checked_share(share: float, name: str) -> float:
-    """Return a number that has to be between 0 and 1.
-
-    Raises:
-        ValueError: It is not.
-    """
+    """Return a number between 0 and 1; raise ValueError if it is not."""
     if not 0 < share < 1:
         raise ValueError(f"{name} must be between 0 and 1, got {share}")
     return share

@@ -24,14 +24,14 @@ class StoppingRule:
     """A rule for when to stop replicating.
 
     Attributes:
-        error: Half of the interval's width that is small enough: of a mean relative to the mean, of a proportion
-            absolute, such as 0.05 for five percentage points.
+        error: The half-width of the interval that is small enough: relative to the mean, or absolute for a proportion,
+            such as 0.05 for five percentage points.
         of: ``mean``, or ``proportion`` of values that are 0 or 1.
-        confidence: Of the interval.
-        minimum: Replications before which nothing is judged; 3 at least, as the spread of fewer is hardly known.
-        maximum: Replications after which it is enough in any case; None for no end.
-        look_ahead: For how many more replications the interval has to stay narrow (kLimit): its first width that
-            suffices is often chance. Of more than 100 replications it is so many percent. 0 for none.
+        confidence: The confidence of the interval.
+        minimum: The minimum number of replications; at least 3, since the spread of fewer is hardly known.
+        maximum: The maximum number of replications; None for no maximum.
+        look_ahead: The number of further replications for which the interval has to stay narrow (kLimit), since a
+            narrow interval is often chance; from 100 replications on, a percentage. 0 for none.
     """
 
     error: float
@@ -42,7 +42,7 @@ class StoppingRule:
     look_ahead: int = 5
 
     def __post_init__(self) -> None:
-        """Refuse what can't be meant."""
+        """Raise ValueError if a value is out of range."""
         checked_share(self.confidence, "confidence")
         if not self.error > 0:
             raise ValueError(f"error must be positive, got {self.error}")
@@ -126,7 +126,7 @@ def _errors(values: Sequence[float], rule: StoppingRule) -> list[float]:
 
 
 def _successes(values: Sequence[float]) -> list[int]:
-    """Return how many are 1, of the first, the first two, and so on."""
+    """Return the number of ones among the first value, the first two, and so on."""
     count, counts = 0, []
     for number, value in enumerate(values):
         if value not in (0, 1):
@@ -150,7 +150,7 @@ def _look_ahead(n: int, rule: StoppingRule) -> int:
 
 
 def _least(values: Sequence[float], rule: StoppingRule) -> int | None:
-    """Return the least number of replications whose interval would be narrow."""
+    """Return the smallest number of replications whose interval would be narrow."""
     if len(values) < 2:  # noqa: PLR2004
         return None
     means, deviations = prefixes(values)

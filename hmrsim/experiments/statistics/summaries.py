@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,13 +18,13 @@ _SHARES: Final = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 @dataclass(frozen=True)
 class Summary:
-    """A column in short; what has no value is None.
+    """The summary of a column; missing statistics are None.
 
     Attributes:
-        count: Of values that are there.
-        missing: How many are None.
-        mean: Of those that are there, as all that follows.
-        stddev: That of a sample, over count - 1; None for fewer than two values.
+        count: The number of values.
+        missing: The number of missing values.
+        mean: The mean.
+        stddev: The standard deviation of a sample, over count - 1; None for fewer than two values.
         least: The minimum.
         most: The maximum.
         quantiles: By share; empty without a value.
@@ -39,7 +40,7 @@ class Summary:
 
 
 def summary(column: Sequence[float | None], shares: Sequence[float] = _SHARES) -> Summary:
-    """Return what is in a column, in which None is a value that is missing.
+    """Return the summary of a column, in which None is a missing value.
 
     Raises:
         ValueError: A value is not finite, or a share is not within 0 and 1.
@@ -84,9 +85,10 @@ class Moments:
     """Count, mean and standard deviation of some values.
 
     Attributes:
-        n: How many there are.
-        mean: None without a value.
-        stddev: That of a sample, over n - 1; None for fewer than two values; exactly 0 if all are equal.
+        n: The number of values.
+        mean: The mean; None without a value.
+        stddev: The standard deviation of a sample, over n - 1; None for fewer than two values; exactly 0 if all are
+            equal.
     """
 
     n: int
@@ -176,56 +178,28 @@ def pairs(a: Sequence[float], b: Sequence[float]) -> tuple[tuple[float, ...], tu
     return finite(a), finite(b)
 
 
-_MESSAGE = "the statistics of experiments need scipy; pip install 'hmrsim[experiments]'"
+def arrays() -> ModuleType:
+    """Return ``numpy``; raise MissingExtra if it is not installed."""
+    return _extra("numpy")
 
 
 def distributions() -> Any:
-    """Return ``scipy.stats``.
-
-    Raises:
-        MissingExtra: It is not installed.
-    """
-    try:
-        from scipy import stats  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise MissingExtra(_MESSAGE) from None
-    return stats
+    """Return ``scipy.stats``; raise MissingExtra if it is not installed."""
+    return _extra("scipy.stats")
 
 
 def root_finder() -> Any:
-    """Return ``scipy.optimize.brentq``.
-
-    Raises:
-        MissingExtra: It is not installed.
-    """
-    try:
-        from scipy.optimize import brentq  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise MissingExtra(_MESSAGE) from None
-    return brentq
+    """Return ``scipy.optimize.brentq``; raise MissingExtra if it is not installed."""
+    return _extra("scipy.optimize").brentq
 
 
 def log_normal_probability() -> Any:
-    """Return ``scipy.special.log_ndtr``, the logarithm of the normal distribution function.
+    """Return ``scipy.special.log_ndtr``, the log of the normal distribution; raise MissingExtra if not installed."""
+    return _extra("scipy.special").log_ndtr
 
-    Raises:
-        MissingExtra: It is not installed.
-    """
+
+def _extra(name: str) -> ModuleType:
     try:
-        from scipy.special import log_ndtr  # noqa: PLC0415 - an extra
+        return importlib.import_module(name)
     except ImportError:
-        raise MissingExtra(_MESSAGE) from None
-    return log_ndtr
-
-
-def arrays() -> ModuleType:
-    """Return ``numpy``.
-
-    Raises:
-        MissingExtra: It is not installed.
-    """
-    try:
-        import numpy as np  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise MissingExtra(_MESSAGE) from None
-    return np
+        raise MissingExtra("the statistics of experiments need scipy; pip install 'hmrsim[experiments]'") from None

@@ -1,4 +1,4 @@
-"""Is B better than A? A verdict that may be asked for after each pair of runs, and that stands once it is given."""
+"""Verdicts on whether B is better than A, which you can request after each pair of runs and which stand once given."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hmrsim.experiments.statistics.intervals import Interval, checked_share
 from hmrsim.experiments.statistics.summaries import pairs
 
 Verdict = Literal["better", "worse", "equivalent", "undecided"]
-"""What a comparison says of one treatment beside another."""
+"""The verdict of a comparison on treatment B."""
 
 BETTER: Final = "better"
 """Better by more than the margin."""
@@ -22,10 +22,10 @@ WORSE: Final = "worse"
 EQUIVALENT: Final = "equivalent"
 """The difference is within the margin."""
 UNDECIDED: Final = "undecided"
-"""There are too few runs to say."""
+"""There are too few runs for a verdict."""
 
 _MOST_DIFFERING: Final = 0.05
-"""The share of seeds under which equal runs of real numbers may differ nevertheless."""
+"""The share of seeds under which real numbers may differ although all pairs so far are equal."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class Criterion:
     """The criterion for a measure.
 
     Attributes:
-        larger_is_better: As of a number of orders; False as of a time.
-        margin: Differences of the means below this do not matter; None if any does, so that nothing is equivalent.
+        larger_is_better: True for a number of orders, False for a time, for example.
+        margin: Differences of the means below this do not matter; None if all do, so that nothing is equivalent.
         relative: Whether the margin is a share of A's mean, such as 0.05; then no value of A may be negative.
-        yes_no: Whether no value can be other than 0 or 1, so that the means are shares; None to take the values for
-            it: they are of yes and no if all are 0 or 1, both occur, and the margin, if not relative, is below 1.
+        yes_no: Whether all values are 0 or 1, so that the means are shares; None to decide by the values: they are yes
+            and no if all are 0 or 1, both occur, and the margin, if not relative, is below 1.
         alpha: The probability of a false verdict, however often one looks, as far as `confidence_sequence` holds.
     """
 
@@ -48,7 +48,7 @@ class Criterion:
     alpha: float = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse what can't be meant."""
+        """Raise ValueError if a value is out of range."""
         checked_share(self.alpha, "alpha")
         if self.margin is not None and not 0 < self.margin < math.inf:
             raise ValueError(f"margin must be positive, got {self.margin}")
@@ -61,7 +61,7 @@ class Criterion:
         return self.margin is not None and not self.relative and self.margin >= 1
 
     def settled(self, first: Sequence[float], second: Sequence[float]) -> Criterion:
-        """Return the criterion with what the values say of *yes_no*, if that is None."""
+        """Return the criterion with *yes_no* decided by the values, if it is None."""
         if self.yes_no is not None:
             return self
         return replace(self, yes_no={*first, *second} == {0, 1} and not self._is_wide)
@@ -72,12 +72,12 @@ class Comparison:
     """The comparison of B with A: the difference B - A and the verdicts.
 
     Attributes:
-        verdict: ``better`` or ``worse``: B's mean is, however little; ``equivalent``: the means differ by less than
-            the margin; ``undecided``: none of these is known yet.
+        verdict: ``better`` or ``worse`` if B's mean is, however little; ``equivalent`` if the means differ by less than
+            the margin; ``undecided`` if neither is known yet.
         decided_after: The number of pairs after which it was given; None while it is undecided.
         difference: The mean of B - A, with a confidence sequence.
         differing: The number of pairs whose two values are not equal.
-        withdrawn: The verdicts that were given before, and that all pairs together contradict, in their order.
+        withdrawn: Earlier verdicts that all pairs together contradict, in order.
     """
 
     verdict: Verdict
@@ -107,30 +107,30 @@ def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tup
     equivalence of average bioavailability, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
 
     Raises:
-        ValueError: There are not as many of A as of B, a value is not finite, not 0 or 1 for yes and no, or negative
-            in A for a relative margin.
+        ValueError: A and B have different numbers of values, or a value is not finite, not 0 or 1 for yes and no, or
+            negative in A for a relative margin.
     """
-    said, after, _ = _verdict(*_checked(a, b, criterion))
-    return said, after
+    given, after, _ = _verdict(*_checked(a, b, criterion))
+    return given, after
 
 
 def compare(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> Comparison:
-    """Return the verdict and by how much B differs from A.
+    """Return the verdict and the difference between B and A.
 
     Args:
         a: A measure of the runs of A, in the order of their seeds.
-        b: Likewise of B, under the same seeds.
-        criterion: What is asked.
+        b: The measure of the runs of B, under the same seeds.
+        criterion: The criterion.
 
     Raises:
         ValueError: As for `verdict`.
     """
     first, second, settled = _checked(a, b, criterion)
-    said, after, withdrawn = _verdict(first, second, settled)
+    given, after, withdrawn = _verdict(first, second, settled)
     differences = [two - one for one, two in zip(first, second, strict=True)]
     interval = confidence_sequence(differences, yes_no=bool(settled.yes_no), confidence=1 - criterion.alpha)
     differing = sum(difference != 0 for difference in differences)
-    return Comparison(said, after, interval, differing, withdrawn)
+    return Comparison(given, after, interval, differing, withdrawn)
 
 
 def compare_all(
@@ -145,7 +145,7 @@ def compare_all(
 
     Args:
         measures: The values of A and of B, by the name of the measure.
-        criteria: By the same names.
+        criteria: The criteria, by the same names.
         alpha: The probability that any verdict is false.
 
     Raises:
@@ -162,8 +162,8 @@ class _Claim(NamedTuple):
     """A verdict that the first pairs give.
 
     Attributes:
-        after: How many pairs.
-        rank: Which comes first of those that are given at once.
+        after: The number of these pairs.
+        rank: The order of verdicts that are given after the same pair.
         said: The verdict.
         holds: Whether all pairs together do not contradict it.
     """
@@ -177,7 +177,7 @@ class _Claim(NamedTuple):
 def _verdict(
     first: Sequence[float], second: Sequence[float], criterion: Criterion
 ) -> tuple[Verdict, int | None, tuple[Verdict, ...]]:
-    """Return the verdict, after how many pairs it was given, and those that were withdrawn before."""
+    """Return the verdict, the number of pairs after which it was given, and the verdicts withdrawn before."""
     claims = sorted(_claims(first, second, criterion))
     withdrawn = tuple(claim.said for claim in itertools.takewhile(lambda claim: not claim.holds, claims))
     if len(withdrawn) == len(claims):
@@ -187,7 +187,7 @@ def _verdict(
 
 
 def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> Iterator[_Claim]:
-    """Yield each verdict that is ever given, as if it were alone."""
+    """Yield each verdict that the first pairs give, independently of the others."""
     differences = [two - one for one, two in zip(first, second, strict=True)]
     upwards = 1 if criterion.larger_is_better else -1
     directions: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
@@ -213,9 +213,9 @@ def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterio
 
 
 def _unless_identical(first: Sequence[float], second: Sequence[float], after: int | None, alpha: float) -> int | None:
-    """Return after how many pairs real numbers are known to be equivalent, by bounds that say so after *after*.
+    """Return the number of pairs after which real numbers are known to be equivalent; the bounds show it after *after*.
 
-    Bounds say nothing before a pair differs; so many equal ones are enough that few can differ.
+    The bounds show nothing before a pair differs. Enough equal pairs show that only few can differ.
     """
     wanted = math.ceil(math.log(alpha) / math.log1p(-_MOST_DIFFERING))
     if len(first) >= wanted and first[:wanted] == second[:wanted]:
@@ -228,7 +228,7 @@ def _unless_identical(first: Sequence[float], second: Sequence[float], after: in
 def _checked(
     a: Sequence[float], b: Sequence[float], criterion: Criterion
 ) -> tuple[Sequence[float], Sequence[float], Criterion]:
-    """Return the values, and the criterion with what they say of yes and no."""
+    """Return the values, and the criterion with *yes_no* decided."""
     first, second = pairs(a, b)
     if criterion.yes_no:
         for value in (*first, *second):

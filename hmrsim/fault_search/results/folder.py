@@ -24,12 +24,12 @@ from hmrsim.world.writing import block
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.results.summary import Finding, Summary
     from hmrsim.fault_search.running.observer import TotalCoverage
 
 FAILURES: Final = "failures"
-"""The folder of the failures in that of the results; a later search begins with them."""
+"""The subfolder of failures; a later search begins with them."""
 
 _WORD: Final = re.compile(r"[^A-Za-z0-9]+")
 
@@ -38,17 +38,17 @@ class ResultsFolder:
     """The folder with the results of a search.
 
     Args:
-        folder: The folder; it is made by `prepare`, or when something is written.
+        folder: The folder; it is created by `prepare`, or with the first file.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
     def prepare(self) -> None:
-        """Make the folder, so that a search does not find out at its end that it can't be written.
+        """Create the folder before the search, which would otherwise fail at its end.
 
         Raises:
-            OutputError: It can't be made, or nothing can be written there.
+            OutputError: It can't be created, or is not writable.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -60,11 +60,11 @@ class ResultsFolder:
             raise OutputError(f"{self.folder}: can't be written: {reason_of(error)}") from None
 
     def earlier(self) -> list[Path]:
-        """Return the files of failures that were found earlier, in order of their names."""
+        """Return the files of earlier failures, in order of their names."""
         return sorted((self.folder / FAILURES).glob("*.yaml"))
 
     def keep(self, check: Check, finding: Finding) -> Path:
-        """Write the files of a failure; return that which repeats it.
+        """Write the files of a failure; return the file that reproduces it.
 
         Raises:
             OutputError: They can't be written.
@@ -77,7 +77,7 @@ class ResultsFolder:
         return path
 
     def finish(self, check: Check, summary: Summary, covered: TotalCoverage) -> None:
-        """Write what is about the whole search: summary, page, JUnit XML, and what of a tree was ticked.
+        """Write the results of the whole search: summary, page, JUnit XML, and the coverage of a tree.
 
         Raises:
             OutputError: They can't be written.
@@ -98,13 +98,13 @@ class ResultsFolder:
 
 
 def _name_of(finding: Finding) -> str:
-    """Return a name that is the same whenever this failure is found."""
+    """Return a file name that depends on the failure alone."""
     words = _WORD.sub("_", f"{finding.failure.property} {finding.failure.reason}").strip("_").lower()
     return words[:80]
 
 
 def repro_text(check: Check, finding: Finding, path: Path) -> str:
-    """Return the text of the file; *path* is where it will be."""
+    """Return the text of the file that reproduces a failure; *path* is its future path."""
     story = story_of(finding)
     head = [f"# {line}".rstrip() for line in (f"hmrsim check --repro {path.name}", "", *story[: story.index("", 2)])]
     return "\n".join([*head, "", *_lines(check, finding, path)]) + "\n"
@@ -116,7 +116,7 @@ def _lines(check: Check, finding: Finding, path: Path) -> Iterator[str]:
 
 
 def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
-    """Return what the file says, in plain values."""
+    """Return the content of the file in plain values."""
     controller = check.treatment.model_dump(mode="json", exclude_defaults=True)
     limits = {**check.file.limits.model_dump(mode="json", exclude_none=True), "simulated": check.limit}
     definition = finding.case.definition
@@ -136,18 +136,18 @@ def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
 
 
 def _from(folder: Path, home: Path) -> str:
-    """Return how a folder is called from another one."""
+    """Return the path of a folder relative to another."""
     return Path(os.path.relpath(folder, home)).as_posix()
 
 
 def junit_text(name: str, properties: Mapping[str, int], findings: Sequence[Finding], seconds: float) -> str:
-    """Return the document.
+    """Return a JUnit document with a test case for each property.
 
     Args:
         name: The name of the check.
-        properties: How often each property was exercised, by name.
+        properties: The number of runs that exercised each property, by name.
         findings: The failures.
-        seconds: Wall seconds that the search took.
+        seconds: The wall seconds of the search.
     """
     failed = {finding.failure.property: finding for finding in reversed(findings)}
     cases = [_case(name, prop, failed.get(prop), count) for prop, count in properties.items()]
@@ -170,7 +170,7 @@ def _case(name: str, prop: str, finding: Finding | None, exercised: int) -> str:
 
 
 def _printable(text: str) -> str:
-    """Return a text without the control characters that XML can't have."""
+    """Return a text without control characters, which XML does not allow."""
     return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
 
 
@@ -192,12 +192,12 @@ class _Shown(NamedTuple):
 
 
 def page_of(check: Check, summary: Summary, folder: Path) -> str:
-    """Return the page, which needs no other file.
+    """Return the report of a search as a self-contained page.
 
     Args:
         check: The check.
         summary: The summary of the search.
-        folder: The folder of the results, as a command line has it.
+        folder: The folder of the results, as on a command line.
     """
     environment = templates(__package__)
     environment.filters |= {"count": "{:,}".format, "margin": _margin}

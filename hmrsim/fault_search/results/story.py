@@ -1,4 +1,4 @@
-"""The story of a failure in plain words: what went wrong, what the robots did, what does not hold."""
+"""The story of a failure in plain words: its injections, the events of the robots, and the violation."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.running.single import Outcome
 
 SHORT: Final = 60
-"""Events of a story among others, such as on a page."""
+"""The maximum number of events in a story among others, such as on a page."""
 LONG: Final = 1000
-"""Events of a story in a file of its own, or that was asked for."""
+"""The maximum number of events in a story in a separate file, or on request."""
 _VIOLATED: Final = "VIOLATED"
 _WORD: Final = re.compile(r"\w+")
 _RARE: Final = 0.25
-"""Share of the events at most in which a word stands that says what a failure is about."""
+"""A word that occurs in a larger share of the events does not identify the subject of a failure."""
 _NUMBER: Final = re.compile(r"\b(?:[0-9a-f]{8,}|\d+(?:\.\d+)?)\b")
 _MAX_BLOCK: Final = 4
 """The longest sequence of events that is shown once if it repeats."""
 _FOLDED: Final = 4
-"""How often they come in a row at least."""
+"""The minimum number of repetitions that are folded."""
 _TAIL: Final = 20
 """The number of events before the violation that are always shown."""
 
 
 def story_of(finding: Finding, most: int = SHORT) -> list[str]:
-    """Return the story, a line each: the failure, the schedule, what is without each injection of it, and the events.
+    """Return the lines of a story: the failure, the schedule, the outcome without each injection, and the events.
 
-    Shows at most *most* events.
+    It has at most *most* events.
     """
     lines = [f"{finding.failure.property}: {finding.text}", "", *_schedule(finding), ""]
     lines += [f"{at:10.3f} s  {text}" for at, text in events_of(finding.outcome, most)]
@@ -56,7 +56,7 @@ def _schedule(finding: Finding) -> Iterator[str]:
 
 
 def passes(outcome: Outcome) -> str:
-    """Return in words what came of a run: that it passes, or how else it fails."""
+    """Return the outcome of a run in words: it passes, or fails for another reason."""
     if outcome.ending == NOT_RUN:
         return "it is not known what comes of it: there was no time to try"
     if outcome.failure is None:
@@ -65,14 +65,14 @@ def passes(outcome: Outcome) -> str:
 
 
 def events_of(outcome: Outcome, most: int = SHORT) -> list[tuple[float, str]]:
-    """Return the events up to the end, with the violations among them; of many, the ones around what went wrong."""
+    """Return the events with the violations among them; if there are many, those around faults and violations."""
     marks = [(each.at / 1e9, f"{_VIOLATED} {each.property}: {each.text}") for each in outcome.violations]
     lines = _folded(sorted([*outcome.story, *marks], key=lambda line: line[0]))
     return lines if len(lines) <= most else _cut(lines, most)
 
 
 def mark_of(text: str) -> str:
-    """Return how an event is set off: as a violation, as something of the schedule, or not at all."""
+    """Return the mark of an event: ``violated``, ``thing`` for an injection, or empty."""
     if text.startswith(_VIOLATED):
         return "violated"
     return "thing" if " fault " in text or text.startswith(DISTURBED) else ""
@@ -95,7 +95,7 @@ def _folded(lines: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
 
 
 def _repeats(texts: Sequence[str], start: int, size: int) -> int:
-    """Return how often a block of texts comes in a row."""
+    """Return the number of times that a block of texts occurs in a row."""
     block, times = texts[start : start + size], 1
     while texts[start + size * times : start + size * (times + 1)] == block and len(block) == size:
         times += 1
@@ -103,9 +103,9 @@ def _repeats(texts: Sequence[str], start: int, size: int) -> int:
 
 
 def _cut(lines: Sequence[tuple[float, str]], most: int) -> list[tuple[float, str]]:
-    """Return so many lines, and say how many are left out between them.
+    """Return at most *most* lines, with the number of lines left out between them.
 
-    First come those at the end and those around faults and violations, then those with a robot, an order, an item or
+    Lines at the end and around faults and violations have priority, then those with a robot, an order, an item or
     another word of faults and violations, the latest first.
     """
     texts = [text for _, text in lines]

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.reducer import Reduced
     from hmrsim.fault_search.running.single import Failure, Outcome
     from hmrsim.fault_search.schedule import Case, Injection, Schedule
 
 _FEW: Final = 50
-"""Runs that are too few for a search, unless nothing is left to try."""
+"""A search with fewer runs is too short, unless nothing is left to try."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +48,14 @@ class Summary:
         nominal: The outcome of the run without faults.
         findings: The failures, in the order in which they were found.
         tried: Statistics of the attempts.
-        exercised: In how many runs each property was exercised, by name.
+        exercised: The number of runs that exercised each property, by name.
         unreached: The gaps of the search.
-        seconds: Wall seconds that it took.
-        complete: Whether it has ended by its budget, and was not interrupted.
-        kept: How many schedules have exercised something new.
-        features: How many different injections were exercised.
-        covered: How much of the tree was ticked, in words; empty without a tree.
-        files: The file that repeats each failure, by its number from 1.
+        seconds: The wall seconds of the search.
+        complete: Whether the search was not interrupted.
+        kept: The number of schedules that exercised something new.
+        features: The number of different features that were exercised.
+        covered: The coverage of the tree, in words; empty without a tree.
+        files: The file that reproduces each failure, by its number from 1.
     """
 
     name: str
@@ -109,7 +108,7 @@ class Summary:
 
     @property
     def gave_up_first(self) -> list[str]:
-        """The first schedule of transient faults only after which the controller gave up, in words."""
+        """The first schedule with only transient faults after which the controller gave up, in words."""
         return [injection.describe() for injection in self.tried.gave_up_first]
 
     def _finding(self, number: int, finding: Finding) -> dict[str, Any]:
@@ -129,19 +128,35 @@ class Summary:
 
 
 @dataclass(frozen=True)
+class Reduced:
+    """A reduced case; its schedule is 1-minimal if there was time for that.
+
+    Attributes:
+        case: The case, with its world.
+        without: For each injection of its schedule, the outcome of the case without it; its ending is ``not_run`` if
+            time ran out.
+        runs: The number of runs that the reduction took.
+    """
+
+    case: Case
+    without: tuple[Outcome, ...]
+    runs: int
+
+
+@dataclass(frozen=True)
 class Finding:
-    """A failure that was found.
+    """A failure that a search found.
 
     Attributes:
         failure: The failure.
-        run: The number of the run that showed it, from 1.
+        run: The number of the first run with this failure, from 1.
         original: The schedule of this run.
         reduced: The reduced case.
         outcome: The outcome of the reduced case, with its trace and its events.
-        seconds: Wall seconds after which it was found.
-        reducing: Wall seconds that it took to reduce it.
-        known: Whether it was found earlier, and is in the folder of the results.
-        seen: How many runs of the search have failed like this.
+        seconds: The wall seconds after which it was found.
+        reducing: The wall seconds of its reduction.
+        known: Whether an earlier search found it, and it is in the folder of the results.
+        seen: The number of runs that failed like this.
     """
 
     failure: Failure
@@ -166,12 +181,12 @@ class Finding:
 
     @property
     def without(self) -> Sequence[Outcome]:
-        """For each injection of the schedule, what comes of the case without it."""
+        """The outcome of the case without each injection of the schedule."""
         return self.reduced.without
 
     @property
     def in_order(self) -> list[tuple[Injection, Outcome]]:
-        """The injections as they began, each with what comes of the case without it: the first cause comes first."""
+        """The injections in the order in which they began, each with the outcome of the case without it."""
         return [(self.schedule[i], self.without[i]) for i in by_begin(self.schedule, self.outcome)]
 
     @property
@@ -189,7 +204,7 @@ class Finding:
 
 
 def by_begin(schedule: Schedule, outcome: Outcome) -> list[int]:
-    """Return the numbers of a schedule's injections in the order in which they began in a run; last what never did."""
+    """Return the indices of a schedule's injections in the order in which they began, the others last."""
     began = dict(enumerate(outcome.began))
     return sorted(range(len(schedule)), key=lambda i: math.inf if (at := began.get(i)) is None else at)
 
@@ -199,17 +214,17 @@ class Tried:
     """Statistics of the schedules that a search has tried.
 
     Attributes:
-        runs: How many runs there were.
-        failed: How many of them violated a property.
-        singles: How many single injections there are, each at each moment.
-        singles_left: How many of them were not tried.
-        kinds: How often each kind of injection was in a schedule.
-        begun: How often it began.
-        exercised: How often each property was.
-        endings: How the runs have ended.
-        transient: How many runs had faults that were all transient, and nothing else.
-        gave_up: In how many of these the controller ended as failed.
-        gave_up_first: The schedule of the first of them.
+        runs: The number of runs.
+        failed: The number of runs that violated a property.
+        singles: The number of single injections, each at each moment.
+        singles_left: The number of these that were not tried.
+        kinds: The number of injections in schedules, by kind.
+        begun: The number of these that began, by kind.
+        exercised: The number of runs that exercised each property.
+        endings: The number of runs with each ending.
+        transient: The number of runs with transient faults only.
+        gave_up: The number of these in which the controller ended as failed.
+        gave_up_first: The schedule of the first of these.
     """
 
     runs: int = 0

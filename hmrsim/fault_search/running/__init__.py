@@ -1,1 +1,1 @@
-"""The running of schedules: worlds with their controllers, and what disturbs these."""
+"""Runs of schedules: one run in a worker, and many runs on an executor."""

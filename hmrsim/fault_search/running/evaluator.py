@@ -1,4 +1,4 @@
-"""Running many cases on an executor; what comes of them does not depend on which worker runs what."""
+"""Runs of many cases on an executor, whose outcomes do not depend on which worker runs which case."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from hmrsim.trials.guards import ending_of_lost
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
 
 _PIECES: Final = 4
 """Tasks per worker in a batch: several, so that all workers stay busy until its end."""
 _MAX_PIECE: Final = 16
 _PIECE: Final = 0.25
-"""Wall seconds that a task should take at most, unless a single run takes longer."""
+"""The maximum of wall seconds for a task, unless a single run takes longer."""
 _MANY: Final = 32
 """The number of workers to assume if it is unknown."""
 _KEPT: Final = 50_000
-"""Outcomes that are remembered, so that no case is run twice."""
+"""The number of outcomes that are kept, so that no case is run twice."""
 
 
 class Evaluator:
@@ -59,14 +59,14 @@ class Evaluator:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End the executor, with what it does."""
+        """End the executor and the cases that it runs."""
         self.stop()
 
     def take(self, check: Check, nominal: Outcome | None = None) -> None:
         """Run the cases of another check from now on, on the same executor.
 
-        *nominal* is the outcome of its run without faults, if known. If a property compares runs with that one, it
-        is made again, to be compared with itself.
+        *nominal* is the outcome of its run without faults, if known. If a property compares runs with it, that run is
+        made again, since it has to be compared with itself.
         """
         self._check = check
         self._known.clear()
@@ -74,11 +74,11 @@ class Evaluator:
             self._keep(Case().key, nominal)
 
     def stop(self) -> None:
-        """End the executor; the next cases have a new one."""
+        """End the executor; the next cases get a new one."""
         self._batches.stop()
 
     def outcomes(self, cases: Sequence[Case], until: float = math.inf) -> list[Outcome]:
-        """Return what comes of some cases, in order; only of the first ones if time is over before; see `stream`."""
+        """Return the outcomes of cases, in order; only of the first ones if time runs out; see `stream`."""
         return [*self.stream(cases, until)]
 
     def stream(self, cases: Sequence[Case], until: float = math.inf) -> Generator[Outcome, None, None]:
@@ -86,8 +86,8 @@ class Evaluator:
 
         The stream ends early when time is up. Close it to start no further case.
 
-        Features and moments are included only the first time, except for the run without a schedule: they are most of
-        an outcome, and a search runs tens of thousands.
+        Only the first outcome of a case has features and moments, except for the run without a schedule: they take
+        most of the memory of an outcome, and a search makes tens of thousands.
 
         *until* is the last moment, by the monotonic clock.
         """
@@ -105,10 +105,7 @@ class Evaluator:
                 yield fresh.get(case.key) or self._known[case.key]
 
     def rerun(self, case: Case, until: float = math.inf) -> Outcome:
-        """Run a case again; return its outcome with the trace and the events in words.
-
-        Its ending is `NOT_RUN` if there was no time for it.
-        """
+        """Run a case again; return its outcome with trace and story, or with the ending `NOT_RUN` if time runs out."""
         with closing(self._run([case], until, story=True)) as running:
             _, outcome = next(running, ("", None))
         return outcome or Outcome(NOT_RUN)
@@ -140,7 +137,7 @@ class Evaluator:
                     yield case.key, outcome
 
     def _pieces(self, cases: Sequence[Case]) -> Iterator[Sequence[Case]]:
-        """Yield the cases in pieces of a fraction of a second, so that little is in vain when the rest is dropped."""
+        """Yield the cases in pieces of a fraction of a second, so that little is lost when the rest is dropped."""
         size = min(_MAX_PIECE, -(-len(cases) // (self.workers * _PIECES)))
         if self._seconds:
             size = min(size, int(_PIECE / self._seconds))
@@ -149,7 +146,7 @@ class Evaluator:
 
 
 def _light(outcome: Outcome) -> Outcome:
-    """Return an outcome without what its run has exercised."""
+    """Return an outcome without features, moments and coverage."""
     return replace(outcome, features=(), moments=(), coverage=b"")
 
 
@@ -163,8 +160,8 @@ class Task:
     Attributes:
         check: The check.
         cases: The cases.
-        story: Whether their traces and events are wanted.
-        seconds: Wall seconds that there are for them.
+        story: Whether the outcomes include traces and stories.
+        seconds: The wall seconds for all of them.
     """
 
     check: Check
@@ -175,12 +172,12 @@ class Task:
 
 @lru_cache(maxsize=8)
 def _warm(check: Check) -> Check:
-    """Return a check that this process has worked at, if it has: with its worlds and routes."""
+    """Return the equal check that this process used before, if any, which has its worlds and routes cached."""
     return check
 
 
 def execute(task: Task) -> list[Outcome]:
-    """Return the outcomes of some cases, in order; fewer if the time for them is over."""
+    """Return the outcomes of cases, in order; fewer if time runs out."""
     check = _warm(task.check)
     until = time.monotonic() + task.seconds
     outcomes: list[Outcome] = []

@@ -14,8 +14,8 @@ from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.robots import ChargingBegan, ChargingEnded
 from hmrsim.events.simulation import ParticipantEvent
 from hmrsim.experiments.running.replications import packed, unpacked
+from hmrsim.fault_search.kinds import Draw, battery_of, share_at_start
 from hmrsim.fault_search.schedule import Moment
-from hmrsim.fault_search.space.kinds import Draw, battery_of, share_at_start
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged

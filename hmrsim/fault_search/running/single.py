@@ -1,37 +1,34 @@
-"""One run of a schedule: a trial that is disturbed, and the monitors of its properties."""
+"""One run of a schedule: a disturbed trial, with the monitors of its properties, and its outcome."""
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
-from hmrsim.errors import HmrsimError
 from hmrsim.events.simulation import ParticipantDropped
 from hmrsim.fault_search.running.observer import BatteryDraws, Novelty, Observer
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
-from hmrsim.program.users_code import described
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
-from hmrsim.trials.guards import guarded
-from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, MEMORY, SUCCEEDED, TIMEOUT, TimeLimit
+from hmrsim.trials.guards import attempt
+from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, SUCCEEDED, TIMEOUT
 from hmrsim.world_checks import LoadedWorld
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
+    from hmrsim.fault_search.kinds import Draw
     from hmrsim.fault_search.schedule import Case, Moment
-    from hmrsim.fault_search.space.kinds import Draw
     from hmrsim.properties import Properties, Verdict, Violation
     from hmrsim.properties.results import Reference
     from hmrsim.protocol.outputs import EventStamped
@@ -43,19 +40,19 @@ Ending = tuple[str, str]
 """The ending of a run and its cause."""
 
 _KILLING: Final = ("controller_killed", "second_controller")
-"""Disturbances at which a controller is killed on purpose; the second one when the first has ended."""
+"""Disturbances that kill a controller on purpose; a second controller is killed when the first one ends."""
 
 _REFUSED: Final = "NotServed:"
-"""The cause with which a tree ends by itself, as its robot can't be reached, or lacks an action, when it begins."""
+"""The start of the cause if a tree ends at its start, since its robot can't be reached or lacks an action."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Outputs of a run besides its verdicts.
+    """The outputs of a run besides its verdicts.
 
     Attributes:
-        trace: Its trace.
-        story: Its events in words.
+        trace: Whether to return its trace.
+        story: Whether to return its events in words.
         further: Makes further sinks, such as one that records the run.
     """
 
@@ -78,30 +75,20 @@ def run_case(check: Check, case: Case, wanted: Wanted = VERDICTS) -> Outcome:
 
 def run_within(check: Check, case: Case, wanted: Wanted, seconds: float) -> Outcome | None:
     """Run a case; return its outcome, or None if it takes longer than *seconds* of wall time."""
-    began = time.perf_counter()
-    try:
-        with guarded(check.file.limits, seconds):
-            outcome = _Run(check, case, wanted).outcome()
-    except TimeLimit as limit:
-        outcome = without_run(check, case, HUNG, str(limit))
-    except MemoryError:
-        outcome = without_run(check, case, MEMORY, "it takes more memory than there is")
-    except (HmrsimError, ValueError) as error:
-        outcome = Outcome(ERROR, str(error))
-    except Exception as error:  # noqa: BLE001 - one of ours: the other runs must not suffer
-        outcome = Outcome(ERROR, described(error))
-    wall = time.perf_counter() - began
-    if outcome.ending == HUNG and wall >= seconds:
-        return None
-    return replace(outcome, wall=wall)
+    outcome, _, wall = attempt(
+        check.file.limits, lambda: _Run(check, case, wanted).outcome(), partial(without_run, check, case), seconds
+    )
+    return None if outcome.ending == HUNG and wall >= seconds else replace(outcome, wall=wall)
 
 
 def without_run(check: Check, case: Case, ending: str, cause: str) -> Outcome:
-    """Return the outcome of a run that could not be judged to its end: what its ending alone violates.
+    """Return the outcome of a run that was not judged to its end, with the violations by its ending alone.
 
     Raises:
         WorldError: The case can't be made.
     """
+    if ending == ERROR:
+        return Outcome(ERROR, cause)
     monitor = Monitor(check.properties, check.world_of(case), check.reference)
     monitor.end(0, Ended(ending, cause))
     return Outcome(ending, cause, 0.0, tuple(monitor.violations), tuple(monitor.verdicts()))
@@ -157,7 +144,7 @@ class _Run:
         )
 
     def _ended(self) -> tuple[str, str, int]:
-        """Make the run; return how it has ended, what that does not say, and when."""
+        """Make the run; return its ending, the cause, and its time in nanoseconds."""
         check = self._check
         trial = trial_of(
             LoadedWorld(self._world, Path(check.place), ()),
@@ -189,9 +176,9 @@ class _Run:
         return [*([self._trace] if self._trace else []), *own, *self._wanted.further(simulator, pacing)]
 
     def _judged(self, ending: str, cause: str, *, over: bool) -> Ending:
-        """Return how a run has ended: one that was over before its controller has ended by a violation or the limit."""
+        """Return the ending of a run; one that was over before its controller ended by a violation or its limit."""
         if ending == KILLED:
-            # A disturbance has killed it for good: that is not its own failure.
+            # A disturbance killed it for good, so it did not fail.
             return "stopped", cause
         if ending == CRASHED and cause.startswith(_REFUSED):
             return FAILED, cause
@@ -218,7 +205,7 @@ class _Run:
 
 
 def _applicable(properties: Properties, case: Case) -> Properties:
-    """Return properties without `recovers` if something else than transient faults goes wrong."""
+    """Return the properties of a case: without `recovers` if its schedule has more than transient faults."""
     if not properties.built_in.recovers or all(injection.transient for injection in case.schedule):
         return properties
     return properties.model_copy(update={"built_in": properties.built_in.model_copy(update={"recovers": False})})
@@ -226,20 +213,20 @@ def _applicable(properties: Properties, case: Case) -> Properties:
 
 @lru_cache(maxsize=8)
 def _novelty(_check: str) -> Novelty:
-    """Return what this process has seen of the trees of a check."""
+    """Return the coverage that is new to this process, for the trees of a check."""
     return Novelty()
 
 
 NOT_RUN: Final = "not_run"
-"""The ending of a case for which there was no time."""
+"""The ending of a case that was not run for lack of time."""
 
 
 class Failure(NamedTuple):
-    """Why a run has failed: two runs with equal failures have failed for the same reason.
+    """A failure of a run; runs with equal failures failed for the same reason.
 
     Attributes:
         property: The property's name.
-        reason: Why, as a stable text without times and names.
+        reason: The reason, as a stable text without times and names.
     """
 
     property: str
@@ -258,21 +245,21 @@ class Outcome:
         ending: The ending: ``succeeded``, ``failed``, ``timeout``, ``crashed``, ``hung``, ``deadlock``, ``died``,
             ``error`` and others of an experiment's endings.
         cause: Details that the ending lacks.
-        at: When it ended, in simulated seconds.
+        at: The time of its end, in simulated seconds.
         violations: The violations of properties, in order of time.
         verdicts: The verdict on each property.
         features: The features of the run, as texts, to guide the search.
         moments: The moments to which injections may be anchored.
-        began: When each injection of its schedule began, in simulated seconds, in the order of the schedule. None if it
-            never began; changes begin at 0.
-        aborts: Why goals were aborted or rejected, each reason once.
-        wall: Wall seconds that it took.
-        trace: The trace, if it was asked for.
-        story: Its events in words, if they were asked for: time in seconds, text.
-        output: The last lines that a command has printed.
+        began: The time at which each injection of its schedule began, in simulated seconds; None if it never began, 0
+            for changes.
+        aborts: The reasons for which goals were aborted or rejected, each once.
+        wall: The wall seconds that it took.
+        trace: The trace, if requested.
+        story: Its events in words, each with its time in seconds, if requested.
+        output: The last lines that a command printed.
         coverage: The packed coverage of the tree; empty if nothing in it is new to the worker.
-        items: Of a run without a schedule, if it is to be compared with: where the items are at its end.
-        draws: Of a run without a schedule: what each robot with a battery has taken from it.
+        items: The items at the end of a run without a schedule, if other runs are compared with it.
+        draws: The battery draw of each robot in a run without a schedule.
     """
 
     ending: str

@@ -1,1 +1,1 @@
-"""The search: what is run next, guided by what the runs before have exercised."""
+"""The search: it proposes schedules, guided by earlier runs, and reduces those that fail."""

@@ -1,4 +1,4 @@
-"""A campaign: earlier failures, the run without faults, batches of schedules, and the reduction of failures."""
+"""A campaign: the run without faults, earlier failures, batches of schedules, and the reduction of failures."""
 
 from __future__ import annotations
 
@@ -7,48 +7,49 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.candidates import Candidates
 from hmrsim.fault_search.results.summary import Finding, Summary, Unreached
 from hmrsim.fault_search.running.single import NOT_RUN
 from hmrsim.fault_search.schedule import Case
+from hmrsim.fault_search.searching.reducer import Reducer
 from hmrsim.fault_search.searching.search import Found, Search, Strategy
-from hmrsim.fault_search.space.candidates import Candidates
 from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure, Outcome
 
 _ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0
 _MORE: Final = 600.0
-"""By default a run may take so many times what it takes without faults, and so many simulated seconds more."""
+"""The default limit of a run is its time without faults times `_LONGER`, plus this number of simulated seconds."""
 _REDUCING: Final = 0.3
-"""The reduction of a failure may take this share of the budget of time."""
+"""The share of the time budget that the reduction of a failure may take."""
 _LEAST: Final = 10.0
-"""Without a budget of time it may take so many wall seconds, or as many as the search has taken, if that is more."""
+"""Without a time budget, a reduction may take this number of wall seconds, or the time of the search if longer."""
 _TELLING: Final = 2.0
-"""Wall seconds that the run of a story may take also when time is over."""
+"""Wall seconds for the run of a story even if time is over."""
 _RESERVE: Final = 0.1
 _MAX_RESERVE: Final = 10.0
-"""This share of the budget, and at most so many wall seconds, is kept for what is found at the end."""
+"""This share of the budget, at most this number of wall seconds, is kept for failures found at the end."""
 
 
 def limited(check: Check, nominal: Outcome) -> Check:
-    """Return a check that knows its run without faults.
+    """Return a check with the reference and the limit that follow from its run without faults.
 
-    Its runs may take ten times what that has taken, if it sets no limit, and are compared with it if it has succeeded.
+    Without a limit of its own, its runs may take ten times as long, plus ten minutes. They are compared with the run
+    without faults if that has succeeded.
     """
     reference = nominal.items if nominal.ending == "succeeded" else None
     limit = check.limit
     if check.file.limits.simulated is None and nominal.ending in {"succeeded", "failed"}:
         limit = round(nominal.at * _LONGER + _MORE, 3)
-    return replace(check, limit=limit, reference=reference, _worlds={})
+    return replace(check, limit=limit, reference=reference)
 
 
 def no_search(nominal: Outcome) -> str:
-    """Return why a search makes no sense after this run without faults; empty if it does."""
+    """Return the reason why a search is pointless after a run without faults; empty if it is not."""
     if nominal.ending == ERROR:
         return nominal.cause
     if nominal.ending in _ENDS_OF_ITS_OWN and not nominal.moments:
@@ -84,10 +85,10 @@ class Options:
     """The options of a search.
 
     Attributes:
-        strategy: ``guided``, or ``random`` to compare with.
+        strategy: ``guided``, or ``random`` for comparison.
         first_only: Whether to end with the first failure.
-        reduce: Whether failures are reduced.
-        earlier: Earlier failures, each with its case; they come first.
+        reduce: Whether to reduce failures.
+        earlier: Earlier failures, each with its case, which are run first.
         set_aside: Called with an earlier failure that no longer occurs because its world does not suit the
             controller, and with the reason.
         tell: Called with the progress, batch by batch, of the search and of reductions.
@@ -110,7 +111,7 @@ class Campaign:
         check: The check, with its limit.
         evaluator: Runs its cases.
         nominal: The outcome of the run without faults.
-        began: When the budget has begun, by the monotonic clock; None for now.
+        began: The start of the budget, by the monotonic clock; None for now.
     """
 
     def __init__(
@@ -144,9 +145,10 @@ class Campaign:
             self._tell()
 
     def _fitting(self, until: float) -> list[Case]:
-        """Return the cases of earlier failures that still say something.
+        """Return the cases of earlier failures that suit the controller.
 
-        A world reduced for one controller may lack objects that another needs: then it fails without the schedule, too.
+        A world reduced for one controller may lack objects that another needs, which then fails even without the
+        schedule.
         """
         fitting = []
         for case, failure in self._options.earlier:
@@ -195,7 +197,7 @@ class Campaign:
             self._options.on_finding(finding)
 
     def _reduced(self, found: Found) -> Finding:
-        """Return a failure as its user gets it: reduced, with its trace and its events."""
+        """Return a failure for the user: reduced, with its trace and its events."""
         began = time.monotonic()
         until = self.reduces_until(began)
         runs = self._evaluator.runs
@@ -243,7 +245,7 @@ class Campaign:
         return min(self._until, now + max(_LEAST, now - self._began - 2 * self._reducing))
 
     def summary(self) -> Summary:
-        """Return what came of the search so far."""
+        """Return the results of the search so far."""
         search = self._search
         properties = {verdict.property: search.tried.exercised[verdict.property] for verdict in self._nominal.verdicts}
         kinds = dict.fromkeys(candidate.injection.kind for candidate in self._candidates.entries)

@@ -1,8 +1,8 @@
-"""The guide of a search: schedules that have exercised something new are changed further.
+"""The guide of a search: it keeps schedules that have exercised something new, and mutates them.
 
-As coverage-guided fuzzers do it: a schedule is kept if its run has a feature that no run had before, or brings a
-property nearer to its violation; one that is kept is chosen the more often, the rarer its features are. See Böhme,
-Pham and Roychoudhury, "Coverage-based Greybox Fuzzing as Markov Chain", CCS 2016, for why rare ones are preferred.
+This is how coverage-guided fuzzers work: a schedule is kept if its run has a feature that no earlier run had, or brings
+a property nearer to its violation. Kept schedules with rare features are chosen more often. For the reason, see Böhme,
+Pham and Roychoudhury, "Coverage-based Greybox Fuzzing as Markov Chain", CCS 2016.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     import random
     from collections.abc import Callable, Sequence
 
+    from hmrsim.fault_search.candidates import Candidates
     from hmrsim.fault_search.running.single import Outcome
     from hmrsim.fault_search.schedule import Injection, Moment, Schedule, What
-    from hmrsim.fault_search.space.candidates import Candidates
 
 _NEARER: Final = 0.95
-"""A robustness that is less than this share of the least one so far is worth to go on from."""
+"""A schedule is kept if its robustness is less than this share of the lowest one so far."""
 _MAX_KEPT: Final = 2_000
 _RECOVERY: Final = 4.0
-"""How often a run is gone on from in which the controller did something else than without faults, beside others."""
+"""The weight of a run in which the controller did something that it does not do without faults."""
 _MAX_RARE: Final = 24
-"""Features that count for how often a schedule is chosen: the rarest ones."""
+"""The number of a schedule's features that count for its weight, the rarest first."""
 
 
 @dataclass
@@ -37,9 +37,9 @@ class Kept:
     Attributes:
         schedule: The schedule.
         moments: The moments of its run.
-        fresh: The moments among them that the run without faults does not have: what went wrong has brought them about.
+        fresh: The moments among them that the run without faults does not have.
         features: Its new features.
-        chosen: How often it was chosen.
+        chosen: The number of times that it was chosen.
     """
 
     schedule: Schedule
@@ -50,14 +50,14 @@ class Kept:
 
 
 class Guide:
-    """Remembers what runs have exercised, and chooses schedules to go on from.
+    """Records the features of runs, and chooses schedules to mutate.
 
     Args:
-        nominal: What happens in the run without faults.
+        nominal: The moments of the run without faults.
 
     Attributes:
         kept: The schedules that have exercised something new, the oldest first.
-        features: How many runs have had each feature.
+        features: The number of runs with each feature.
     """
 
     def __init__(self, nominal: Sequence[Moment]) -> None:
@@ -71,7 +71,7 @@ class Guide:
         self._known: dict[What, None] = {}
 
     def note(self, schedule: Schedule, outcome: Outcome) -> bool:
-        """Note what a run has exercised; return whether that was new."""
+        """Record the features of a run; return whether it exercised something new."""
         new = tuple(feature for feature in outcome.features if feature not in self.features)
         self.features.update(outcome.features)
         self._energies.clear()
@@ -84,10 +84,7 @@ class Guide:
         return bool(new or nearer)
 
     def can_begin(self, schedule: Schedule) -> bool:
-        """Return whether all of a schedule may begin, as far as that is known.
-
-        An injection whose moment does not occur without it has no effect: the run would be the same.
-        """
+        """Return False if an injection of a schedule is known to have no effect, since its moment does not occur."""
         begun: list[Injection] = []
         waiting = [*schedule]
         come = [injection for injection in waiting if injection.awaited not in self._known]
@@ -107,7 +104,7 @@ class Guide:
         return [moment for moment in outcome.moments if moment.what not in self._nominal]
 
     def _nearer(self, outcome: Outcome) -> bool:
-        """Return whether a property was nearer to its violation than in any run before."""
+        """Return whether a property was nearer to its violation than in all earlier runs."""
         found = False
         for verdict in outcome.verdicts:
             robustness = verdict.robustness
@@ -120,10 +117,10 @@ class Guide:
         return found
 
     def choose(self, rng: random.Random) -> Kept | None:
-        """Return a schedule to go on from; None if there is none."""
+        """Return a schedule to mutate; None if there is none."""
         if not self.kept:
             return None
-        # Between two runs they change for what is chosen alone.
+        # Between two runs, only the energy of the chosen schedule changes.
         self._energies = self._energies or [self._energy(each) for each in self.kept]
         number = rng.choices(range(len(self.kept)), self._energies)[0]
         kept = self.kept[number]
@@ -139,7 +136,7 @@ class Guide:
 
 _TRIES: Final = 8
 _FRESH: Final = 0.8
-"""How often something begins at a moment that came about only by what went wrong before."""
+"""The probability that an injection begins at a moment that the run without faults does not have."""
 _FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
 
 
@@ -148,8 +145,8 @@ class Mutator:
 
     Args:
         candidates: The injections to choose from.
-        at_most: How many injections a schedule has at most.
-        durations: Seconds that injections last.
+        at_most: The maximum number of injections in a schedule.
+        durations: The durations of injections in seconds.
     """
 
     def __init__(self, candidates: Candidates, at_most: int, durations: Sequence[float]) -> None:
@@ -163,7 +160,7 @@ class Mutator:
         )
 
     def changed(self, kept: Kept, other: Kept, rng: random.Random) -> Schedule | None:
-        """Return a schedule that differs from one by a little; *other* is one more that was found worth keeping."""
+        """Return a mutation of a kept schedule, perhaps with parts of *other*, which is another kept schedule."""
         for _ in range(_TRIES):
             way = rng.choices([way for _, way in self._ways], [weight for weight, _ in self._ways])[0]
             schedule = way(kept, other, rng)
@@ -172,7 +169,7 @@ class Mutator:
         return None
 
     def fresh(self, kept: Kept, rng: random.Random) -> Injection | None:
-        """Return something that begins at a moment of a run, rather at one that only this run had."""
+        """Return an injection at a moment of a run, preferably one that the run without faults does not have."""
         moments = kept.fresh if kept.fresh and rng.random() < _FRESH else kept.moments
         return self._candidates.any(moments, rng)
 
@@ -215,9 +212,9 @@ class Mutator:
 
 
 def without_twins(schedule: Schedule) -> Schedule:
-    """Return a schedule in which nothing is there twice, and of each robot or demand one injection is changed at most.
+    """Return a schedule without duplicates, and with at most one change of each robot or demand.
 
-    Two changes of a robot, such as a small battery and a low speed, may be too much where each alone can be borne.
+    A controller may handle a small battery and a low speed of a robot, but not both together.
     """
     found: dict[str, Injection] = {}
     parts: dict[tuple[str, ...], None] = {}

@@ -23,30 +23,30 @@ from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_tw
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.fault_search.file.check import Check
+    from hmrsim.fault_search.candidates import Candidates
+    from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure, Outcome
     from hmrsim.fault_search.schedule import Moment, Schedule
-    from hmrsim.fault_search.space.candidates import Candidates
 
 Strategy = Literal["guided", "random"]
 
 BATCH: Final = 32
-"""Cases that are proposed at once."""
+"""The number of cases in a batch."""
 _PROBES: Final = 12
-"""Of those, schedules in which one goal more fails, while there are any."""
+"""The number of probes in a batch, while there are any."""
 _SINGLES: Final = 8
-"""The number of single injections among those."""
+"""The number of single injections in a batch."""
 _TRIES: Final = 20
 _LOW: Final = "battery_drop"
 """The fault with which a robot begins with a low battery."""
 _RESTART: Final = 0.1
-"""How often a schedule is made anew, rather than from one before."""
+"""The probability of a random schedule instead of a mutation."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A failure, and the first case that has shown it.
+    """A failure, and the first case that has caused it.
 
     Attributes:
         failure: The failure.
@@ -69,13 +69,13 @@ class Search:
         evaluator: Runs cases.
         candidates: The injections to choose from.
         nominal: The outcome of the run without faults.
-        strategy: ``guided``, or ``random`` to compare with.
+        strategy: ``guided``, or ``random`` for comparison.
 
     Attributes:
         tried: Statistics of the attempts.
         guide: The features of all runs.
         found: The first case of each failure.
-        seen_failures: How many runs have had each failure first.
+        seen_failures: The number of runs with each failure as their first.
     """
 
     def __init__(
@@ -106,14 +106,14 @@ class Search:
         self._base = Kept((), nominal.moments, nominal.moments, ())
 
     def first(self, cases: Sequence[Case], until: float = math.inf, *, one: bool = False) -> list[Found]:
-        """Run some cases before all else, such as earlier failures; return failures that are new, as `next` does."""
+        """Run given cases, such as earlier failures; return new failures, as `next` does."""
         return self._run(cases, until, one=one)
 
     def next(self, most: int, until: float = math.inf, *, one: bool = False) -> list[Found] | None:
-        """Run the next batch; return failures that are new, None if there is nothing left to try.
+        """Run the next batch; return new failures, or None if there is nothing left to try.
 
         Args:
-            most: At most so many runs.
+            most: The maximum number of runs.
             until: The last moment by the monotonic clock.
             one: Whether to stop at the first failure.
         """
@@ -141,7 +141,7 @@ class Search:
         return new
 
     def _note(self, schedule: Schedule, outcome: Outcome) -> None:
-        """Note what can be gone on from."""
+        """Record a run for further candidates, mutations and probes."""
         self._candidates.note(outcome.moments)
         if self.guide.note(schedule, outcome) and not outcome.failure:
             self._probes.add(schedule, outcome, self.guide.fresh(outcome) if schedule else outcome.moments)
@@ -172,7 +172,7 @@ class Search:
         return [*found, *self._fresh(self._guided, size - len(found))]
 
     def _next_turns(self, count: int) -> Iterator[Schedule]:
-        """Yield so many kinds of injections, each once; none when each has had its turn."""
+        """Yield the next single injections of kinds that had no turn, at most *count*."""
         while count and (injection := next(self._turns, None)) is not None:
             if self._is_new((injection,)):
                 yield (injection,)
@@ -198,7 +198,7 @@ class Search:
         self.tried.singles_left = len(self._untried)
 
     def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
-        """Yield so many schedules that were not tried; fewer if none is found."""
+        """Yield *count* schedules that were not tried; fewer if none is found."""
         for _ in range(count):
             for _ in range(_TRIES):
                 schedule = make()
@@ -231,16 +231,15 @@ class Search:
         return self.guide.can_begin(schedule) and not self._passed_over(schedule)
 
     def _passed_over(self, schedule: Schedule) -> bool:
-        """Return whether a schedule has all of one that is known to fail."""
+        """Return whether a schedule contains one that is known to fail."""
         injections = frozenset(schedule)
         return any(injections.issuperset(known) for known in self._known)
 
 
 def _one_of_each_kind(injections: Iterable[Injection]) -> list[Injection]:
-    """Return the first injection of each kind; of some the first one that holds from the start.
+    """Return the first injection of each kind, or one from the start, which may find more.
 
-    A controller may look at a door once, when it starts, and a robot may begin its work with a low battery: that costs
-    no separate run.
+    A controller may look at a door only when it starts, and a robot may begin its work with a low battery.
     """
     firsts: dict[str, Injection] = {}
     for injection in injections:
@@ -251,15 +250,15 @@ def _one_of_each_kind(injections: Iterable[Injection]) -> list[Injection]:
 
 
 _DOWN: Final = 5.0
-"""Seconds for which a robot breaks down that is to fail a goal."""
+"""The duration in seconds of a breakdown that makes a goal fail."""
 
 
 class Probes:
-    """Schedules in which one goal more fails than in a run that was made; each situation is probed once.
+    """Schedules in which one more goal fails than in an earlier run; each situation is probed once.
 
     Args:
         candidates: The injections to choose from.
-        at_most: How many injections a schedule has at most.
+        at_most: The maximum number of injections in a schedule.
     """
 
     def __init__(self, candidates: Candidates, at_most: int) -> None:
@@ -273,7 +272,7 @@ class Probes:
         Args:
             schedule: Its schedule.
             outcome: Its outcome.
-            moments: The moments at which goals are to fail.
+            moments: The moments at which goals should fail.
         """
         if len(schedule) >= self._at_most:
             return
@@ -292,7 +291,7 @@ class Probes:
         return self._waiting.popleft() if self._waiting else None
 
     def _failing(self, moment: Moment) -> Iterator[Injection]:
-        """Yield what makes a goal fail, as far as it can happen."""
+        """Yield the allowed injections that make a goal fail."""
         subject = {"robot": moment.robot, "when": moment.anchor()}
         aborted = Injection({"type": "goals_aborted", "action": moment.action, "count": 1, **subject})
         down = Injection({"type": "breakdown", "duration": _DOWN, **subject})

@@ -1,4 +1,4 @@
-"""A corridor with orders, for environments that are tried in milliseconds."""
+"""A corridor with orders, and functions that make environments of it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ WORLD = {
 
 @pytest.fixture
 def world():
-    """Return the corridor, in plain values: two robots serve four orders."""
+    """Return a corridor as plain values, in which two robots serve four orders."""
     return copy.deepcopy(WORLD)
 
 
 @pytest.fixture
 def make():
-    """Return what makes an environment, which is closed after the test."""
+    """Return a function that makes an environment, which is closed after the test."""
     gymnasium = pytest.importorskip("gymnasium", reason="environments need the extra gym")
     made = []
 
@@ -43,7 +43,7 @@ def make():
 
 @pytest.fixture
 def make_parallel():
-    """Return what makes an environment of many agents, which is closed after the test."""
+    """Return a function that makes a parallel environment, which is closed after the test."""
     hmrsim_gym = pytest.importorskip("hmrsim_gym.parallel", reason="environments need the extra gym")
     made = []
 

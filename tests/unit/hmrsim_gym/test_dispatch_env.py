@@ -1,4 +1,4 @@
-"""The environment of Gymnasium: its interface, its decisions and its rewards."""
+"""The Gymnasium environment: its interface, decisions and rewards."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from gymnasium.utils.env_checker import check_env
 
 from hmrsim.errors import WorldError
 from hmrsim_gym import DispatchEnv, OrderFeature, nearest
-from hmrsim_gym.features import FAR
+from hmrsim_gym.observations import FAR
 
 WAIT = 8
 
 
 def steps(env, choose=nearest, **arguments):
-    """Run an episode; return what each step gave, the reset first."""
+    """Run an episode; return the result of each step, beginning with the reset."""
     observation, info = env.reset(**arguments)
     given = [(observation, 0.0, False, False, info)]
     while not (given[-1][2] or given[-1][3]):
@@ -25,13 +25,11 @@ def steps(env, choose=nearest, **arguments):
     return given
 
 
-def test_gymnasium_finds_nothing_wrong(make, world):
-    """By its own checker, which tries seeds, spaces and rendering."""
+def test_passes_the_checker_of_gymnasium(make, world):
     check_env(make(world, render_mode="ansi").unwrapped)
 
 
-def test_the_seed_decides_the_episode(make):
-    """Equal seeds give equal steps, also after another episode; others do not."""
+def test_equal_seeds_give_equal_episodes(make):
     env = make("warehouse_orders", horizon=200)
 
     told = [repr(steps(env, seed=seed)) for seed in (3, 4, 3)]
@@ -39,8 +37,7 @@ def test_the_seed_decides_the_episode(make):
     assert told[0] == told[2] != told[1]
 
 
-def test_a_decision_comes_when_a_robot_is_idle_and_an_order_is_free(make, world):
-    """The first one comes with the first order, and the robot that the world names first is asked."""
+def test_decision_is_due_when_a_robot_is_idle_and_an_order_is_free(make, world):
     env = make(world)
 
     _, info = env.reset(seed=1)
@@ -48,23 +45,21 @@ def test_a_decision_comes_when_a_robot_is_idle_and_an_order_is_free(make, world)
     assert (15.0, "wall_e", ["parcel_1"]) == (info["now"], info["robot"], info["orders"])
 
 
-def test_an_order_that_is_chosen_is_delivered(make, world):
-    """All orders are, and then the episode is terminated: none will come."""
+def test_episode_terminates_when_all_orders_are_delivered(make, world):
     *_, (_, _, terminated, truncated, info) = steps(make(world), seed=1)
 
     assert (True, False, 4, 0) == (terminated, truncated, info["delivered"], info["late"])
 
 
-def test_the_horizon_truncates(make, world):
-    """Time ends there, whatever robots do."""
+def test_horizon_truncates_the_episode(make, world):
     *_, (observation, _, terminated, truncated, info) = steps(make(world, horizon=40), seed=1)
 
     assert (False, True, 40.0) == (terminated, truncated, info["now"])
     assert [0] * 8 + [1] == observation["action_mask"].tolist()
 
 
-def test_a_robot_that_waits_leaves_the_order_to_the_next_one(make, world):
-    """At the same time; then nobody is asked before the next order comes."""
+def test_waiting_leaves_the_order_to_the_next_robot(make, world):
+    """The next robot decides at the same time; then no robot does until the next order arrives."""
     env = make(world)
     env.reset(seed=1)
 
@@ -75,8 +70,7 @@ def test_a_robot_that_waits_leaves_the_order_to_the_next_one(make, world):
     ]
 
 
-def test_an_action_that_is_masked_is_to_wait(make, world):
-    """There is one order only."""
+def test_masked_action_waits(make, world):
     env = make(world)
     env.reset(seed=1)
 
@@ -85,8 +79,7 @@ def test_an_action_that_is_masked_is_to_wait(make, world):
     assert "eve" == info["robot"]
 
 
-def test_the_reward_is_the_time_that_orders_are_open(make, world):
-    """In minutes, with the weight of the order's priority."""
+def test_reward_counts_open_minutes_by_priority(make, world):
     world["demand"][0] |= {"at": ["store"], "count": 1, "priority": 2, "first": 0}
     env = make(world)
     env.reset(seed=1)
@@ -97,8 +90,8 @@ def test_the_reward_is_the_time_that_orders_are_open(make, world):
     assert -3 * info["now"] / 60 == pytest.approx(reward)
 
 
-def test_a_minute_in_which_an_order_is_late_costs_five(make, world):
-    """One as it is open, and four as it is late."""
+def test_late_minute_costs_five(make, world):
+    """A minute costs one because the order is open, and four more because it is late."""
     world["demand"][0] |= {"count": 1, "first": 0, "within": 20}
     env = make(world, robots=["eve"], horizon=80)
     env.reset(seed=1)
@@ -110,7 +103,6 @@ def test_a_minute_in_which_an_order_is_late_costs_five(make, world):
 
 
 def test_features_of_an_order(make, world):
-    """Ways are by route at the robot's speed; the other idle robot is at the other end."""
     world["demand"][0] |= {"at": ["door"]}
     env = make(world)
 
@@ -121,8 +113,7 @@ def test_features_of_an_order(make, world):
     assert not observation["orders"][1:].any()
 
 
-def test_an_order_that_is_never_due_has_a_far_slack(make, world):
-    """And so is a rival far, where no other robot is idle."""
+def test_order_without_due_time_or_rival_has_far_features(make, world):
     del world["demand"][0]["within"]
     observation, _ = make(world, robots=["eve"]).reset(seed=1)
 
@@ -130,8 +121,7 @@ def test_an_order_that_is_never_due_has_a_far_slack(make, world):
     assert [FAR, FAR] == [row[OrderFeature.SLACK], row[OrderFeature.RIVAL]]
 
 
-def test_of_many_orders_the_nearest_and_the_most_urgent_are_shown(make, world):
-    """Half of the places are for either; the nearest come first."""
+def test_rows_show_the_nearest_and_the_most_urgent_orders(make, world):
     world["demand"] = [
         {"name": name, "at": [at], "to": "ward", "arrives": 1, "first": 0, "count": 2, "within": within}
         for name, at, within in (("near", "store", 90), ("far", "door", 300), ("urgent", "ward", 30))
@@ -143,8 +133,7 @@ def test_of_many_orders_the_nearest_and_the_most_urgent_are_shown(make, world):
     assert ["near_1", "urgent_1"] == info["orders"]
 
 
-def test_a_step_wants_an_episode(make, world):
-    """Before the first reset and after the end."""
+def test_step_needs_an_episode(make, world):
     env = make(world, horizon=15.5, disable_env_checker=True).unwrapped
 
     with pytest.raises(ResetNeeded, match="call reset first"):
@@ -155,8 +144,7 @@ def test_a_step_wants_an_episode(make, world):
         env.step(0)
 
 
-def test_it_is_told_as_text(make, world):
-    """The time, what robots do, and the orders that nobody serves."""
+def test_renders_robots_and_orders_as_text(make, world):
     env = make(world, render_mode="ansi")
     env.reset(seed=1)
 
@@ -181,13 +169,11 @@ def test_it_is_told_as_text(make, world):
         ({"world": "hospital"}, "world 'hospital' has no demand"),
     ],
 )
-def test_arguments_that_are_none(world, arguments, message):
-    """Each says what would do."""
+def test_rejects_invalid_arguments(world, arguments, message):
     with pytest.raises(ValueError, match=message):
         DispatchEnv(**{"world": world, **arguments})
 
 
-def test_a_world_that_is_wrong_says_so():
-    """As everywhere."""
+def test_rejects_an_invalid_world():
     with pytest.raises(WorldError):
         DispatchEnv("no_such_world")

@@ -1,4 +1,4 @@
-"""What becomes of orders when goals fail, and of robots when batteries are low."""
+"""Orders whose goals fail, and robots whose batteries are low."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hmrsim_gym.setting import Setting
 
 @pytest.fixture
 def begin(world):
-    """Return what begins a run up to its first decision."""
+    """Return a function that begins a run and lets time pass until its first decision."""
     runs = []
 
     def run(**arguments):
@@ -28,7 +28,7 @@ def begin(world):
 
 
 def test_an_order_whose_pickup_fails_is_free_again(begin, world):
-    """Another robot may have it at once; the one that has failed rests."""
+    """Another robot may serve it at once, while the first one rests."""
     world["demand"][0] |= {"weight": 50, "count": 1}
     run = begin()
     (order,) = run.free
@@ -40,8 +40,7 @@ def test_an_order_whose_pickup_fails_is_free_again(begin, world):
     assert (["parcel_1"], ["eve"], "rests") == ([order.name for order in run.free], run.asking, run.doing("wall_e"))
 
 
-def test_a_robot_that_has_failed_is_given_other_orders_first(begin, world):
-    """Not the same one, for a minute."""
+def test_failed_order_is_not_offered_to_the_robot_for_a_minute(begin, world):
     world["demand"][0] |= {"weight": 50, "count": 1}
     run = begin(robots=["wall_e"], horizon=200)
     failed = []
@@ -55,8 +54,7 @@ def test_a_robot_that_has_failed_is_given_other_orders_first(begin, world):
     assert max(gaps) < 80
 
 
-def test_an_order_that_can_not_be_brought_is_laid_down(begin, world):
-    """It is free again where the robot has laid it down, and the other robot delivers it."""
+def test_undeliverable_item_is_put_down_and_free_again(begin, world):
     world["demand"][0] |= {"at": ["store"], "count": 1}
     world["traffic"]["patience"] = 5
     world["faults"] = [{"type": "lane_closed", "lane": ["door", "ward"], "at": 17, "duration": 60}]
@@ -67,8 +65,7 @@ def test_an_order_that_can_not_be_brought_is_laid_down(begin, world):
     assert (["parcel_1"], "waiting") == ([order.name for order in run.free], run.free[0].state.value)
 
 
-def test_a_robot_whose_battery_is_low_charges_before_it_serves(begin, world):
-    """It goes to the charger on its own, and is asked when it is charged."""
+def test_robot_with_a_low_battery_charges_before_it_serves(begin, world):
     world["docks"] = {"charger": {"at": [0, 2], "staging": [0, 0], "type": "charger", "power": 20}}
     world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 600, "initial_charge": 120}
     run = begin(robots=["wall_e"])
@@ -77,8 +74,7 @@ def test_a_robot_whose_battery_is_low_charges_before_it_serves(begin, world):
     assert 15 < run.now < 40
 
 
-def test_a_robot_that_is_lost_keeps_nobody_waiting(begin, world):
-    """Its battery is empty: others serve the orders that are left."""
+def test_robot_with_an_empty_battery_does_not_block_the_others(begin, world):
     world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 20}
     run = begin()
     run.assign(run.asking[0], run.free[0])
@@ -91,7 +87,7 @@ def test_a_robot_that_is_lost_keeps_nobody_waiting(begin, world):
 
 
 def test_an_idle_robot_charges_as_soon_as_its_battery_is_low(begin, world):
-    """Also while nothing else happens; a charger that is free is preferred to one that is near."""
+    """It prefers a free charger to a nearer one that is occupied."""
     charger = {"type": "charger", "power": 20}
     world["docks"] = {"near": {"at": [0, 2], "staging": [0, 0], **charger}, "far": {"at": [10, 2], **charger}}
     world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 100}

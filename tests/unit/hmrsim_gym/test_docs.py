@@ -1,4 +1,4 @@
-"""What docs/reference/gym.md says of the example that learns."""
+"""The documentation of the environments, and their missing extra."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from tests.paths import ROOT
 TEXT = (ROOT / "docs" / "reference" / "gym.md").read_text()
 
 
-def test_the_figures_are_those_of_the_example():
-    """Of its last run, that is."""
+def test_figures_are_those_of_the_example():
     out = (ROOT / "examples" / "learning.out").read_text()
     costs = re.search(r"the nearest order costs (\d+), the learned one (\d+)", out).groups()
     difference = re.search(r"difference is -(\d+), between -(\d+) and -(\d+)", out).groups()
@@ -21,8 +20,7 @@ def test_the_figures_are_those_of_the_example():
     assert "{0} less, with 95 % between {2} and {1}".format(*difference) in TEXT
 
 
-def test_without_the_extra_it_says_what_to_install():
-    """Whichever of its names is asked for."""
+def test_missing_extra_names_the_package_to_install():
     code = "import sys; sys.modules['gymnasium'] = None; import hmrsim_gym"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
 

@@ -1,4 +1,4 @@
-"""The environment of PettingZoo: its interface, and who may decide what."""
+"""The PettingZoo environment: its interface, and the decisions of its agents."""
 
 from __future__ import annotations
 
@@ -13,18 +13,15 @@ from hmrsim_gym import nearest
 WAIT = 8
 
 
-def test_pettingzoo_finds_nothing_wrong(make_parallel, world):
-    """By its own test of the interface."""
+def test_passes_the_interface_test_of_pettingzoo(make_parallel, world):
     parallel_api_test(make_parallel(world), num_cycles=50)
 
 
-def test_pettingzoo_finds_that_the_seed_decides(make_parallel, world):
-    """By its own test of seeds."""
+def test_passes_the_seed_test_of_pettingzoo(make_parallel, world):
     parallel_seed_test(lambda: make_parallel(world), num_cycles=20)
 
 
 def test_agents_without_a_decision_can_only_wait(make_parallel, world):
-    """While one of them serves the only order."""
     env = make_parallel(world)
     env.reset(seed=1)
 
@@ -34,7 +31,7 @@ def test_agents_without_a_decision_can_only_wait(make_parallel, world):
 
 
 def test_the_first_of_two_robots_gets_the_order(make_parallel, world):
-    """The other one waits until the next order comes."""
+    """The other robot waits until the next order arrives."""
     env = make_parallel(world)
     env.reset(seed=1)
 
@@ -43,8 +40,7 @@ def test_the_first_of_two_robots_gets_the_order(make_parallel, world):
     assert (30.0, [], ["parcel_2"]) == (infos["eve"]["now"], infos["wall_e"]["orders"], infos["eve"]["orders"])
 
 
-def test_all_have_the_same_reward_and_end_together(make_parallel, world):
-    """When the last order is delivered."""
+def test_agents_share_the_reward_and_end_together(make_parallel, world):
     env = make_parallel(world)
     observations, _ = env.reset(seed=1)
     told = []
@@ -57,15 +53,13 @@ def test_all_have_the_same_reward_and_end_together(make_parallel, world):
     assert ({"wall_e": True, "eve": True}, {"wall_e": False, "eve": False}) == (terminated, truncated)
 
 
-def test_the_state_is_what_all_agents_see(make_parallel, world):
-    """One array, for critics that see everything."""
+def test_state_has_the_observations_of_all_agents(make_parallel, world):
     env = make_parallel(world)
     observations, _ = env.reset(seed=1)
 
     assert sum(part.size for each in observations.values() for part in each.values()) == env.state().size
 
 
-def test_a_step_wants_an_episode(make_parallel, world):
-    """Before the first reset."""
+def test_step_needs_an_episode(make_parallel, world):
     with pytest.raises(ValueError, match="call reset first"):
         make_parallel(world).step({})

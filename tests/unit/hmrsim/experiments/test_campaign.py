@@ -1,4 +1,4 @@
-"""Many runs: which are next, what is kept, and what becomes of broken executors."""
+"""Campaigns: the order of runs, the stored results, and executors that break."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Inline(Executor):
         self._plan, self._deadly, self._broken = plan, deadly, False
 
     def submit(self, _function: Any, task: Task, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Do it."""
+        """Run a task at once."""
         future: Future[Any] = Future()
         if self._broken:
             raise BrokenProcessPool
@@ -81,29 +81,28 @@ class Inline(Executor):
 
 
 def table(folder: Path) -> list[Any]:
-    """Return all rows but for their wall time."""
+    """Return all rows without their wall times."""
     with Results(folder) as results:
         columns = [name for name in results.columns() if name != "wall"]
         return [tuple(row.values()) for row in results.rows(columns)]
 
 
 def made(folder: Path, plan: Plan, deadly: frozenset[int] = frozenset(), workers: int = 2) -> list[Any]:
-    """Make all runs, and return the table."""
+    """Make all runs; return the table."""
     with Results.create(folder, plan) as results:
         Campaign(plan, results, lambda: Inline(plan, deadly), workers).run()
     return table(folder)
 
 
 def test_all_runs_are_made_once(tmp_path: Path) -> None:
-    """All runs are made once."""
     plan = plan_of(tmp_path)
     rows = made(tmp_path / "r", plan)
     assert [row[0] for row in rows] == [*range(20)]
     assert made(tmp_path / "r", plan) == rows
 
 
-def test_the_first_mishap_is_told_while_runs_go_on(tmp_path: Path) -> None:
-    """Runs that fail are counted by their endings; each mishap is one of them, and a mission that fails is none."""
+def test_reports_the_first_mishap_while_runs_continue(tmp_path: Path) -> None:
+    """A mission that fails is no mishap."""
     plan, told = plan_of(tmp_path), []
     with Results.create(tmp_path / "r", plan) as results:
         campaign = Campaign(
@@ -118,10 +117,9 @@ def test_the_first_mishap_is_told_while_runs_go_on(tmp_path: Path) -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(deadly=st.frozensets(st.integers(0, 19)), workers=st.integers(1, 5))
-def test_runs_that_break_the_executor_are_rows_and_harm_no_others(
+def test_runs_that_break_the_executor_are_rows(
     tmp_path_factory: pytest.TempPathFactory, deadly: frozenset[int], workers: int
 ) -> None:
-    """Runs that break the executor are rows and harm no others."""
     folder = tmp_path_factory.mktemp("broken")
     plan = plan_of(folder)
     whole, found = made(folder / "whole", plan), made(folder / "broken", plan, deadly, workers)
@@ -135,7 +133,6 @@ def test_runs_that_break_the_executor_are_rows_and_harm_no_others(
 def test_the_order_of_results_and_a_resumption_change_nothing(
     tmp_path_factory: pytest.TempPathFactory, seed: int, error: float, kept: int
 ) -> None:
-    """The order of results and a resumption change nothing."""
     until = {"measure": "time", "relative_error": error}
     plan = plan_of(tmp_path_factory.mktemp("order"), replications={"min": 3, "max": 20, "until": until})
 
@@ -157,7 +154,6 @@ def test_the_order_of_results_and_a_resumption_change_nothing(
 
 
 def test_replications_stop_where_the_mean_is_known(tmp_path: Path) -> None:
-    """Replications stop where the mean is known."""
     until = {"measure": "time", "relative_error": 0.05}
     many = plan_of(tmp_path, replications={"min": 3, "max": 500, "until": until})
     rows = made(tmp_path / "many", many)
@@ -170,7 +166,6 @@ def test_replications_stop_where_the_mean_is_known(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("least", [1, 2])
 def test_a_mean_is_not_known_before_three_replications(tmp_path: Path, least: int) -> None:
-    """Nor is it a mistake to ask for fewer at least."""
     until = {"measure": "time", "relative_error": 0.5}
     plan = plan_of(tmp_path, replications={"min": least, "max": 9, "until": until})
     schedule = Schedule(plan, {})
@@ -182,8 +177,8 @@ def test_a_mean_is_not_known_before_three_replications(tmp_path: Path, least: in
 
 
 @pytest.mark.parametrize("margin", [None, 0.0, 0.1])
-def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_path: Path, margin: float | None) -> None:
-    """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together; a margin of 0 is none."""
+def test_replications_stop_when_the_comparison_is_decided(tmp_path: Path, margin: float | None) -> None:
+    """B takes 0.5 s more than A, give or take 0.2 s, while both vary by 3 s together."""
     until = {"measure": "time", "decided": True}
     measures = {"time": {"value": "end.at", "margin": margin}}
     plan = plan_of(tmp_path, replications={"min": 4, "max": 2000, "until": until}, measures=measures)
@@ -199,8 +194,7 @@ def test_replications_stop_where_it_is_decided_which_treatment_is_better(tmp_pat
 
 
 @pytest.mark.parametrize("how", [{"relative_error": 0.01}, {"decided": True}])
-def test_replications_that_are_the_same_run_are_enough(tmp_path: Path, how: dict[str, Any]) -> None:
-    """Further ones would be the same, and no verdict or width could ever be reached."""
+def test_repeated_replications_are_enough(tmp_path: Path, how: dict[str, Any]) -> None:
     plan = plan_of(tmp_path, replications={"min": 2, "max": 1000, "until": {"measure": "time", **how}})
     schedule = Schedule(plan, {})
     while runs := schedule.next(7):
@@ -210,8 +204,7 @@ def test_replications_that_are_the_same_run_are_enough(tmp_path: Path, how: dict
     assert {2 * len(plan.scenarios) * len(plan.treatments)} == {schedule.done, schedule.expected}
 
 
-def test_a_scenario_without_chance_ends_before_the_others(tmp_path: Path) -> None:
-    """Each scenario has as many replications as it needs."""
+def test_scenario_without_randomness_ends_before_the_others(tmp_path: Path) -> None:
     until = {"measure": "time", "relative_error": 0.01}
     plan = plan_of(tmp_path, replications={"min": 3, "max": 50, "until": until})
     schedule = Schedule(plan, {})
@@ -224,14 +217,13 @@ def test_a_scenario_without_chance_ends_before_the_others(tmp_path: Path) -> Non
 
 
 def test_results_of_another_experiment_are_not_mixed_in(tmp_path: Path) -> None:
-    """Results of another experiment are not mixed in."""
     made(tmp_path / "r", plan_of(tmp_path))
     with pytest.raises(ResultsError, match="has results of another experiment"):
         Results.create(tmp_path / "r", plan_of(tmp_path, seed=2))
 
 
 def test_results_of_another_controller_are_not_mixed_in(tmp_path: Path) -> None:
-    """Nor of another world; what can't be looked at as a file is not known to have changed."""
+    """Nor are results of another world; a controller without a file counts as unchanged."""
     world, controller = tmp_path / "w.yaml", tmp_path / "drive.py"
     world.write_text("waypoints: {a: [0, 0]}\nrobots: {w: {at: a}}\n")
     controller.write_text("def drive(client):\n    pass\n")
@@ -252,7 +244,6 @@ def test_results_of_another_controller_are_not_mixed_in(tmp_path: Path) -> None:
 
 
 def test_one_process_at_a_time_adds_results(tmp_path: Path) -> None:
-    """One process at a time adds results."""
     plan = plan_of(tmp_path)
     with (
         Results.create(tmp_path / "r", plan) as one,
@@ -265,7 +256,6 @@ def test_one_process_at_a_time_adds_results(tmp_path: Path) -> None:
 
 
 def test_a_link_in_place_of_the_lock_is_not_followed(tmp_path: Path) -> None:
-    """Its target would be emptied."""
     results = Results.create(tmp_path / "r", plan_of(tmp_path))
     target = tmp_path / "thesis.tex"
     target.write_text("text")
@@ -275,8 +265,7 @@ def test_a_link_in_place_of_the_lock_is_not_followed(tmp_path: Path) -> None:
     assert target.read_text() == "text"
 
 
-def test_results_that_can_not_be_written_end_the_campaign_and_lose_nothing(tmp_path: Path, monkeypatch) -> None:
-    """Results that can not be written end the campaign and lose nothing."""
+def test_write_error_ends_the_campaign_without_losses(tmp_path: Path, monkeypatch) -> None:
     plan = plan_of(tmp_path)
     add, count = Results.add, 0
 
@@ -297,8 +286,7 @@ def test_results_that_can_not_be_written_end_the_campaign_and_lose_nothing(tmp_p
     assert [row[0] for row in made(tmp_path / "r", plan)] == [*range(20)]
 
 
-def test_a_trace_that_can_not_be_kept_is_told(tmp_path: Path) -> None:
-    """A trace that can not be kept is told."""
+def test_reports_a_trace_that_can_not_be_kept(tmp_path: Path) -> None:
     plan = plan_of(tmp_path)
     with Results.create(tmp_path / "r", plan) as results:
         (tmp_path / "r" / "traces").write_text("a file", encoding="utf-8")
@@ -308,7 +296,6 @@ def test_a_trace_that_can_not_be_kept_is_told(tmp_path: Path) -> None:
 
 
 def test_tables_are_exported(tmp_path: Path) -> None:
-    """Tables are exported."""
     made(tmp_path / "r", plan_of(tmp_path))
     with Results(tmp_path / "r") as results:
         for kind in ("csv", "json", "parquet"):
@@ -330,21 +317,18 @@ def test_tables_are_exported(tmp_path: Path) -> None:
         ("json:make", "module 'json' has no function 'make'"),
     ],
 )
-def test_executors_that_are_not_there_are_errors(text: str, said: str) -> None:
-    """Executors that are not there are errors."""
+def test_rejects_unknown_executors(text: str, said: str) -> None:
     with pytest.raises(ExperimentError, match=said):
         factory_of(text, None)
 
 
-def test_a_factory_of_the_users_own_makes_executors() -> None:
-    """A factory of the users own makes executors."""
+def test_custom_factory_makes_executors() -> None:
     make, workers = factory_of("concurrent.futures:ThreadPoolExecutor", 3)
     assert workers == 3
     make().shutdown()
 
 
-def test_there_is_a_process_for_each_processor_where_no_mask_can_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As on macOS, which has no masks of processors."""
+def test_pool_has_a_process_per_processor_without_affinity_masks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(os, "sched_getaffinity")
     monkeypatch.setattr(os, "cpu_count", lambda: 5)
     _, workers = factory_of("pool", None)

@@ -1,4 +1,4 @@
-"""What the runs of an experiment cover of their trees."""
+"""The coverage of trees in the runs of an experiment."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ TREE = "bt_controller.examples.hospital:mission"
 
 
 class Here(Executor):
-    """An executor that does everything at once; a run of a number that is too high is as Ctrl-C."""
+    """An executor that runs everything in this process; a run with a high number acts like Ctrl-C."""
 
     def __init__(self, most: int = 100) -> None:
         self._most = most
 
     def submit(self, function: Callable[..., Any], task: Any, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Do it."""
+        """Run a task at once."""
         if max(task.numbers) > self._most:
             raise KeyboardInterrupt
         future: Future[Any] = Future()
@@ -39,7 +39,7 @@ class Here(Executor):
 
 @pytest.fixture
 def experiment(tmp_path: Path) -> Callable[..., Path]:
-    """Make an experiment of two runs of each treatment; return the folder of its results."""
+    """Make an experiment with two runs of each treatment; return the folder of its results."""
 
     def made(most: int = 100, **keep: Any) -> Path:
         drive = {"python": "math:sqrt"}
@@ -65,22 +65,18 @@ def seen(folder: Path) -> TreeCoverage:
 
 
 def test_the_runs_of_a_treatment_are_counted_together(experiment: Callable[..., Path]) -> None:
-    """The mission was run twice."""
     assert 2 == seen(experiment(coverage=True)).runs(TREE)
 
 
-def test_a_treatment_without_a_tree_has_no_file(experiment: Callable[..., Path]) -> None:
-    """Only trees have nodes."""
+def test_treatment_without_a_tree_has_no_coverage(experiment: Callable[..., Path]) -> None:
     assert ["coverage_mission.json"] == [path.name for path in experiment(coverage=True).glob("coverage*")]
 
 
-def test_nothing_is_kept_unless_it_is_wanted(experiment: Callable[..., Path]) -> None:
-    """The default."""
+def test_keeps_no_coverage_by_default(experiment: Callable[..., Path]) -> None:
     assert [] == [*experiment().glob("coverage*")]
 
 
-def test_an_experiment_that_goes_on_counts_no_run_twice(experiment: Callable[..., Path], tmp_path: Path) -> None:
-    """What was counted is kept with the rows."""
+def test_resumed_experiment_counts_no_run_twice(experiment: Callable[..., Path], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         experiment(most=1, coverage=True)
     assert 1 == seen(tmp_path / "results").runs(TREE)
@@ -88,8 +84,7 @@ def test_an_experiment_that_goes_on_counts_no_run_twice(experiment: Callable[...
     assert 2 == seen(experiment(coverage=True)).runs(TREE)
 
 
-def test_the_hash_of_a_plan_without_coverage_is_as_before(tmp_path: Path) -> None:
-    """So that experiments which were begun go on."""
+def test_plan_without_coverage_keeps_its_hash(tmp_path: Path) -> None:
     content: dict[str, Any] = {"name": "e", "world": "hospital", "treatments": {"mission": {"tree": TREE}}}
     hashes = []
     for keep in ({}, {"keep": {"coverage": False}}, {"keep": {"coverage": True}}):

@@ -1,4 +1,4 @@
-"""Experiments that go on until it is decided which treatment is better: what is read in which order, and told."""
+"""Experiments that run until the better treatment is decided: the order of pairs, and the verdicts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def by_replication(run: Run, _level: str) -> float:
 
 
 def one_or_none(run: Run, _level: str) -> float:
-    """Return 0 for A and 1 for B; the runs at the first level leave nothing to chance."""
+    """Return 0 for A and 1 for B; runs at the first level are not random."""
     return float(run.treatment == "b")
 
 
@@ -49,10 +49,10 @@ TIMES = {"levels": by_level, "replications": by_replication, "fixed": one_or_non
 
 
 class MadeUp(Executor):
-    """An executor that makes up the results of an experiment, by its name."""
+    """An executor that makes up the results of an experiment, by the name of the experiment."""
 
     def submit(self, _function: Any, task: Any, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Do it at once."""
+        """Run a task at once."""
         plan = read_plan(Path(task.path))
         future: Future[Any] = Future()
         rows = []
@@ -70,7 +70,7 @@ class MadeUp(Executor):
 
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
-    """Return the function that runs an experiment, in the folder ``results``, and returns what is printed."""
+    """Return a function that runs an experiment in the folder ``results``, and returns its output."""
     monkeypatch.chdir(tmp_path)
 
     def made(name: str, treatments: str, *options: str, **replications: Any) -> str:
@@ -93,8 +93,8 @@ def run(tmp_path, monkeypatch, capsys):
 DECIDED = {"measure": "time", "decided": True}
 
 
-def test_a_treatment_that_is_faster_at_the_first_level_alone_is_worse(run):
-    """By 1 s on average, whatever the order of the levels: to `until`, to `compare` and on the report."""
+def test_treatment_faster_at_the_first_level_only_is_worse(run):
+    """`until`, `compare` and the report agree, whatever the order of the levels."""
     out = run("levels", "ab", min=2, max=100, until=DECIDED)
     compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
     with Results(Path("results")) as results:
@@ -110,8 +110,8 @@ def test_a_treatment_that_is_faster_at_the_first_level_alone_is_worse(run):
         assert 1.0 == pytest.approx(bounds.estimate, abs=0.1)
 
 
-def test_a_verdict_that_is_withdrawn_is_told(run):
-    """Where another treatment had the experiment go on: by `run`, by `compare` and on the report."""
+def test_reports_a_withdrawn_verdict(run):
+    """Another treatment made the experiment continue."""
     out = run("replications", "abc", min=15, max=60, until=DECIDED)
     compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
     with Results(Path("results")) as results:
@@ -128,7 +128,7 @@ def test_a_verdict_that_is_withdrawn_is_told(run):
 
 
 def test_means_of_yes_and_no_are_real_numbers(run):
-    """Also if all of them happen to be 0 or 1: to `until`, to `compare` and on the report."""
+    """Even if all of them are 0 or 1: for `until`, `compare` and the report."""
     out = run("fixed", "ab", min=2, max=100, until=DECIDED)
     compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
     with Results(Path("results")) as results:
@@ -139,8 +139,7 @@ def test_means_of_yes_and_no_are_real_numbers(run):
     assert ("worse", 30) == (comparison.measures["time"].verdict, comparison.measures["time"].decided_after)
 
 
-def test_verdicts_are_told_as_json(run):
-    """On the last line, beside how many runs there are."""
+def test_json_has_the_verdicts(run):
     out = run("levels", "ab", "--json", min=2, max=100, until=DECIDED)
     *_, before, last = map(json.loads, out.splitlines())
 

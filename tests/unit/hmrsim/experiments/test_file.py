@@ -1,4 +1,4 @@
-"""The file of an experiment: designs, seeds, and everything that can be wrong."""
+"""The file of an experiment: designs, seeds and errors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError
-from hmrsim.experiments.file.designs import scenarios_of
+from hmrsim.experiments.checking import check_file
 from hmrsim.experiments.file.model import ExperimentFile
+from hmrsim.experiments.file.plan import scenarios_of
 from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.checking import check_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +33,7 @@ GO = FILE["treatments"]["go"]
 
 
 def written(folder: Path, **changes: Any) -> Path:
-    """Return the file of an experiment."""
+    """Return the path of a written experiment file."""
     path = folder / "pace.yaml"
     content = {key: value for key, value in {**FILE, **changes}.items() if value is not None}
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
@@ -41,14 +41,13 @@ def written(folder: Path, **changes: Any) -> Path:
 
 
 def problems(path: Path) -> list[str]:
-    """Return what is wrong with a file, without its name."""
+    """Return the errors of a file, without its name."""
     with pytest.raises(ExperimentError) as error:
         check_file(path)
     return [str(problem).removeprefix(f"{path}:") for problem in error.value.problems]
 
 
-def test_a_world_with_a_list_where_a_mapping_belongs(tmp_path: Path) -> None:
-    """It is an error of the world as any other."""
+def test_list_in_place_of_a_mapping_is_an_error_of_the_world(tmp_path: Path) -> None:
     (tmp_path / "shop.yaml").write_text("waypoints: {a: [0, 0]}\nplaces: {shelf: [10, 1.2]}\nrobots: {r: {at: a}}\n")
     path = written(tmp_path, world="shop.yaml", factors={})
 
@@ -59,7 +58,6 @@ def test_a_world_with_a_list_where_a_mapping_belongs(tmp_path: Path) -> None:
 
 
 def test_a_name_with_a_space(tmp_path: Path) -> None:
-    """The error shows the name, not the key."""
     path = written(tmp_path, name="second waiter")
 
     assert ["1: name: 'second waiter' is not a ROS name; use a letter, then letters, digits and _"] == problems(path)
@@ -75,8 +73,7 @@ def test_a_name_with_a_space(tmp_path: Path) -> None:
         ({}, 0),
     ],
 )
-def test_endings_of_which_none_is_a_success(tmp_path: Path, changes: dict[str, Any], told: int) -> None:
-    """Who forgets to say which one is has a table of 0 %."""
+def test_warns_if_no_ending_is_a_success(tmp_path: Path, changes: dict[str, Any], told: int) -> None:
     changes["world"] = "warehouse_orders"
     path = written(tmp_path, factors={}, **changes)
 
@@ -127,8 +124,8 @@ UNTIL = {"measure": "time", "decided": True}
         ),
     ],
 )
-def test_what_may_be_meant_otherwise_is_a_warning(tmp_path: Path, changes: dict[str, Any], said: list[str]) -> None:
-    """A factor without effect, and a robot that only a run can bring; what has no value yet is neither."""
+def test_warns_of_unused_factors_and_unknown_robots(tmp_path: Path, changes: dict[str, Any], said: list[str]) -> None:
+    """A robot may be spawned during a run."""
     path = written(tmp_path, **changes)
 
     assert [f"{path}: {each}" for each in said] == [str(problem) for problem in check_file(path)[1]]
@@ -140,14 +137,12 @@ def scenarios(**changes: Any) -> list[dict[str, Any]]:
 
 
 def test_a_full_design_has_all_combinations() -> None:
-    """A full design has all combinations."""
     found = scenarios()
     assert len(found) == 6
     assert found[:2] == [{"speed": 0.5, "load": "none"}, {"speed": 0.5, "load": "some"}]
 
 
 def test_one_at_a_time_varies_each_factor_from_the_first_levels() -> None:
-    """One at a time varies each factor from the first levels."""
     assert scenarios(design="one_at_a_time") == [
         {"speed": 0.5, "load": "none"},
         {"speed": 1.0, "load": "none"},
@@ -157,13 +152,11 @@ def test_one_at_a_time_varies_each_factor_from_the_first_levels() -> None:
 
 
 def test_without_factors_there_is_one_scenario() -> None:
-    """Without factors there is one scenario."""
     assert scenarios(factors={}) == [{}]
 
 
 @given(count=st.integers(1, 60), seed=st.integers(0, 99))
 def test_a_latin_hypercube_takes_each_part_of_each_range_once(count: int, seed: int) -> None:
-    """A latin hypercube takes each part of each range once."""
     factors = {"a": {"low": 2.0, "high": 4.0}, "b": {"low": 1, "high": count, "whole": True}, "c": ["x", "y"]}
     found = scenarios(factors=factors, design={"latin_hypercube": count}, seed=seed) if count > 1 else []
     if not found:
@@ -176,7 +169,6 @@ def test_a_latin_hypercube_takes_each_part_of_each_range_once(count: int, seed: 
 
 
 def test_a_list_is_rows_of_a_table(tmp_path: Path) -> None:
-    """A list is rows of a table."""
     (tmp_path / "trials.csv").write_text("load,speed,more\nnone,0.7,1\nmuch,0.9,2\n", encoding="utf-8")
     plan = read_plan(written(tmp_path, design={"list": "trials.csv"}))
     assert plan.scenarios == [{"speed": 0.7, "load": "none"}, {"speed": 0.9, "load": "much"}]
@@ -185,7 +177,6 @@ def test_a_list_is_rows_of_a_table(tmp_path: Path) -> None:
 
 
 def test_treatments_share_seeds_and_nothing_else_decides_them(tmp_path: Path) -> None:
-    """Treatments share seeds and nothing else decides them."""
     tree = FILE["treatments"]["go"]
     plan = read_plan(written(tmp_path, treatments={"a": tree, "b": tree}, replications=3))
     runs = [plan.run_of(number) for number in range(36)]
@@ -204,7 +195,6 @@ def test_treatments_share_seeds_and_nothing_else_decides_them(tmp_path: Path) ->
 
 
 def test_overlays_take_levels_tables_and_variants(tmp_path: Path) -> None:
-    """Overlays take levels tables and variants."""
     (tmp_path / "levels.json").write_text(json.dumps({"load": {"none": 0, "some": 2, "much": 9}}), encoding="utf-8")
     path = written(
         tmp_path,
@@ -221,8 +211,7 @@ def test_overlays_take_levels_tables_and_variants(tmp_path: Path) -> None:
     assert heavy.hash != plan.hash
 
 
-def test_all_mistakes_of_the_form_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
-    """All mistakes of the form are told at once with their lines."""
+def test_reports_all_errors_of_form_with_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "pace.yaml"
     path.write_text(
         "name: a b\n"
@@ -256,8 +245,8 @@ def test_all_mistakes_of_the_form_are_told_at_once_with_their_lines(tmp_path: Pa
         assert expected in said, said
 
 
-def test_mistakes_of_the_form_hide_no_others(tmp_path: Path) -> None:
-    """Also the world, the controllers, the measures and the endings are checked, as far as they can be known."""
+def test_errors_of_form_hide_no_others(tmp_path: Path) -> None:
+    """The valid parts of the world, controllers, measures and endings are checked as well."""
     changes = {
         "keep": {"traces": "some"},
         "overlay": {"robots.eastbound.base.speed": "fast"},
@@ -281,11 +270,11 @@ def test_mistakes_of_the_form_hide_no_others(tmp_path: Path) -> None:
         "ends.f: item needs a place: at",
     ):
         assert expected in said, said
-    assert 9 == len(found), said  # `m` has no value either, but that it is no measure now is no mistake
+    assert 9 == len(found), said  # `m` has no value either, but is not reported as an unknown measure
 
 
-def test_a_controller_without_names_is_checked_without_them(tmp_path: Path) -> None:
-    """One that asks for a factor can't be while the factors are not known."""
+def test_checks_a_controller_without_expressions(tmp_path: Path) -> None:
+    """Without valid factors, only a controller with expressions is skipped."""
     treatments = {"a": {"tree": "nowhere:tree"}, "b": {"tree": "${speed}:tree"}}
     found = problems(written(tmp_path, factors={"speed": 5}, treatments=treatments))
 
@@ -294,16 +283,14 @@ def test_a_controller_without_names_is_checked_without_them(tmp_path: Path) -> N
     ]
 
 
-def test_a_design_that_is_wrong_leaves_its_factors_alone(tmp_path: Path) -> None:
-    """A range needs a certain design, but not to be told as a mistake of its own."""
+def test_invalid_design_does_not_affect_its_factors(tmp_path: Path) -> None:
     factors = {"speed": {"low": 1.0, "high": 2.0}}
     (problem,) = problems(written(tmp_path, factors=factors, design={"latin_hypercub": 3}, overlay={"seed": "$speed"}))
     assert "design.latin_hypercub: unknown key 'latin_hypercub'; did you mean 'latin_hypercube'?" in problem
 
 
 @pytest.mark.parametrize("key", ["name", "world", "factors", "treatments", "measures", "ends", "tables", "overlay"])
-def test_a_part_that_is_wrong_is_told_alone(tmp_path: Path, key: str) -> None:
-    """What needs it can't be known, and is no mistake."""
+def test_reports_no_consequences_of_an_invalid_part(tmp_path: Path, key: str) -> None:
     changes: dict[str, Any] = {
         "tables": {"fast": {"some": 1.0}},
         "factors": {"speed": ["some"]},
@@ -377,8 +364,7 @@ def test_a_part_that_is_wrong_is_told_alone(tmp_path: Path, key: str) -> None:
     ],
     ids=str,
 )
-def test_other_mistakes_are_told_before_anything_is_run(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
-    """Other mistakes are told before anything is run."""
+def test_reports_other_errors_before_any_run(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
     assert said in "\n".join(problems(written(tmp_path, **changes)))
 
 
@@ -386,8 +372,7 @@ def test_other_mistakes_are_told_before_anything_is_run(tmp_path: Path, changes:
     ("text", "said"),
     [("", "is empty"), ("a: [", "is not valid YAML"), ("- 1\n", "expected a mapping with name, world")],
 )
-def test_what_is_no_experiment_is_refused(tmp_path: Path, text: str, said: str) -> None:
-    """What is no experiment is refused."""
+def test_rejects_files_that_are_no_experiments(tmp_path: Path, text: str, said: str) -> None:
     (tmp_path / "e.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ExperimentError, match=said):
         read_plan(tmp_path / "e.yaml")
@@ -395,8 +380,8 @@ def test_what_is_no_experiment_is_refused(tmp_path: Path, text: str, said: str) 
         read_plan(tmp_path / "nowhere.yaml")
 
 
-def test_what_one_treatment_adds_is_there(tmp_path: Path) -> None:
-    """An ending and a measure may ask for it, although the worlds of the others don't have it."""
+def test_objects_of_one_treatment_are_known(tmp_path: Path) -> None:
+    """Endings and measures may use them, although the worlds of the other treatments lack them."""
     more = {"robots.new": {"at": "near_west"}, "items.box": {"at": "east"}}
     path = written(
         tmp_path,
@@ -412,7 +397,6 @@ def test_what_one_treatment_adds_is_there(tmp_path: Path) -> None:
     assert ["new" in plan.world(0, name).world.robots for name in ("", "a", "b")] == [False, False, True]
 
 
-def test_a_variant_that_is_not_there_is_an_error(tmp_path: Path) -> None:
-    """A variant that is not there is an error."""
+def test_rejects_an_unknown_variant(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match="there is no variant 'flky'; did you mean 'flaky'"):
         read_plan(written(tmp_path, variants={"flaky": {}}), ["flky"])

@@ -1,4 +1,4 @@
-"""Single runs of an experiment: how they end, and what is measured."""
+"""Single runs of an experiment: their endings and measures."""
 
 from __future__ import annotations
 
@@ -175,7 +175,6 @@ def row(tmp_path):
 
 
 def test_the_controllers_outcome_ends_a_run_if_nothing_else_does(row):
-    """The controllers outcome ends a run if nothing else does."""
     good, bad = row("drive"), row("says_no")
     assert (good.ending, good.success, good.cause) == ("succeeded", True, "")
     assert good.at == good.measures["time"] == pytest.approx(good.measures["energy"])
@@ -183,7 +182,6 @@ def test_the_controllers_outcome_ends_a_run_if_nothing_else_does(row):
 
 
 def test_a_coroutine_function_is_a_controller(row):
-    """It is given a client for asyncio, and what it returns counts."""
     near, far = row("drives(x=10)"), row("drives")
 
     assert (near.ending, near.at) == ("succeeded", 10.0)
@@ -192,7 +190,6 @@ def test_a_coroutine_function_is_a_controller(row):
 
 
 def test_a_tree_runs_with_its_parameters(row):
-    """A tree runs with its parameters."""
     done = {"done": {"item": "box", "at": "c", "carried": False}}
     assert row("bring", kind="tree", ends=done).ending == "done"
     assert row("bring(item='box')", kind="tree").ending == "succeeded"
@@ -200,7 +197,6 @@ def test_a_tree_runs_with_its_parameters(row):
 
 
 def test_the_simulator_ends_a_run_at_the_instant_at_which_an_ending_holds(row):
-    """The simulator ends a run at the instant at which an ending holds."""
     placed = row("bring", kind="tree", ends={"success": {"item": "box", "at": "c", "carried": False}})
     assert (placed.ending, placed.success) == ("success", True)
     carried = row("bring", kind="tree", ends={"success": {"item": "box", "at": "b", "carried": True}})
@@ -214,7 +210,6 @@ def test_the_simulator_ends_a_run_at_the_instant_at_which_an_ending_holds(row):
 
 
 def test_a_controller_reports_how_a_run_has_ended(row):
-    """A controller reports how a run has ended."""
     ends = {"worn_out": {"reported": "tired"}}
     found = row("rounds", ends=ends, measures={"n": "reported.rounds", "m": "reported.nothing"}, successes=["worn_out"])
     assert (found.ending, found.success, found.at, found.cause) == ("worn_out", True, 20.0, "")
@@ -222,8 +217,7 @@ def test_a_controller_reports_how_a_run_has_ended(row):
     assert found.reported == {"label": "tired", "rounds": 3, "why": "no more"}
 
 
-def test_of_several_conditions_the_first_that_holds_counts_and_the_controllers_end_is_one(row):
-    """Of several conditions the first that holds counts and the controllers end is one."""
+def test_first_condition_that_holds_counts(row):
     ends = {"any": [{"robot": "w", "at": "c"}, {"robot": "w", "at": "b"}], "late": {"controller": "succeeded"}}
     assert (row("rounds", ends=ends).ending, row("rounds", ends=ends).at) == ("any", 10.0)
     assert row("drive(x=5)", ends=ends).ending == "late"
@@ -231,13 +225,11 @@ def test_of_several_conditions_the_first_that_holds_counts_and_the_controllers_e
 
 
 def test_a_run_that_reaches_its_limit_ends_there(row):
-    """A run that reaches its limit ends there."""
     found = row("goes_on", limits={"simulated": 100, "wall": PATIENCE})
     assert (found.ending, found.at, found.success) == (TIMEOUT, 100.0, False)
 
 
-def test_a_task_that_has_died_is_the_cause_of_what_comes_of_it(row):
-    """Nobody has waited for it, and nothing else tells why the run came to its limit."""
+def test_failed_task_is_the_cause_of_a_timeout(row):
     found = row("dies_unseen", limits={"simulated": 100, "wall": PATIENCE})
     assert (found.ending, found.at) == (TIMEOUT, 100.0)
     assert "a task of the controller had died of KeyError: 'mine' (" in found.cause
@@ -245,21 +237,18 @@ def test_a_task_that_has_died_is_the_cause_of_what_comes_of_it(row):
 
 
 def test_a_controller_that_takes_too_long_is_ended(row):
-    """A controller that takes too long is ended."""
     found = row("sleeps", limits={"wall": 0.3})
     assert (found.ending, found.at) == (HUNG, 0.0)
     assert "it has waited for 0.3 wall seconds without computing anything" in found.cause
 
 
 def test_a_controller_that_computes_too_long_is_ended_by_its_processor_time(row):
-    """The limit of wall time does not count what it computes."""
     found = row("computes", limits={"wall": 0.05, "processor": 0.3})
     assert (found.ending, found.at) == (HUNG, 0.0)
     assert "it takes longer than 0.3 s of processor time" in found.cause
 
 
 def test_the_limit_of_processor_time_is_that_of_wall_time_if_left_out(row):
-    """One number is enough."""
     assert "it takes longer than 0.2 s of processor time" in row("computes", limits={"wall": 0.2}).cause
 
 
@@ -271,14 +260,13 @@ def test_the_limit_of_processor_time_is_that_of_wall_time_if_left_out(row):
     ],
 )
 def test_a_controller_that_lets_no_time_pass_is_ended(row, controller, cause):
-    """Long before the limit of wall time, and with the goal that it insists on."""
+    """It ends long before the wall limit, and its cause names the goal that it repeats."""
     found = row(controller, limits={"wall": PATIENCE})
     assert (found.ending, found.at, found.success) == (HUNG, 0.0, False)
     assert f"time stands still: {cause}" in found.cause
 
 
 def test_a_controller_that_raises_an_error_is_a_row_with_its_cause(row):
-    """A controller that raises an error is a row with its cause."""
     found = row("raises", keep={"traces": "failed"})
     assert (found.ending, found.at) == (CRASHED, 10.0)
     assert "RuntimeError: boom" in found.cause
@@ -288,15 +276,13 @@ def test_a_controller_that_raises_an_error_is_a_row_with_its_cause(row):
     assert row("drive", keep={"traces": "failed"}).trace == ""
 
 
-def test_a_world_that_is_wrong_is_a_row_too(row):
-    """A world that is wrong is a row too."""
+def test_invalid_world_is_a_row(row):
     found = row("drive", overlay={"robots.w.at": "nowhere"})
     assert (found.ending, found.at) == (ERROR, None)
     assert "no waypoint, place or dock 'nowhere'" in found.cause
 
 
 def test_measures_are_expressions_over_the_truth(row):
-    """Measures are expressions over the truth."""
     measures = {
         "late": "end.at - 10",
         "share": "goals.succeeded / goals.accepted",
@@ -316,7 +302,6 @@ def test_measures_are_expressions_over_the_truth(row):
 
 
 def test_a_run_is_the_same_each_time_and_its_replications_are_not(row):
-    """A run is the same each time and its replications are not."""
     assert [row("drive", number=i).at for i in (0, 1, 0)] == [row("drive", number=i).at for i in (0, 1, 0)]
     assert len({row("drive", number=i).at for i in range(5)}) == 5
 
@@ -326,8 +311,7 @@ def test_a_run_is_the_same_each_time_and_its_replications_are_not(row):
     [("drive(x=10)", 1), ("drive", None), ("wavers", 3)],
     ids=["no chance on the way", "a speed by chance", "a controller's own chance"],
 )
-def test_replications_are_the_same_run_if_nothing_is_left_to_chance(row, controller, kinds):
-    """A run has a fingerprint if the simulator draws no number, whatever the world has elsewhere."""
+def test_replications_without_random_numbers_have_fingerprints(row, controller, kinds):
     found = [row(controller, number=number).fingerprint for number in range(3)]
 
     if kinds is None:
@@ -336,15 +320,14 @@ def test_replications_are_the_same_run_if_nothing_is_left_to_chance(row, control
         assert (True, kinds) == (all(found), len({*found}))
 
 
-def test_what_a_treatment_sets_are_arguments_of_its_function(row):
-    """They keep their types, unless the text of the function asks for them."""
+def test_parameters_are_arguments_of_the_function(row):
+    """They keep their types, unless the text of the function uses them."""
     assert "5 int w" == row("takes", given={"x": 5}).output
     assert "7.5 str w" == row("takes(x='${far}')", given={"far": 7.5, "robot": "w"}).output
     assert "it takes no 'y'" in row("takes", given={"x": 5, "y": 6}).cause
 
 
-def test_a_variant_has_parameters_for_the_controller(row):
-    """They take the place of the treatment's, and are no part of the overlay."""
+def test_parameters_of_a_variant_replace_those_of_treatments(row):
     changes = {
         "given": {"x": 5},
         "variants": {"far": {"set": {"x": 15}, "robots.w.base.speed": 2.0}, "slow": {"set": {"x": "${2 + 6}"}}},
@@ -355,15 +338,14 @@ def test_a_variant_has_parameters_for_the_controller(row):
     assert ("8 int w", 4.0) == ((both := row("takes", chosen=["far", "slow"], **changes)).output, both.at)
 
 
-def test_a_tree_and_a_command_are_written_with_their_parameters(row):
-    """As with the levels of factors."""
+def test_trees_and_commands_can_use_parameters(row):
     assert row("bring(item='${what}')", kind="tree", given={"what": "box"}).ending == "succeeded"
     command = [sys.executable, "-c", "import os, sys; print(os.environ['GREETING'], *sys.argv[1:])", "${what}"]
     assert "hello box" == row(command, kind="command", given={"what": "box", "GREETING": "hello"}).output
 
 
-def test_an_overlay_of_a_treatment_is_laid_over_its_world_alone(row):
-    """After that of the file and the variants."""
+def test_overlay_of_a_treatment_changes_its_world_alone(row):
+    """It is applied after those of the file and the variants."""
     changes = {"overlay": {"robots.w.base.speed": 5.0}, "variants": {"slow": {"robots.w.base.speed": 0.5}}}
 
     assert 2.0 == row("drive(x=10)", **changes).at
@@ -385,7 +367,7 @@ def test_an_overlay_of_a_treatment_is_laid_over_its_world_alone(row):
     ],
 )
 def test_an_ending_may_name_the_robot_that_the_controller_reports(row, condition, at):
-    """It holds from when it is reported; what never is does not hold."""
+    """The ending does not hold before the report."""
     lanes = [["a", "b"], ["b", "c"]]
     overlay = {"robots.v": {"at": "a", "type": "fetcher"}, "lanes": lanes, "traffic": {"policy": "free"}}
     found = row("assigns(robot='v')", overlay=overlay, ends={"there": condition})
@@ -394,13 +376,11 @@ def test_an_ending_may_name_the_robot_that_the_controller_reports(row, condition
     assert at is None or at == found.at
 
 
-def test_a_single_replication_is_compared_with_none(row):
-    """Its fingerprint would cost time."""
+def test_single_replication_has_no_fingerprint(row):
     assert "" == row("drive(x=10)", replications=1).fingerprint
 
 
 def test_the_trace_is_that_of_a_test_of_the_same_run(tmp_path, row):
-    """The trace is that of a test of the same run."""
     found = row("drive(x=10)", keep={"traces": "all"}, measures={})
     with simulation(str(tmp_path / "two.yaml")) as run:
         run.commander("w").go_to_pose(10.0, 0.0)
@@ -410,7 +390,6 @@ def test_the_trace_is_that_of_a_test_of_the_same_run(tmp_path, row):
 
 
 def test_orders_that_are_served_end_a_run(row, tmp_path):
-    """Orders that are served end a run."""
     world = {**WORLD, "items": {}, "demand": [{"name": "box", "at": "b", "to": "c", "arrives": 5, "count": 1}]}
     row("drive")  # writes the files
     (tmp_path / "served.yaml").write_text(yaml.safe_dump(world), encoding="utf-8")
@@ -425,8 +404,7 @@ def test_orders_that_are_served_end_a_run(row, tmp_path):
     assert (found.ending, found.measures["lead"]) == ("success", pytest.approx(found.at - 5.0))
 
 
-def test_a_task_is_some_runs_of_the_plan_that_is_meant(row, tmp_path):
-    """A task is some runs of the plan that is meant."""
+def test_task_runs_known_numbers_of_an_unchanged_plan(row, tmp_path):
     row("drive")
     plan = read_plan(tmp_path / "e.yaml")
     rows = execute(Task(str(plan.path), (), plan.hash, (2, 0, 99)))
@@ -435,8 +413,7 @@ def test_a_task_is_some_runs_of_the_plan_that_is_meant(row, tmp_path):
         execute(Task(str(plan.path), (), "another", (0,)))
 
 
-def test_a_world_is_hashed_once_for_all_of_its_runs(row, tmp_path, monkeypatch):
-    """The header of each trace has the hash, and each client asks for it."""
+def test_world_is_hashed_once_for_all_its_runs(row, tmp_path, monkeypatch):
     hashed: list[str] = []
     monkeypatch.setattr(loading, "_digest", lambda world: hashed.append(world.name) or f"{len(hashed)}")
     row("drive", keep={"traces": "all"})

@@ -1,4 +1,4 @@
-"""What can happen in a world, and at which moments."""
+"""The candidates of a search, and the moments at which they can begin."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections import Counter
 
 import pytest
 
+from hmrsim.fault_search.candidates import Candidate, Candidates, Timeline, expanded
+from hmrsim.fault_search.kinds import Draw
+from hmrsim.fault_search.model import Space
 from hmrsim.fault_search.schedule import Injection, Moment
-from hmrsim.fault_search.space.candidates import Candidate, Candidates, Timeline, expanded
-from hmrsim.fault_search.space.kinds import Draw
-from hmrsim.fault_search.space.model import Space
 from hmrsim.world_checks.loading import world_of
 from tests.porters import WORLD
 
@@ -25,31 +25,30 @@ MOMENTS = (
 
 @pytest.fixture(scope="module")
 def world():
-    """Return the world of porters."""
+    """Return the world of the porters."""
     return world_of(dict(WORLD), "world")
 
 
 def candidates(world, draw=None, **space):
-    """Return the candidates of a world; *draw* is what the porter takes from its battery."""
+    """Return the candidates of a world; *draw* is the battery draw of the porter."""
     return Candidates(world, Space.model_validate(space), MOMENTS, {"porter": draw} if draw else None)
 
 
 def powered(units="m", docks=None, **battery):
-    """Return the world of porters, who have batteries."""
+    """Return the world of the porters, with batteries."""
     components = {"claw": {}, "battery": {"capacity": 100.0, **battery}}
     robots = {name: {**robot, "components": components} for name, robot in WORLD["robots"].items()}
     return world_of({**WORLD, "robots": robots, "units": units, "docks": docks or {}}, "world")
 
 
 def changed(world, draw):
-    """Return the values to which a candidates changes something of the porter, by the last step of their paths."""
+    """Return the values of the candidates that change the porter, by the last step of their paths."""
     entries = candidates(world, draw, families=["changes"]).entries
     spec = [candidate.injection.spec["change"] for candidate in entries]
     return sorted((path.rpartition(".")[2], value) for each in spec for path, value in each.items())
 
 
-def test_only_robots_that_are_asked_for_something_have_faults(world):
-    """What happens to a robot that the controller does not use can't break it."""
+def test_only_robots_that_the_controller_uses_have_faults(world):
     robots = {
         candidate.injection.spec["robot"]
         for candidate in candidates(world).entries
@@ -59,16 +58,15 @@ def test_only_robots_that_are_asked_for_something_have_faults(world):
     assert robots == {"porter"}
 
 
-def test_a_fault_of_a_component_needs_it(world):
-    """The porter has a claw, and neither battery nor sensors."""
+def test_component_faults_need_the_component(world):
+    """The porter has a claw, but neither battery nor sensors."""
     kinds = {candidate.injection.kind for candidate in candidates(world).entries}
 
     assert {"claw_misses", "claw_drops", "breakdown", "slip", "lane_closed", "controller_killed", "speed"} <= kinds
     assert not {"battery_cell", "battery_drop", "sensor_blind", "door_jammed", "capacity"} & kinds
 
 
-def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
-    """Also several times in a row."""
+def test_goals_of_each_used_action_are_aborted(world):
     aborted = [candidate.injection.spec for candidate in candidates(world, only=["goals_aborted"]).entries]
 
     assert {(spec.get("action"), spec.get("count")) for spec in aborted} >= {
@@ -78,8 +76,7 @@ def test_a_goal_is_aborted_of_each_action_that_is_asked_for(world):
     }
 
 
-def test_what_a_check_leaves_out_does_not_happen(world):
-    """Kinds, families, and what is spared."""
+def test_space_excludes_kinds_families_and_spared_objects(world):
     assert {candidate.injection.kind for candidate in candidates(world, only=["slip", "breakdown"]).entries} == {
         "slip",
         "breakdown",
@@ -91,16 +88,15 @@ def test_what_a_check_leaves_out_does_not_happen(world):
     ]
 
 
-def test_some_disturbances_happen_only_if_they_are_asked_for(world):
-    """Few controllers promise to bear a second one beside them."""
+def test_some_disturbances_are_opt_in(world):
     assert "second_controller" not in {candidate.injection.kind for candidate in candidates(world).entries}
     assert "second_controller" in {
         candidate.injection.kind for candidate in candidates(world, also=["second_controller"]).entries
     }
 
 
-def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals(world):
-    """The drive lasts for ten seconds."""
+def test_injection_of_a_robot_begins_at_its_moments_and_mid_goal(world):
+    """The drive takes ten seconds."""
     candidate = next(each for each in candidates(world, only=["claw_drops"]).entries)
 
     anchors = candidate.anchors_in(Timeline(MOMENTS))
@@ -110,8 +106,8 @@ def test_a_thing_of_a_robot_begins_at_its_moments_and_in_the_middle_of_its_goals
     assert len(anchors) == len(MOMENTS) + 1
 
 
-def test_single_things_come_each_once_before_any_comes_again(world):
-    """So that a short search has tried everything, and a longer one at each moment; a change has no moment."""
+def test_each_candidate_has_a_single_before_any_has_two(world):
+    """A short search thus tries every candidate, and a longer one every moment."""
     whole = candidates(world)
     singles = whole.singles(MOMENTS, random.Random(1))
     first = [
@@ -126,10 +122,7 @@ def test_single_things_come_each_once_before_any_comes_again(world):
 
 
 def test_each_fault_is_tried_from_the_start_once(world):
-    """A controller may look at the start, and never again.
-
-    Left out are the many error codes of a goal, and a robot out of reach, without which no mission begins.
-    """
+    """Error codes of goals and a robot out of reach are left out."""
     singles = candidates(world).singles(MOMENTS, random.Random(1))
     starts = [injection for injection in singles if injection.at_start]
 
@@ -139,8 +132,7 @@ def test_each_fault_is_tried_from_the_start_once(world):
     assert not any("error_code" in injection.spec for injection in starts)
 
 
-def test_some_of_several_things_hold_from_the_start(world):
-    """A few of them, of faults alone."""
+def test_some_random_faults_hold_from_the_start(world):
     whole, rng = candidates(world), random.Random(1)
     drawn = [whole.any(MOMENTS, rng) for _ in range(1000)]
 
@@ -148,8 +140,7 @@ def test_some_of_several_things_hold_from_the_start(world):
 
 
 @pytest.mark.parametrize(("units", "far"), [("m", 0.5), ("px", 40.0)])
-def test_the_localization_jumps_by_some_distance(units, far):
-    """With the defaults of its settings it would be off by nothing."""
+def test_localization_jumps_by_a_positive_distance(units, far):
     (spec,) = [
         candidate.injection.spec
         for candidate in candidates(powered(units), only=["localisation_jump"], durations=[5.0]).entries
@@ -165,8 +156,8 @@ CHARGER = {"charger": {"at": [0, 1], "type": "charger"}}
     ("docks", "whole", "shares"),
     [(CHARGER, 0.6, [0.2, 0.3]), ({}, 0.1, [0.2, 0.3]), ({}, 0.4, [0.6]), ({}, 0.8, [])],
 )
-def test_a_battery_falls_to_what_a_controller_can_bear(docks, whole, shares):
-    """To what is low and a little above; without a charger it keeps half as much more as the mission needs."""
+def test_battery_drops_leave_enough_for_the_mission(docks, whole, shares):
+    """Batteries drop to low and a little above; without a charger, enough is left for the mission."""
     entries = candidates(powered(docks=docks), Draw(whole, 0.1), only=["battery_drop"]).entries
 
     assert [candidate.injection.spec["share"] for candidate in entries] == shares
@@ -193,16 +184,12 @@ QUICK = ("speed", 1e4)
         (CHARGER, Draw(0.7, 0.3), {"low": 0.5}, [("capacity", 90.0), ("speed", 0.9), QUICK]),
     ],
 )
-def test_a_small_battery_and_a_low_speed_leave_what_the_mission_needs(docks, draw, battery, expected):
-    """Where it needs most of a battery, a smaller one says nothing about the controller.
-
-    With a charger it can be charged between two goals; when it is low it still has to last for the longest one.
-    """
+def test_changes_leave_enough_battery_for_the_mission(docks, draw, battery, expected):
+    """With a charger, the battery has to last for the longest goal only."""
     assert changed(powered(docks=docks, **battery), draw) == expected
 
 
-def test_a_weight_has_a_kind_tried_more_often(world):
-    """Three to one, of what is drawn."""
+def test_weight_makes_a_kind_more_frequent(world):
     rng = random.Random(1)
     weighted = candidates(world, only=["slip", "claw_drops"], weights={"claw_drops": 10}, durations=[5.0])
     drawn = Counter(weighted.any(MOMENTS, rng).kind for _ in range(300))
@@ -210,8 +197,8 @@ def test_a_weight_has_a_kind_tried_more_often(world):
     assert drawn["claw_drops"] > 4 * drawn["slip"] > 0
 
 
-def test_a_template_stands_for_each_combination_of_its_values():
-    """A robot ``*`` stands for each robot; a lane is one value."""
+def test_template_expands_to_each_combination():
+    """A robot ``*`` stands for each robot, and a lane is one value."""
     template = {"type": "slip", "robot": "*", "factor": [0.1, 0.5], "duration": 5.0}
 
     assert len(expanded(template, ["eve", "wall_e"])) == 4
@@ -219,7 +206,6 @@ def test_a_template_stands_for_each_combination_of_its_values():
 
 
 def test_custom_injections_are_candidates(world):
-    """With the others, or alone."""
     own = {"type": "slip", "robot": "other", "factor": 0.01, "at": 3.0}
 
     assert Injection(own) in [candidate.injection for candidate in candidates(world, further=[own]).entries]

@@ -1,4 +1,4 @@
-"""Everything that can be wrong with the file of a check is told at once, with its line and what would do."""
+"""The reader of check files, which reports all errors at once, with lines and suggested fixes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from hmrsim.errors import CheckError
-from hmrsim.fault_search.file.reading import read_check, read_repro
+from hmrsim.fault_search.reading import read_check, read_repro
 from tests.porters import HERE, WORLD
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ FILE: dict[str, Any] = {"world": "world.yaml", "controller": {"python": "porters
 
 
 def written(folder: Path, text: str | None = None, **changes: Any) -> Path:
-    """Return the file of a check."""
+    """Return the path of a written check file."""
     (folder / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
     (folder / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
     path = folder / "check.yaml"
@@ -27,22 +27,21 @@ def written(folder: Path, text: str | None = None, **changes: Any) -> Path:
 
 
 def problems(path: Path, read=read_check) -> list[str]:
-    """Return what is wrong with a file, without its name."""
+    """Return the errors of a file, without its name."""
     with pytest.raises(CheckError) as error:
         read(path)
     return [str(problem).removeprefix(f"{path}") for problem in error.value.problems]
 
 
-def test_a_file_has_a_world_and_a_controller(tmp_path):
-    """All else has defaults: ten minutes, and whatever can happen."""
+def test_world_and_controller_are_enough(tmp_path):
+    """All other keys have defaults."""
     check = read_check(written(tmp_path))
 
     assert check.name == "porters"
     assert check.file.budget.time == 600.0
 
 
-def test_all_mistakes_are_told_at_once(tmp_path):
-    """Each with its line."""
+def test_reports_all_errors_with_their_lines(tmp_path):
     text = """\
 world: world.yaml
 controler: {python: "porters.py:careful"}
@@ -57,8 +56,7 @@ space:
     assert any("controler" in line and "did you mean 'controller'?" in line for line in told)
 
 
-def test_kinds_and_names_that_there_are_not_are_told(tmp_path):
-    """With what is similar."""
+def test_unknown_kinds_and_names_get_suggestions(tmp_path):
     told = problems(written(tmp_path, space={"only": ["brekdown"], "spare": ["portr"], "weights": {"slp": 2}}))
 
     assert [line.partition(": ")[2] for line in told] == [
@@ -69,7 +67,7 @@ def test_kinds_and_names_that_there_are_not_are_told(tmp_path):
 
 
 def test_custom_injections_are_checked_in_every_expansion(tmp_path):
-    """Each mistake once, though a template stands for many injections."""
+    """Each error is reported once, even if several expansions have it."""
     slips = {"type": "slip", "robot": ["porter", "portr"], "factor": [0.1, 0.5], "duration": 20}
     told = problems(written(tmp_path, space={"further": [slips, {"type": "slp", "robot": "*"}]}))
 
@@ -79,24 +77,21 @@ def test_custom_injections_are_checked_in_every_expansion(tmp_path):
     ]
 
 
-def test_a_tree_needs_a_robot(tmp_path):
-    """A world without any has nothing that it could drive."""
+def test_tree_needs_a_robot(tmp_path):
     tree = {"tree": "bt_controller.examples.hospital:mission"}
     (told,) = problems(written(tmp_path, world={"waypoints": {"home": [0, 0]}}, controller=tree))
 
     assert told.endswith("controller: the world has no robot for a tree; add one, or check a function or a command")
 
 
-def test_a_controller_that_there_is_not_is_told(tmp_path):
-    """Before anything is run."""
+def test_reports_a_missing_controller(tmp_path):
     (told,) = problems(written(tmp_path, controller={"python": "porters.py:carful"}))
 
     assert "controller" in told
     assert "carful" in told
 
 
-def test_mistakes_of_the_world_and_of_the_check_are_told_together(tmp_path):
-    """Those of each file under its name."""
+def test_reports_errors_of_world_and_check_together(tmp_path):
     path = written(tmp_path, controller={"python": "porters.py:nobody"})
     (tmp_path / "world.yaml").write_text("waypoints: {a: [0]}\n", encoding="utf-8")
 
@@ -106,8 +101,7 @@ def test_mistakes_of_the_world_and_of_the_check_are_told_together(tmp_path):
     assert any("nobody" in line for line in told)
 
 
-def test_a_schedule_that_makes_no_sense_is_told(tmp_path):
-    """Of a failure that was found, each injection with its place."""
+def test_reports_flaws_of_a_schedule_at_their_injections(tmp_path):
     repro = {"repro": 1, "failure": {"property": "mission_ends", "reason": "timeout"}}
     schedule = [{"type": "slipp", "robot": "porter"}, {"change": {"robots.nobody.yaw": 1}}]
     path = written(tmp_path, **repro, schedule=schedule)
@@ -121,16 +115,15 @@ def test_a_schedule_that_makes_no_sense_is_told(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "world: [", "world: a\nworld: b\n"])
-def test_a_file_that_is_none_is_told(tmp_path, text):
-    """Without a traceback."""
+def test_rejects_files_that_are_no_checks(tmp_path, text):
     path = tmp_path / "check.yaml"
     path.write_text(text, encoding="utf-8")
 
     assert problems(path)
 
 
-def test_properties_of_what_the_world_lacks_are_told(tmp_path):
-    """Unknown names are errors; what can't happen here is a warning, as the property says nothing."""
+def test_reports_properties_of_missing_objects(tmp_path):
+    """Unknown names are errors; a property of something that can't happen is a warning."""
     wrong = {"properties": {"there": {"eventually": {"item": "bx", "at": "shelf"}}}}
     vain = {"properties": {"doors": {"sometimes": {"event": "door_opened"}}}}
 
@@ -142,8 +135,8 @@ def test_properties_of_what_the_world_lacks_are_told(tmp_path):
     assert ["doors" in str(warning) for warning in check.warnings] == [True]
 
 
-def test_properties_are_read_from_a_file_beside_it(tmp_path):
-    """Its mistakes are told under its name."""
+def test_properties_come_from_a_file_beside_the_check(tmp_path):
+    """Its errors name that file."""
     (tmp_path / "properties.yaml").write_text("properties: {there: {eventualy: {item: box}}}\n", encoding="utf-8")
 
     (told,) = problems(written(tmp_path, properties="properties.yaml"))

@@ -1,4 +1,4 @@
-"""Failures are reduced to what they need."""
+"""The reduction of failures to minimal cases."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.fault_search.reducer import Reducer, needed
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import Failure, run_case
 from hmrsim.fault_search.schedule import Case, Injection
-from hmrsim.fault_search.shrinking import parts_of, restricted, simpler, tidied
+from hmrsim.fault_search.searching.reducer import Reducer, needed
+from hmrsim.fault_search.searching.shrinking import parts_of, restricted, simpler, tidied
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of
 
@@ -22,23 +22,23 @@ VAIN = Failure("no_vain_goals", "rejected 5 times in a row")
 
 
 def reduced(case, failure=VAIN, function="vain"):
-    """Return a case of a porter as it is reduced."""
+    """Return the reduction of a case of a porter."""
     check = check_of(function)
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         return Reducer(evaluator, check.definition, nominal).reduce(case, failure)
 
 
-def test_injections_that_a_failure_does_not_need_are_removed():
-    """Of three, the breakdown is enough; without it the run passes."""
+def test_removes_unneeded_injections():
+    """Of three injections, the breakdown is enough."""
     result = reduced(Case((SLIP, BREAKDOWN, SLOW)))
 
     assert [injection.kind for injection in result.case.schedule] == ["breakdown"]
     assert [outcome.failure for outcome in result.without] == [None]
 
 
-def test_the_world_is_reduced_to_what_the_mission_needs():
-    """Off the lanes robots drive straight, so that one waypoint is left; without the schedule the mission is done."""
+def test_reduces_the_world_to_the_needs_of_the_mission():
+    """Robots drive straight off the lanes, so one waypoint is enough."""
     result = reduced(Case((BREAKDOWN,)))
     world = result.case.definition
 
@@ -57,8 +57,7 @@ def test_the_world_is_reduced_to_what_the_mission_needs():
         ({"demand.0.arrives": 0.01}, []),
     ],
 )
-def test_a_change_becomes_as_small_as_it_may_be(change, expected):
-    """The least one first, down from 1 m/s or up."""
+def test_changes_become_as_small_as_possible(change, expected):
     world = check_of("careful").world
 
     values = [
@@ -70,7 +69,6 @@ def test_a_change_becomes_as_small_as_it_may_be(change, expected):
 
 
 def test_a_smaller_battery_keeps_its_share():
-    """Its charge is less by as much."""
     battery = {"capacity": 200.0, "initial_charge": 100.0}
     check = check_of("careful", overlay={"robots.porter.components.battery": battery})
     path = "robots.porter.components.battery"
@@ -80,8 +78,7 @@ def test_a_smaller_battery_keeps_its_share():
     assert [*first.spec["change"].values()] == [190.0, 95.0]
 
 
-def test_what_properties_speak_of_stays():
-    """Else they could not be checked when the failure is repeated."""
+def test_objects_of_properties_stay():
     spec = {
         "properties": {
             "far": {"never": {"robot": "porter", "at": "nook"}},
@@ -99,7 +96,7 @@ def test_what_properties_speak_of_stays():
 
 
 def test_a_failure_without_faults_keeps_its_world():
-    """Where nothing is there, a controller fails in any case, also one that is fixed."""
+    """Without its objects, even a fixed controller would fail."""
     check = check_of("broken")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
@@ -108,8 +105,7 @@ def test_a_failure_without_faults_keeps_its_world():
     assert result.case.definition is None
 
 
-def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
-    """Without its dock the robot could not dock either, which says nothing about a dock that is out of order."""
+def test_missing_dock_does_not_replace_a_broken_dock():
     world = {"docks": {"berth": {"at": [0.0, 0.5]}}, "robots.porter.at": "store"}
     fails = Injection({"type": "goals_aborted", "robot": "porter", "action": "pickup", "count": 1})
     shut = Injection({"type": "dock_out_of_order", "dock": "berth"})
@@ -123,8 +119,8 @@ def test_what_is_missing_does_not_stand_for_what_is_out_of_order():
     assert [*result.case.definition["docks"]] == ["berth"]
 
 
-def test_a_robot_that_is_missing_does_not_stand_for_one_that_is_broken():
-    """Also where the run without faults violates another property: goals were not rejected for that reason before."""
+def test_missing_robot_does_not_replace_a_broken_robot():
+    """Goals may not be rejected for a reason that the whole world does not have."""
     never = {"properties": {"no_box": {"never": {"event": "picked"}}}}
     check = check_of("vain", properties=never)
     with Evaluator(check, Serial, 1) as evaluator:
@@ -137,7 +133,6 @@ def test_a_robot_that_is_missing_does_not_stand_for_one_that_is_broken():
 
 
 def test_values_become_simple():
-    """A second is enough, from the first moment on."""
     (injection,) = reduced(Case((BREAKDOWN,))).case.schedule
 
     assert injection.spec["duration"] == 1.0
@@ -145,7 +140,7 @@ def test_values_become_simple():
 
 
 def test_a_failure_without_faults_has_no_schedule():
-    """And of the world what its reason needs: nothing, as here the controller crashes at once."""
+    """The world becomes empty as well, since the controller crashes at once."""
     (failure,) = run_case(check_of("broken"), Case()).failures
     result = reduced(Case((SLIP,)), failure, "broken")
 
@@ -153,7 +148,7 @@ def test_a_failure_without_faults_has_no_schedule():
 
 
 def test_simpler_values_come_one_at_a_time():
-    """First the anchor, then the count, then durations."""
+    """First the anchor changes, then the count, then durations."""
     injection = Injection(
         {"type": "goals_rejected", "robot": "eve", "count": 3, "when": {**DRIVE, "nth": 2, "after": 1.25}}
     )
@@ -165,15 +160,14 @@ def test_simpler_values_come_one_at_a_time():
     assert [each.spec.get("count") for each in simpler(injection)][-1] == 1
 
 
-def test_each_earlier_event_of_its_kind_is_tried():
-    """The first of all comes first; one of the others may need no second injection."""
+def test_tries_each_earlier_event_of_the_same_kind():
     injection = Injection({"type": "slip", "robot": "eve", "when": {**DRIVE, "nth": 4}})
 
     assert [1, 2, 3] == [each.anchor.get("nth", 1) for each in simpler(injection)]
 
 
 def fails_with(wanted):
-    """Return what tells of candidates that have all of some parts, and keeps how often it was asked."""
+    """Return a test that fails candidates with all of some parts, and a list of its calls."""
 
     def fails(candidates):
         return [wanted <= {*candidate} for candidate in candidates]
@@ -182,16 +176,15 @@ def fails_with(wanted):
 
 
 @given(st.integers(1, 40).flatmap(lambda n: st.tuples(st.just(n), st.frozensets(st.integers(0, n - 1), max_size=6))))
-def test_what_is_needed_is_found_whatever_it_is(case):
-    """A failure that needs some parts is reduced to these, in their order."""
+def test_needed_finds_the_parts_that_fail(case):
     count, wanted = case
 
     assert sorted(wanted) == needed(range(count), fails_with(wanted))
 
 
 @given(st.lists(st.integers(0, 3), min_size=1, max_size=12))
-def test_no_part_of_what_is_found_can_be_left_out(parts):
-    """Also of a failure that is there with many different parts: here, that the sum is at least half of all."""
+def test_needed_parts_are_1_minimal(parts):
+    """Here many selections fail: those whose sum is at least half of the total."""
     half = sum(parts) / 2
 
     def fails(candidates):
@@ -203,8 +196,7 @@ def test_no_part_of_what_is_found_can_be_left_out(parts):
     assert all(sum(found) - each < half for each in found)
 
 
-def test_what_fails_by_itself_needs_nothing():
-    """A failure without any part is reduced to none with one test."""
+def test_failure_without_parts_needs_one_test():
     asked = []
 
     def fails(candidates):
@@ -216,7 +208,7 @@ def test_what_fails_by_itself_needs_nothing():
 
 
 def test_candidates_of_a_round_are_tested_together():
-    """So that they can be run at once; of several that fail the first one is taken."""
+    """They can run at the same time; of several that fail, the first one counts."""
     rounds = []
 
     def fails(candidates):
@@ -237,14 +229,12 @@ WORLD = {
 
 
 def test_parts_are_entries_by_name_or_by_index():
-    """Of mappings the names, of lists the indices."""
     parts = parts_of(WORLD, ("robots", "lanes", "doors"))
 
     assert parts == [("robots", "wall_e"), ("robots", "eve"), ("lanes", 0), ("lanes", 1)]
 
 
-def test_a_world_keeps_what_is_kept():
-    """A key without entries is left out; other keys stay as they are."""
+def test_restricted_world_drops_empty_keys():
     world = restricted(WORLD, ("robots", "places"), [("robots", "eve")])
 
     assert world["robots"] == {"eve": {"at": "b", "type": "drone"}}
@@ -252,8 +242,8 @@ def test_a_world_keeps_what_is_kept():
     assert world["lanes"] == WORLD["lanes"]
 
 
-def test_a_tidy_world_has_no_waypoint_that_nothing_leads_to():
-    """One at which a robot stands stays; a robot type goes with its last robot."""
+def test_tidied_world_has_no_isolated_waypoints():
+    """A waypoint with a robot stays; an unused robot type goes."""
     world = tidied(restricted(WORLD, ("robots", "lanes"), [("robots", "wall_e"), ("lanes", 1)]))
 
     assert [*world["waypoints"]] == ["a", "b", "c"]

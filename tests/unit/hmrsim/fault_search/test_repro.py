@@ -1,4 +1,4 @@
-"""The file that repeats a failure, its story, and what continuous integration gets."""
+"""The results of a search: files of failures, stories, the page and JUnit XML."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from hmrsim.fault_search.file.reading import read_repro
-from hmrsim.fault_search.reducer import Reduced
+from hmrsim.fault_search.reading import read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder, junit_text, page_of
 from hmrsim.fault_search.results.story import LONG, events_of, mark_of, story_of
-from hmrsim.fault_search.results.summary import Finding, by_begin
+from hmrsim.fault_search.results.summary import Finding, Reduced, by_begin
 from hmrsim.fault_search.running.single import Failure, Outcome, Wanted, run_case
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.trace.replay import replay
@@ -20,13 +19,13 @@ from tests.porters import check_of, searched
 
 @pytest.fixture(scope="module")
 def found():
-    """Return the check of a porter that tries in vain, and what is found."""
+    """Return the check of a porter that tries in vain, and the finding."""
     check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown"]})
     return check, searched(check)
 
 
-def test_a_failure_is_repeated_from_its_file(found, tmp_path):
-    """With the same failure, and the same trace, byte for byte."""
+def test_file_reproduces_the_failure(found, tmp_path):
+    """The trace is the same, byte for byte."""
     check, summary = found
     path = ResultsFolder(tmp_path / "results").keep(check, summary.findings[0])
 
@@ -38,16 +37,15 @@ def test_a_failure_is_repeated_from_its_file(found, tmp_path):
     assert path.with_suffix(".jsonl").read_text("utf-8") == outcome.trace
 
 
-def test_a_world_may_be_called_what_no_program_is(tmp_path):
-    """Such as two words: the file of a failure is read all the same."""
+def test_world_name_may_have_two_words(tmp_path):
     check = check_of("broken", budget={"runs": 1}, overlay={"name": "two wings"})
     path = ResultsFolder(tmp_path).keep(check, searched(check).findings[0])
 
     assert read_repro(path).check.name == "two wings"
 
 
-def test_a_file_that_was_moved_finds_its_controller_in_the_current_folder(found, tmp_path, monkeypatch):
-    """Or in the folder that is given."""
+def test_moved_file_finds_its_controller(found, tmp_path, monkeypatch):
+    """The controller is in the current folder, or in the given one."""
     check, summary = found
     path = ResultsFolder(tmp_path / "a" / "b").keep(check, summary.findings[0])
     moved = path.rename(tmp_path / "moved.yaml")
@@ -57,15 +55,14 @@ def test_a_file_that_was_moved_finds_its_controller_in_the_current_folder(found,
     assert read_repro(moved, check.folder).check.folder == check.folder
 
 
-def test_the_trace_of_a_failure_is_replayed_without_its_controller(found):
-    """Faults that are anchored to events are a part of the world in it."""
+def test_trace_of_a_failure_replays_without_its_controller(found):
+    """The world in the trace includes faults that are anchored to events."""
     trace = found[1].findings[0].outcome.trace
 
     assert replay(trace.splitlines(keepends=True)).difference is None
 
 
-def test_the_story_says_what_it_needs_and_what_happened(found):
-    """In words: the property, the schedule, what is without it, the events with the violation among them."""
+def test_story_has_schedule_events_and_violation(found):
     story = story_of(found[1].findings[0])
 
     assert story[0].startswith("no_vain_goals: ")
@@ -76,8 +73,8 @@ def test_the_story_says_what_it_needs_and_what_happened(found):
     assert any("VIOLATED no_vain_goals" in line for line in story)
 
 
-def test_events_that_repeat_themselves_are_told_once():
-    """Whatever numbers are in them, and up to four together."""
+def test_story_folds_repeated_events():
+    """Events may differ in their numbers, and up to four may repeat together."""
     tries = [(float(at), f"{'abort' if at % 2 else 'accept'}ed (try {at // 2})") for at in range(20)]
     lines = [(0.0, "begins"), *tries, (20.0, "ends"), (20.0, "ends")]
 
@@ -91,8 +88,8 @@ def test_events_that_repeat_themselves_are_told_once():
     ] == events_of(Outcome("failed", story=tuple(lines)))
 
 
-def test_of_many_events_those_are_told_that_a_failure_is_about():
-    """What its robot and its item did long before, rather than what the others did meanwhile."""
+def test_long_story_keeps_the_events_of_the_failure():
+    """Events of its robot and item have priority over later events of others."""
     drives = [(float(at), f"{'eve' if at % 2 else 'chai'} navigate_to_pose w{at} accepted") for at in range(300)]
     cause = [(100.0, "mocha moves aside for eve"), (101.0, "mocha puts down box_1")]
     late = SimpleNamespace(at=290.5e9, property="orders_in_time", text="order_1 is late: box_1 is not there")
@@ -109,7 +106,7 @@ def test_of_many_events_those_are_told_that_a_failure_is_about():
 
 
 def test_junit_has_a_test_case_for_each_property(found):
-    """Of which one has failed, with the story; what was never exercised is skipped."""
+    """A property that was never exercised is skipped."""
     _, summary = found
     suite = ET.fromstring(junit_text(summary.name, summary.exercised, summary.findings, 1.5)).find("testsuite")
     failed = [case.get("name") for case in suite if case.find("failure") is not None]
@@ -120,8 +117,8 @@ def test_junit_has_a_test_case_for_each_property(found):
     assert (suite.get("tests"), suite.get("failures")) == (str(len(summary.exercised)), "1")
 
 
-def test_the_page_tells_of_each_failure_and_of_what_was_not_reached(found, tmp_path):
-    """In one file; texts of the user are escaped."""
+def test_page_has_failures_and_gaps(found, tmp_path):
+    """Texts of the user are escaped."""
     check, summary = found
     page = page_of(check, summary, tmp_path)
 
@@ -130,8 +127,7 @@ def test_the_page_tells_of_each_failure_and_of_what_was_not_reached(found, tmp_p
     assert "http://" not in page.replace("http://www.w3.org", "")
 
 
-def test_a_later_search_begins_with_what_was_found(found, tmp_path):
-    """The folder has the failures."""
+def test_folder_keeps_failures_for_later_searches(found, tmp_path):
     check, summary = found
     folder = ResultsFolder(tmp_path)
     path = folder.keep(check, summary.findings[0])
@@ -149,8 +145,8 @@ NEVER = Injection({"type": "breakdown", "robot": "other", "duration": 5.0, "when
 QUICK = Injection({"change": {"robots.porter.base.speed": 2.0}})
 
 
-def test_a_run_knows_when_each_thing_began():
-    """A change is there from the start; what has never begun has no time."""
+def test_outcome_has_the_begin_of_each_injection():
+    """A change begins at 0, and an injection that never began has no time."""
     outcome = run_case(check_of("careful"), Case((LATE, EARLY, STALLED, NEVER, QUICK)))
     late, early, stalled, never, quick = outcome.began
 
@@ -159,8 +155,7 @@ def test_a_run_knows_when_each_thing_began():
     assert stalled < late
 
 
-def test_the_first_cause_is_on_top():
-    """Whatever the order of the schedule is; each with what comes of the run without it."""
+def test_story_orders_injections_by_their_begin():
     injections = (NEVER, LATE, EARLY)
     without = tuple(Outcome(name) for name in ("succeeded", "failed", "timeout"))
     told = Outcome("failed", began=(None, 9.0, 4.0))
@@ -176,12 +171,10 @@ def test_the_first_cause_is_on_top():
 
 
 def test_injections_without_times_keep_their_order():
-    """As of one that was lost with its process."""
     assert by_begin((LATE, EARLY), Outcome("died")) == [0, 1]
 
 
-def test_the_story_tells_of_a_disturbance_where_it_happens():
-    """It is no event of the simulation, and the robots alone do not show what it was."""
+def test_story_has_disturbances_at_their_times():
     outcome = run_case(check_of("careful"), Case((STALLED,)), Wanted(story=True))
     texts = [text for _, text in outcome.story]
 

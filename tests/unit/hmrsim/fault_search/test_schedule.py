@@ -1,4 +1,4 @@
-"""The injections of schedules: what they say in words, and what can be wrong with them."""
+"""The injections of schedules: their descriptions and their flaws."""
 
 from __future__ import annotations
 
@@ -44,13 +44,11 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
         ),
     ],
 )
-def test_an_injection_is_described_in_words(spec, words):
-    """What happens to what, for how long, and when it begins."""
+def test_describes_injections_in_words(spec, words):
     assert words == Injection(spec).describe()
 
 
 def test_equal_injections_have_equal_keys():
-    """In whatever order they say it."""
     one, other = Injection({"type": "slip", "robot": "eve"}), Injection({"robot": "eve", "type": "slip"})
 
     assert one == other
@@ -58,8 +56,7 @@ def test_equal_injections_have_equal_keys():
     assert one != one.replaced(robot="wall_e")
 
 
-def test_everything_that_is_wrong_is_told_at_once():
-    """With its place in the list, and what would do."""
+def test_reports_all_flaws_of_injections():
     injections, findings = read_injections(
         [
             {"type": "breakdwn", "robot": "eve"},
@@ -80,8 +77,7 @@ def test_everything_that_is_wrong_is_told_at_once():
     assert [place for place, _ in told[3:]] == ["3.change", "4", "5"]
 
 
-def test_a_schedule_is_a_list():
-    """Anything else is told."""
+def test_schedule_has_to_be_a_list():
     assert [finding.message for finding in read_injections({"type": "slip"})[1]] == [
         "expected a list of faults, changes and disturbances, got a mapping"
     ]

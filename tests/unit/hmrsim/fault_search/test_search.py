@@ -1,4 +1,4 @@
-"""Searches that find what breaks a controller, and nothing where nothing does."""
+"""Searches: the failures that they find, the schedules that they try, and their limits."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from hmrsim.fault_search.candidates import Candidates
 from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedule import Case, Injection, Moment
 from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.fault_search.searching.guide import without_twins
 from hmrsim.fault_search.searching.search import BATCH, Search
-from hmrsim.fault_search.space.candidates import Candidates
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of, searched
 from tests.torture.planted import catalogue
@@ -27,15 +27,15 @@ SAME_ITEMS = {"properties": {"as_before": {"eventually": {"items": "as_without_f
 
 
 def failures(summary):
-    """Return what was found, with the smallest schedules in words."""
+    """Return the failures of a search, with the minimal schedules in words."""
     return {
         finding.failure.property: [injection.describe() for injection in finding.schedule]
         for finding in summary.findings
     }
 
 
-def test_a_controller_that_tries_again_for_ever_is_found():
-    """One injection shows it: the goals of a robot that has broken down are rejected, again and again."""
+def test_finds_a_controller_that_retries_for_ever():
+    """After a breakdown, the goals of its robot are rejected again and again."""
     summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}))
 
     (finding,) = summary.findings
@@ -44,8 +44,8 @@ def test_a_controller_that_tries_again_for_ever_is_found():
     assert summary.nominal.ending == "succeeded"
 
 
-def test_a_controller_that_bears_faults_is_left_in_peace():
-    """It may fail, as long as it ends and says so."""
+def test_finds_nothing_in_a_robust_controller():
+    """A controller may fail, as long as it ends and reports it."""
     summary = searched(check_of("careful", budget={"runs": 96}))
 
     assert failures(summary) == {}
@@ -53,15 +53,13 @@ def test_a_controller_that_bears_faults_is_left_in_peace():
     assert summary.tried.endings["failed"] > 0
 
 
-def test_a_controller_that_crashes_is_found():
-    """An error that it does not expect ends it."""
+def test_finds_a_controller_that_crashes():
     summary = searched(check_of("crashing", budget={"runs": 32}, space={"only": ["goals_aborted"]}))
 
     assert [*failures(summary)] == ["controller_lives"]
 
 
-def test_a_search_ends_when_nothing_is_left_to_try():
-    """Of two injections at most, one after the other, with one moment each."""
+def test_search_ends_when_nothing_is_left_to_try():
     space = {"only": ["speed"], "at_most": 1}
     summary = searched(check_of("careful", space=space, budget="60s"))
 
@@ -69,7 +67,7 @@ def test_a_search_ends_when_nothing_is_left_to_try():
     assert summary.unreached.singles == 0
 
 
-def test_what_a_last_batch_has_no_room_for_was_not_tried():
+def test_singles_beyond_the_last_batch_are_left():
     """Two runs are the one without faults and one of the two speeds."""
     space = {"only": ["speed"], "at_most": 1}
     summary = searched(check_of("careful", space=space, budget={"runs": 2}))
@@ -77,16 +75,14 @@ def test_what_a_last_batch_has_no_room_for_was_not_tried():
     assert (summary.tried.runs, summary.unreached.singles) == (2, 1)
 
 
-def test_a_failure_without_faults_is_found_at_once():
-    """It needs no schedule."""
+def test_finds_a_failure_without_faults_at_once():
     summary = searched(check_of("broken", budget={"runs": 32}), first_only=True)
 
     (finding,) = summary.findings
     assert (finding.failure.property, finding.schedule, finding.run) == ("controller_lives", (), 1)
 
 
-def test_what_is_tried_depends_on_the_seed_alone():
-    """Whatever runs it, and in how many pieces."""
+def test_schedules_depend_on_the_seed_alone():
     check = check_of("careful", seed=3)
     runs = []
     for make, workers in ((Serial, 1), (lambda: ThreadPoolExecutor(1), 5)):
@@ -106,8 +102,7 @@ def test_what_is_tried_depends_on_the_seed_alone():
     assert len(runs[0]) == len({*runs[0]}) == 2 * BATCH
 
 
-def test_schedules_that_have_all_of_a_known_failure_are_passed_over():
-    """They would fail like that again, and hide others."""
+def test_skips_schedules_that_contain_a_known_failure():
     check = check_of("careful")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
@@ -120,8 +115,8 @@ def test_schedules_that_have_all_of_a_known_failure_are_passed_over():
         assert search._is_new((Injection({"type": "slip", "robot": "porter", "factor": 0.5}),))
 
 
-def test_a_schedule_of_which_a_part_can_t_begin_is_not_run():
-    """There are three drives, and one more for each that is aborted: nothing begins at a fourth one without that."""
+def test_skips_schedules_with_an_injection_that_can_t_begin():
+    """There are three drives, and one more for each that is aborted."""
     drive = "navigate_to_pose"
     first, second, third = (
         Injection({"type": "goals_aborted", "robot": "porter", "action": drive, "count": 1, "when": when.anchor()})
@@ -142,7 +137,7 @@ def test_a_schedule_of_which_a_part_can_t_begin_is_not_run():
 
 
 def test_the_run_without_faults_is_made_once():
-    """Unless a property compares other runs with it: then it is compared with itself."""
+    """If a property compares runs with it, it is made again."""
     runs = []
     for properties in ({}, SAME_ITEMS):
         check = check_of("careful", properties=properties)
@@ -155,8 +150,7 @@ def test_the_run_without_faults_is_made_once():
     assert [1, 2] == runs
 
 
-def test_a_fault_that_never_began_is_noted():
-    """Its anchor did not come."""
+def test_outcome_notes_a_fault_that_never_began():
     never = Injection({"type": "breakdown", "robot": "porter", "when": {"event": "deadlock"}})
     soon = Injection(
         {"type": "slip", "robot": "porter", "factor": 0.5, "when": {"goal": "executing", "robot": "porter"}}
@@ -167,8 +161,8 @@ def test_a_fault_that_never_began_is_noted():
     assert [at is None for at in outcome.began] == [True, False]
 
 
-def test_a_disturbance_that_never_began_is_noted():
-    """The second goal's end kills the controller; there is no twentieth."""
+def test_outcome_notes_a_disturbance_that_never_began():
+    """The end of the second goal kills the controller; there is no twentieth goal."""
     check = check_of("careful")
     killed = [Injection({"disturbance": "controller_killed", "when": {"goal": "ended", "nth": nth}}) for nth in (20, 2)]
 
@@ -178,8 +172,8 @@ def test_a_disturbance_that_never_began_is_noted():
     assert once is not None
 
 
-def test_what_a_killed_controller_has_left_is_not_its_successor_s():
-    """The robot is still under way for the first one when the second one gives up."""
+def test_goals_of_a_killed_controller_are_not_its_successor_s():
+    """The robot still drives for the first controller when the second one gives up."""
     driving = {"goal": "executing", "robot": "other", "action": "navigate_to_pose"}
     killed = Injection({"disturbance": "controller_killed", "when": {**driving, "after": 1.0}, "restart_after": 1.0})
 
@@ -189,8 +183,7 @@ def test_what_a_killed_controller_has_left_is_not_its_successor_s():
     assert outcome.violations == ()
 
 
-def test_a_second_controller_that_ends_with_the_first_one_is_not_lost():
-    """It is cut off in the middle of what it does, as the run is over."""
+def test_second_controller_cut_off_at_the_end_is_no_failure():
     carrying = {"goal": "executing", "robot": "porter", "action": "place"}
     second = Injection({"disturbance": "second_controller", "when": carrying})
 
@@ -199,8 +192,7 @@ def test_a_second_controller_that_ends_with_the_first_one_is_not_lost():
     assert outcome.violations == ()
 
 
-def test_a_run_that_a_violation_ends_is_stopped():
-    """It has not come to its limit of time."""
+def test_run_ended_by_a_violation_is_stopped():
     broken = Injection({"type": "breakdown", "robot": "porter", "when": {"goal": "executing", "robot": "porter"}})
 
     outcome = run_case(check_of("vain"), Case((broken,)))
@@ -209,8 +201,7 @@ def test_a_run_that_a_violation_ends_is_stopped():
     assert [violation.property for violation in outcome.violations] == ["no_vain_goals"]
 
 
-def test_a_case_that_can_t_be_made_is_an_error_and_no_failure():
-    """Such as a change of what the world does not have."""
+def test_impossible_case_is_an_error():
     outcome = run_case(check_of("careful"), Case((Injection({"change": {"robots.nobody.base.speed": 1.0}}),)))
 
     assert outcome.ending == "error"
@@ -219,16 +210,15 @@ def test_a_case_that_can_t_be_made_is_an_error_and_no_failure():
 
 
 @pytest.mark.parametrize("strategy", ["guided", "random"])
-def test_two_searches_of_so_many_runs_are_the_same(strategy):
-    """With the same counts of everything."""
+def test_searches_with_a_number_of_runs_are_equal(strategy):
     summaries = [searched(check_of("careful", budget={"runs": 64}), strategy=strategy) for _ in range(2)]
 
     assert summaries[0].tried == summaries[1].tried
     assert summaries[0].features == summaries[1].features
 
 
-def test_a_property_of_the_user_is_what_is_searched_for():
-    """The porter says that all is well, and the box is not there."""
+def test_finds_violations_of_custom_properties():
+    """The porter reports success although the box is not there."""
     summary = searched(check_of("proud", budget={"runs": 64}, properties=DELIVERED))
 
     assert [injection.kind for finding in summary.findings for injection in finding.schedule] != []
@@ -236,7 +226,6 @@ def test_a_property_of_the_user_is_what_is_searched_for():
 
 
 def test_an_item_is_where_its_carrier_is():
-    """From where it was picked up on, also if no property speaks of where robots are."""
     never = {"properties": {name: {"never": {"item": "box", "at": name}} for name in ("home", "store", "shelf")}}
 
     outcome = run_case(check_of("careful", properties=never), Case())
@@ -247,8 +236,8 @@ def test_an_item_is_where_its_carrier_is():
     ]
 
 
-def test_a_tree_that_can_t_reach_its_robot_has_not_crashed():
-    """It is started again while the robot has no connection, and ends with a clear error."""
+def test_tree_without_its_robot_does_not_crash():
+    """The tree is restarted while its robot has no connection, and ends with a clear error."""
     check = planted(catalogue()["wrong_sign"], "twin")
     when = {"goal": "executing", "robot": "wall_e"}
     lost = Injection({"type": "messages_lost", "robot": "wall_e", "duration": 30.0, "when": when})
@@ -261,9 +250,7 @@ def test_a_tree_that_can_t_reach_its_robot_has_not_crashed():
     assert "controller_lives" not in [failure.property for failure in outcome.failures]
 
 
-def test_a_worker_that_dies_is_a_failure_of_the_controller():
-    """Of the case that has killed it, and of no other."""
-
+def test_death_of_a_worker_is_a_failure_of_its_case():
     class Fragile(Serial):
         def submit(self, function, /, *args, **kwargs):
             if any(injection.kind == "slip" for case in args[0].cases for injection in case.schedule):
@@ -279,16 +266,15 @@ def test_a_worker_that_dies_is_a_failure_of_the_controller():
     assert (died.ending, died.failure.property) == ("died", "controller_lives")
 
 
-def test_all_runs_cover_a_tree_whoever_asks_for_them():
-    """A worker sends what it has ticked once; that the run was not one of the search does not lose it."""
+def test_coverage_includes_all_runs():
     with Evaluator(planted(catalogue()["wrong_sign"], "twin"), Serial, 1) as evaluator:
         evaluator.rerun(Case())
 
         assert evaluator.covered.share
 
 
-def test_a_failure_whose_reduction_is_interrupted_is_kept():
-    """Ctrl-C ends the search; what was found is told, with the smallest schedule for which there is time."""
+def test_keeps_a_failure_whose_reduction_is_interrupted():
+    """Ctrl-C ends the search; the summary has the smallest schedule so far."""
 
     class Interrupted(Evaluator):
         interrupted = False
@@ -307,8 +293,8 @@ def test_a_failure_whose_reduction_is_interrupted_is_kept():
     assert {"no_vain_goals": 1} == {each.failure.property: len(each.schedule) for each in summary.findings}
 
 
-def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
-    """One that tries again is left in peace, and so is one that is stopped by something else than transient faults."""
+def test_finds_a_controller_that_does_not_recover():
+    """A controller that retries passes, and so does one that other than transient faults stop."""
     spec = {
         "properties": {"built_in": {"recovers": {"within": 31.0}}},
         "space": {"only": ["goals_aborted", "goals_rejected", "speed"], "at_most": 1},
@@ -321,8 +307,8 @@ def test_a_controller_that_gives_up_needlessly_is_found_if_it_has_to_recover():
     assert {} == failures(careful)
 
 
-def test_a_controller_that_reports_success_in_vain_is_found():
-    """Where the items belong is not said: they have to be where they are without faults."""
+def test_finds_a_false_report_of_success():
+    """The items have to be where they are without faults."""
     spec = {
         "properties": {"properties": {"true": {"reports": "succeeded", "then": {"items": "as_without_faults"}}}},
         "space": {"only": ["goals_aborted", "claw_misses"]},
@@ -335,8 +321,7 @@ def test_a_controller_that_reports_success_in_vain_is_found():
     assert careful.tried.exercised["true"] > 0
 
 
-def test_a_run_is_compared_with_one_that_has_succeeded():
-    """Where the mission fails without faults there is nothing to compare with."""
+def test_failed_nominal_run_is_no_reference():
     same = {"true": {"reports": "failed", "then": {"items": "as_without_faults"}}}
     check = check_of("hasty", properties={"properties": same}, overlay={"items.crate.at": [0, 0]})
     nominal = run_case(check, Case())
@@ -345,16 +330,15 @@ def test_a_run_is_compared_with_one_that_has_succeeded():
     assert limited(check, nominal).reference is None
 
 
-def test_a_search_for_the_first_failure_ends_with_its_run():
-    """What is left of its batch is dropped."""
+def test_search_for_the_first_failure_ends_with_its_run():
+    """The rest of its batch is dropped."""
     summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}), first_only=True)
 
     (finding,) = summary.findings
     assert summary.tried.runs == finding.run < BATCH
 
 
-def test_each_kind_of_thing_has_its_turn_first():
-    """So that a few runs say something about each."""
+def test_each_kind_has_its_turn_first():
     check = check_of("careful")
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
@@ -367,8 +351,7 @@ def test_each_kind_of_thing_has_its_turn_first():
     assert search.tried.singles_left == search.tried.singles - len(kinds)
 
 
-def test_what_is_about_no_robot_has_its_first_turn_from_the_start():
-    """A controller may look at a door or lane when it starts, and never again."""
+def test_doors_and_lanes_fail_from_the_start_first():
     check = check_of("careful", space={"only": ["lane_closed", "breakdown"]})
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
@@ -384,7 +367,7 @@ def test_what_is_about_no_robot_has_its_first_turn_from_the_start():
 
 
 @pytest.mark.parametrize("initial", [100.0, 50.0])
-def test_a_run_without_faults_says_how_much_of_a_battery_is_used(initial):
+def test_nominal_run_measures_battery_draws(initial):
     """The porter drives for 40 s, the last 20 s of them at once; the other robot stands."""
     battery = {"capacity": 100.0, "initial_charge": initial, "drain": {"moving": 1.0, "still": 0.0}}
     check = check_of("careful", overlay={"robots.*.components.battery": battery})
@@ -395,16 +378,15 @@ def test_a_run_without_faults_says_how_much_of_a_battery_is_used(initial):
     assert draws["other"] == (0.0, 0.0)
 
 
-def test_two_changes_of_one_robot_are_not_tried_together():
-    """Each may be borne alone, and both may be too much."""
+def test_schedule_has_one_change_per_robot():
     slow, small = ({"change": {f"robots.eve.{path}": 1.0}} for path in ("base.speed", "components.battery.capacity"))
     other = {"change": {"robots.wall_e.base.speed": 1.0}}
 
     assert without_twins(tuple(map(Injection, (slow, small, other)))) == (Injection(slow), Injection(other))
 
 
-def test_nothing_is_run_when_time_is_over():
-    """A task is not begun, and a run that takes too long is no failure."""
+def test_nothing_runs_after_the_time_limit():
+    """A run that exceeds the limit is no failure."""
     check = check_of("sleepy")
     with Evaluator(check, Serial, 1) as evaluator:
         late = evaluator.outcomes([Case()], time.monotonic())
@@ -423,8 +405,8 @@ def test_nothing_is_run_when_time_is_over():
         ({"runs": 5}, 60.0, 60.0),
     ],
 )
-def test_the_reduction_of_a_failure_keeps_to_the_budget(budget, began, allowed):
-    """Of time; with a number of runs alone it takes no longer than the search."""
+def test_reduction_keeps_to_the_budget(budget, began, allowed):
+    """With a budget of runs alone, it takes no longer than the search."""
     check = check_of("careful", budget=budget)
     with Evaluator(check, Serial, 1) as evaluator:
         campaign = Campaign(check, evaluator, evaluator.outcomes([Case()])[0], Options(), began=0.0)
@@ -432,10 +414,9 @@ def test_the_reduction_of_a_failure_keeps_to_the_budget(budget, began, allowed):
     assert campaign.reduces_until(began) == began + allowed
 
 
-def test_a_reduction_tells_how_far_it_is():
-    """Its runs come in batches, and it may take as long as the search itself."""
+def test_reduction_reports_its_progress():
     told = []
-    check = check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]})
+    check = check_of("vain", budget={"runs": 64, "time": 10_000.0}, space={"only": ["breakdown", "slip"]})
     searched(check, first_only=True, tell=told.append)
 
     steps = [(each.reducing, each.reduced_in) for each in told if each.reducing]
@@ -444,8 +425,8 @@ def test_a_reduction_tells_how_far_it_is():
     assert len({runs for _, runs in steps}) > 2
 
 
-def test_what_a_run_has_exercised_is_told_once_but_of_the_run_without_faults():
-    """A search of hours keeps its outcomes, and those of tens of thousands of runs have to fit into memory."""
+def test_kept_outcomes_have_no_features():
+    """Only the outcome of the run without faults keeps its features, to save memory."""
     check = check_of("careful")
     slip = Case((Injection({"type": "slip", "robot": "porter", "factor": 0.5}),))
     with Evaluator(check, Serial, 1) as evaluator:

@@ -26,10 +26,10 @@ WORLD = World.model_validate(
 
 
 class Waiting:
-    """A controller that has a robot wait, again and again.
+    """A controller that sends a robot goals to wait, again and again.
 
     Attributes:
-        times: When each of its runs began, and when each goal had ended.
+        times: The start of each run, and the end of each of its goals.
     """
 
     def __init__(self, *seconds, robot="ann"):
@@ -38,7 +38,7 @@ class Waiting:
         self._robot = robot
 
     def __call__(self, client, _robots):
-        """Run it."""
+        """Run the controller."""
         times = []
         self.times.append(times)
         times.append(client.now)
@@ -51,7 +51,7 @@ class Waiting:
 
 @pytest.fixture
 def waiting():
-    """Return what makes controllers that wait."""
+    """Return a function that makes such controllers."""
     return Waiting
 
 

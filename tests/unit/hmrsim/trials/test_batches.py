@@ -16,7 +16,7 @@ from hmrsim.trials.batches import Batches, Serial
 
 
 class Pool(Serial):
-    """An executor whose process some things kill."""
+    """An executor whose process dies of some tasks."""
 
     def __init__(self, killers):
         self._killers = killers
@@ -35,12 +35,12 @@ class Pool(Serial):
 
 
 def tenfold(piece):
-    """Do a piece of work."""
+    """Return the results of a piece: ten times each task."""
     return [10 * thing for thing in piece]
 
 
 def results(batches, pieces, **options):
-    """Return what comes of pieces: pairs of a thing and its result, in the order in which they come."""
+    """Return pairs of a task and its result, in the order in which they arrive."""
     there = iter(pieces)
 
     def submit(executor, piece):
@@ -56,8 +56,8 @@ def results(batches, pieces, **options):
     workers=st.integers(1, 3),
     in_order=st.booleans(),
 )
-def test_each_thing_has_one_result_whatever_breaks(sizes, killers, workers, in_order):
-    """Its own, and only what has broken an executor is lost."""
+def test_each_task_has_one_result(sizes, killers, workers, in_order):
+    """Only the tasks that break an executor are lost."""
     numbers = iter(range(1, 100))
     pieces = [[next(numbers) for _ in range(size)] for size in sizes]
     found = results(Batches(lambda: Pool(killers), workers), pieces, in_order=in_order)
@@ -66,16 +66,13 @@ def test_each_thing_has_one_result_whatever_breaks(sizes, killers, workers, in_o
     assert expected == sorted(found)
 
 
-def test_pieces_come_in_their_order_if_that_is_asked_for():
-    """Also those that are done once more."""
+def test_pieces_keep_their_order_on_request():
     found = results(Batches(lambda: Pool({3}), 2), [[1], [2], [3], [4], [5]], in_order=True)
 
     assert [1, 2, 3, 4, 5] == [thing for thing, _ in found]
 
 
-def test_an_executor_that_can_not_do_anything_ends():
-    """Each thing is lost."""
-
+def test_executor_that_always_breaks_loses_each_task():
     class Broken(Serial):
         def submit(self, *_arguments):
             raise BrokenProcessPool
@@ -83,9 +80,7 @@ def test_an_executor_that_can_not_do_anything_ends():
     assert [(1, -1), (2, -2), (3, -3)] == results(Batches(Broken, 1), [[1, 2], [3]])
 
 
-def test_an_error_of_a_users_file_is_raised():
-    """It is not the executor's."""
-
+def test_raises_errors_of_the_users_file():
     def submit(_executor, _piece):
         future = Future()
         future.set_exception(HmrsimError("the file has changed"))
@@ -96,8 +91,8 @@ def test_an_error_of_a_users_file_is_raised():
         list(Batches(Serial, 1).results(lambda: next(pieces, ()), submit, lambda thing, _seconds: thing))
 
 
-def test_what_does_not_end_in_time_is_left():
-    """With its executor; the next work has a new one."""
+def test_work_beyond_the_time_limit_is_dropped():
+    """The next work gets a new executor."""
     made = []
 
     def make():

@@ -1,4 +1,4 @@
-"""What a disturbance is."""
+"""The model of a disturbance."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ def disturbance(kind, **more):
     return Disturbance.model_validate({"disturbance": kind, "when": PICKUP, **more})
 
 
-def test_it_is_told_in_words():
-    """What happens, and when."""
+def test_describes_disturbances_in_words():
     for made, text in [
         (disturbance("controller_killed"), "the controller is killed"),
         (disturbance("controller_killed", restart_after=5), "the controller is killed, and started again after 5 s"),
@@ -42,21 +41,18 @@ def test_it_is_told_in_words():
         ({"disturbance": "power_cut"}, "controller_killed"),
     ],
 )
-def test_what_is_wrong_is_refused(settings, why):
-    """Each setting belongs to a kind."""
+def test_rejects_settings_of_other_kinds(settings, why):
     with pytest.raises(ValidationError, match=why):
         Disturbance.model_validate({"when": PICKUP, **settings})
 
 
-def test_it_is_the_same_after_a_round_trip():
-    """As JSON without what was left out."""
+def test_survives_a_round_trip_through_json():
     made = disturbance("controller_killed", restart_after=5)
 
     assert made == Disturbance.model_validate_json(made.model_dump_json(exclude_unset=True))
 
 
-def test_a_kind_of_event_that_there_is_not_is_a_flaw():
-    """Found at its place."""
+def test_unknown_kind_of_event_is_a_flaw():
     made = Disturbance.model_validate({"disturbance": "simulation_reset", "when": {"event": "picked_up"}})
 
     assert [("when", "event")] == [finding.path for finding in made.flaws()]

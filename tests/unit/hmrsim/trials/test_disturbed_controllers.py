@@ -19,7 +19,7 @@ def executing(**more):
 
 
 def killed(**more):
-    """Return a controller's death 4 s after its goal has begun."""
+    """Return a disturbance that kills the controller 4 s after its goal has begun."""
     return {"disturbance": "controller_killed", "when": executing(after=4.0), **more}
 
 
@@ -32,19 +32,19 @@ ALL = [killed(), killed(restart_after=3.0), STALLED, SECOND, LOST, REPEATED, RES
 
 
 def goals(run):
-    """Return when ann was sent which goals, and by whom."""
+    """Return the goals that ann got, with their times and senders."""
     lines = map(json.loads, run.trace.splitlines())
     return [(line["stamp"]["sec"], line.get("by")) for line in lines if line.get("command") == "send_goal"]
 
 
 def statuses(run):
-    """Return when ann's goals ended, and how."""
+    """Return the times and statuses at which ann's goals ended."""
     lines = map(json.loads, run.trace.splitlines())
     return [(line["stamp"]["sec"], line["status"]) for line in lines if line.get("status", 0) > 3]
 
 
 def test_every_disturbance_gives_the_same_trace_again(disturbed, waiting):
-    """Also with threads, and alone or with all others."""
+    """Each disturbance alone and all together are deterministic, even with threads."""
     for disturbances in [*([each] for each in ALL), ALL]:
         with case(disturbances):
             runs = [disturbed(waiting(10, 10, 10), *disturbances) for _ in range(3)]
@@ -52,8 +52,7 @@ def test_every_disturbance_gives_the_same_trace_again(disturbed, waiting):
             assert runs[0].trace == runs[1].trace == runs[2].trace
 
 
-def test_a_replay_of_every_disturbed_run_is_the_same(disturbed, waiting):
-    """A trace has all that a disturbance does to the simulation."""
+def test_disturbed_runs_replay_exactly(disturbed, waiting):
     for disturbances in [*([each] for each in ALL), ALL]:
         with case(disturbances):
             run = disturbed(waiting(10, 10), *disturbances)
@@ -65,16 +64,14 @@ def test_a_replay_of_every_disturbed_run_is_the_same(disturbed, waiting):
 class TestKilled:
     """A controller that is killed."""
 
-    def test_it_begins_again_later(self, disturbed, waiting):
-        """From scratch, at the time at which it is started, and as often as it is killed."""
+    def test_restarts_after_the_delay(self, disturbed, waiting):
+        """A controller starts from scratch each time that it was killed."""
         controller = waiting(10, 10)
         disturbed(controller, killed(restart_after=3.0), killed(restart_after=1.0) | {"when": executing(nth=3)})
 
         assert [[0.0], [7.0, 17.0], [18.0, 28.0, 38.0]] == controller.times
 
-    def test_its_goals_go_on(self, disturbed, waiting):
-        """Nobody cancels them, also not what it does in the end."""
-
+    def test_goals_of_a_killed_controller_continue(self, disturbed, waiting):
         def careful(client, robots):
             try:
                 return controller(client, robots)
@@ -88,21 +85,19 @@ class TestKilled:
         assert [(10, 4)] == statuses(run)
         assert RunReported.kind not in run.trace
 
-    def test_one_that_stays_away_lets_time_go_on(self, disturbed, waiting):
-        """To the end of the run."""
+    def test_time_passes_after_a_final_kill(self, disturbed, waiting):
         run = disturbed(waiting(10, 10), killed(), duration=50.0)
 
         assert "killed" == run.ending
         assert run.trace.endswith('{"kind":"end","stamp":{"nanosec":0,"sec":50}}\n')
 
-    def test_without_an_end_time_goes_on_until_nothing_is_left(self, disturbed, waiting):
-        """As nobody will ever ask for more."""
+    def test_time_without_a_limit_passes_until_nothing_is_left(self, disturbed, waiting):
         run = disturbed(waiting(10, 10), killed(), duration=float("inf"))
 
         assert ("killed", [(10, 4)]) == (run.ending, statuses(run))
 
-    def test_it_can_catch_everything(self, disturbed, waiting):
-        """It is dead all the same: what it says is not heard, and it has not ended by itself."""
+    def test_catching_everything_does_not_keep_it_alive(self, disturbed, waiting):
+        """A killed controller sends nothing, and has no ending."""
         controller = waiting(10)
 
         def stubborn(client, robots):
@@ -113,8 +108,7 @@ class TestKilled:
 
         assert "killed" == disturbed(stubborn, killed()).ending
 
-    def test_it_dies_before_it_hears_of_that_instant(self, disturbed, waiting):
-        """A controller that dies when its goal ends has not been told."""
+    def test_killed_controller_misses_the_events_of_that_instant(self, disturbed, waiting):
         controller = waiting(10, 10)
         disturbed(controller, killed(restart_after=0.0) | {"when": executing(goal="succeeded")})
 
@@ -122,24 +116,21 @@ class TestKilled:
 
 
 class TestStalled:
-    """A controller that hears and says nothing for some time."""
+    """A controller that neither receives nor sends anything for some time."""
 
-    def test_it_hears_later(self, disturbed, waiting):
-        """Of a goal that has ended meanwhile, and goes on from there."""
+    def test_stalled_controller_gets_messages_late(self, disturbed, waiting):
         controller = waiting(10, 10)
         disturbed(controller, STALLED)
 
         assert [[0.0, 24.0, 34.0]] == controller.times
 
-    def test_what_it_hears_on_time_is_on_time(self, disturbed, waiting):
-        """A goal that ends later than that is not late."""
+    def test_goal_that_ends_after_a_stall_is_on_time(self, disturbed, waiting):
         controller = waiting(30)
         disturbed(controller, STALLED)
 
         assert [[0.0, 30.0]] == controller.times
 
-    def test_it_does_not_hear_what_stalls_it(self, disturbed, waiting):
-        """As when its goal ends."""
+    def test_stalled_controller_misses_the_event_that_stalls_it(self, disturbed, waiting):
         controller = waiting(10, 10)
         disturbed(controller, STALLED | {"when": executing(goal="succeeded")})
 
@@ -149,20 +140,18 @@ class TestStalled:
 class TestSecond:
     """Another instance of the controller."""
 
-    def test_both_control(self, disturbed, waiting):
-        """The second from when it is started."""
+    def test_both_controllers_send_goals(self, disturbed, waiting):
         run = disturbed(waiting(10, 10), SECOND)
 
         assert [(0, "nurse"), (4, "nurse_2")] == goals(run)[:2]
 
-    def test_it_goes_on_for_one_that_is_killed(self, disturbed, waiting):
-        """Its ending is that of the run."""
+    def test_second_controller_replaces_a_killed_one(self, disturbed, waiting):
         run = disturbed(waiting(10, 10), SECOND, killed())
 
         assert ("succeeded", [(0, "nurse"), (4, "nurse_2"), (14, "nurse_2")]) == (run.ending, goals(run))
 
-    def test_the_run_ends_with_the_first_one(self, disturbed, waiting):
-        """Also where that has left lockstep before it ends: the other does nothing more."""
+    def test_run_ends_with_the_first_controller(self, disturbed, waiting):
+        """The second one stops even if the first has left lockstep before."""
 
         def leaving(client, robots):
             waiting(10)(client, robots)
@@ -173,9 +162,7 @@ class TestSecond:
 
         assert [(4, 6), (4, 6)] == statuses(run)
 
-    def test_its_crash_is_one(self, disturbed, waiting):
-        """Two of them are no reason to crash."""
-
+    def test_crash_of_the_second_controller_counts(self, disturbed, waiting):
         def alone(client, robots):
             if client.now:
                 raise ValueError("there is another one")
@@ -188,18 +175,17 @@ class TestSecond:
 
 
 class TestWire:
-    """Messages that get lost, or come twice."""
+    """Messages that are lost or repeated."""
 
-    def test_a_client_asks_again(self, disturbed, waiting):
-        """Nothing is done twice."""
+    def test_client_repeats_a_lost_request(self, disturbed, waiting):
+        """The request is carried out once."""
         controller = waiting(10, 10)
         run = disturbed(controller, LOST | {"count": 100})
 
         assert [[0.0, 10.0, 20.0]] == controller.times
         assert 2 == len(goals(run))
 
-    def test_an_answer_to_a_plain_request_is_lost(self, disturbed, waiting):
-        """The request was carried out, and no reply comes."""
+    def test_plain_request_without_its_answer_is_carried_out(self, disturbed, waiting):
         replies = []
 
         def plain(client, robots):
@@ -212,8 +198,7 @@ class TestWire:
         assert [] == replies
         assert (0, None) == goals(run)[0]
 
-    def test_a_plain_request_comes_twice(self, disturbed, waiting):
-        """As a second goal, if it has no id; nobody hears the answer to that."""
+    def test_repeated_plain_request_is_a_second_goal(self, disturbed, waiting):
         replies = []
 
         def plain(client, robots):
@@ -231,8 +216,8 @@ SEND_GOAL = "hmrsim/ann/wait/_action/send_goal"
 GOAL = b'{"goal":{"time":{"sec":1}}}'
 
 
-def test_a_reset_aborts_the_goal(disturbed, waiting):
-    """The controller is told, and goes on at time 0."""
+def test_reset_aborts_the_goal(disturbed, waiting):
+    """The controller gets the result and continues at time 0."""
     controller = waiting(10, 10)
     run = disturbed(controller, RESET)
 
@@ -240,15 +225,14 @@ def test_a_reset_aborts_the_goal(disturbed, waiting):
     assert [(4, 6), (10, 4)] == statuses(run)
 
 
-def test_a_delay_goes_on_after_a_reset(disturbed, waiting):
-    """What is left of it is left."""
+def test_delay_continues_after_a_reset(disturbed, waiting):
     run = disturbed(waiting(10, 10), RESET, STALLED | {"when": executing(after=6.0)})
 
     assert [(4.0, "simulation_reset"), (2.0, "controller_stalled")] == run.acted
 
 
-def test_a_delay_ends_at_a_whole_nanosecond(disturbed):
-    """As a trace has it, so that a replay comes to the very same time."""
+def test_delay_ends_at_a_whole_nanosecond(disturbed):
+    """Traces have whole nanoseconds, so a replay comes to the same time."""
 
     def going(client, _robots):
         Commander(client, "ann").go_to_pose(1 / 3, 0)
@@ -261,16 +245,14 @@ def test_a_delay_ends_at_a_whole_nanosecond(disturbed):
 
 
 def test_each_disturbance_happens_once(disturbed, waiting):
-    """At the occurrence that is meant, however many there are, also after a reset."""
+    """Later occurrences do not trigger it, even after a reset."""
     run = disturbed(waiting(10, 10, 10), RESET | {"when": executing(nth=2, after=1.0)})
 
     assert [(11.0, "simulation_reset")] == run.acted
 
 
 @pytest.mark.parametrize("error", [ValueError("oops"), Idle("nothing")])
-def test_a_crash_is_told(disturbed, error):
-    """With its cause."""
-
+def test_crash_has_its_cause(disturbed, error):
     def crashing(_client, _robots):
         raise error
 

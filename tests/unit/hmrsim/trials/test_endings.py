@@ -1,4 +1,4 @@
-"""How a controller ends that runs in the process of its run."""
+"""The endings of controllers in the process of their run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def raises(error: BaseException) -> Callable[..., Any]:
 
 
 def raises_in_a_task(error: BaseException) -> Callable[..., Any]:
-    """Return a controller of which a task of a group of tasks raises an error."""
+    """Return a controller in which a task of a task group raises an error."""
 
     async def task() -> None:
         raise error
@@ -53,14 +53,13 @@ def raises_in_a_task(error: BaseException) -> Callable[..., Any]:
         (MemoryError(), "out_of_memory", "it takes more memory than its limit"),
     ],
 )
-def test_an_error_is_the_ending(controller: Callable[..., Any], error: BaseException, ending: str, cause: str) -> None:
-    """Also one that asyncio has put into a group."""
+def test_error_is_the_ending(controller: Callable[..., Any], error: BaseException, ending: str, cause: str) -> None:
+    """An error in an exception group counts as well."""
     assert (ending, cause) == control(controller(error), CLIENT, WORLD)
 
 
 @pytest.mark.parametrize("controller", [raises, raises_in_a_task])
-def test_a_goal_that_fails_is_told_with_its_place(controller: Callable[..., Any]) -> None:
-    """A controller sends many."""
+def test_failed_goal_has_its_place(controller: Callable[..., Any]) -> None:
     ending, cause = control(controller(REJECTED), CLIENT, WORLD)
 
     assert "crashed" == ending
@@ -68,9 +67,7 @@ def test_a_goal_that_fails_is_told_with_its_place(controller: Callable[..., Any]
     assert "test_endings.py:" in cause
 
 
-def test_a_message_that_can_not_be_is_told_with_its_fields() -> None:
-    """On one line, where pydantic has one for each."""
-
+def test_invalid_message_has_its_fields() -> None:
     def controller(*_: object) -> bool:
         return bool(Spin.Goal.model_validate({"target_yaw": "left", "yaw": 1}))
 
@@ -82,8 +79,7 @@ def test_a_message_that_can_not_be_is_told_with_its_fields() -> None:
 
 
 @pytest.mark.parametrize("controller", [raises, raises_in_a_task])
-def test_a_bug_is_told_with_its_place(controller: Callable[..., Any]) -> None:
-    """The place is in the controller."""
+def test_bug_has_its_place_in_the_controller(controller: Callable[..., Any]) -> None:
     ending, cause = control(controller(KeyError("eve")), CLIENT, WORLD)
 
     assert "crashed" == ending
@@ -91,8 +87,8 @@ def test_a_bug_is_told_with_its_place(controller: Callable[..., Any]) -> None:
     assert "test_endings.py:" in cause
 
 
-def test_the_place_is_in_the_code_of_the_user() -> None:
-    """Also where a library raises the error."""
+def test_place_is_in_the_users_code() -> None:
+    """A library that raises the error is skipped."""
     ending, cause = control(lambda *_: json.loads("{"), CLIENT, WORLD)
 
     assert "crashed" == ending

@@ -1,4 +1,4 @@
-"""What counts for the limits of a run."""
+"""The meter of a run: the time that counts for its limits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LIMITS = Limits(wall=20.0, processor=30.0)
 
 @pytest.fixture
 def meter():
-    """Return a meter, and what lets time pass: wall seconds, and how many of them a run has and wants a processor."""
+    """Return a meter, and a function that lets time pass, of which the run computes or is delayed for some."""
     now, usage = [1000.0], [Usage(5.0, 1.0)]
     made = Meter(LIMITS, 200.0, lambda: now[0], lambda: usage[0])
 
@@ -28,8 +28,7 @@ def meter():
     return made, passes
 
 
-def test_a_run_that_waits_is_over_by_the_walls_clock(meter):
-    """A run that waits is over by the walls clock."""
+def test_waiting_run_exceeds_the_wall_limit(meter):
     made, passes = meter
     assert 20.0 == made.left
     assert not passes(19.0)
@@ -38,38 +37,33 @@ def test_a_run_that_waits_is_over_by_the_walls_clock(meter):
     assert "it has waited for 20 wall seconds without computing anything" == made.why
 
 
-def test_a_run_that_computes_is_over_by_processor_time(meter):
-    """A run that computes is over by processor time."""
+def test_computing_run_exceeds_the_processor_limit(meter):
     made, passes = meter
     assert not passes(29.0, used=29.0)
     assert passes(1.0, used=1.0)
     assert "it takes longer than 30 s of processor time" == made.why
 
 
-def test_a_run_that_does_not_get_a_processor_is_not_over(meter):
-    """A machine under load makes a run slow, but not wrong."""
+def test_run_without_a_processor_exceeds_no_limit(meter):
     made, passes = meter
     assert not any(passes(10.0, used=0.5, delayed=9.5) for _ in range(19))
     assert not made.why
 
 
-def test_what_a_run_waits_is_added_up(meter):
-    """What a run waits is added up."""
+def test_waits_are_added_up(meter):
     made, passes = meter
     assert [passes(2.0, used=1.0) for _ in range(20)] == [False] * 19 + [True]
     assert "waited for 20 wall seconds" in made.why
 
 
-def test_delays_of_what_has_ended_are_not_forgotten(meter):
-    """A thread takes them with it."""
+def test_delays_of_ended_threads_count(meter):
     made, passes = meter
     assert not passes(50.0, delayed=50.0)
     assert not passes(1.0, used=1.0, delayed=-50.0)
     assert (20.0, True) == (made.left, passes(20.0))
 
 
-def test_a_process_that_is_stopped_while_it_looks_has_not_waited():
-    """Under load that is likely: the clock is read before, and what was used after."""
+def test_stop_during_a_look_is_no_wait():
     now, usage = [0.0], [Usage(0.0, 0.0)]
 
     def stopped() -> Usage:
@@ -82,16 +76,14 @@ def test_a_process_that_is_stopped_while_it_looks_has_not_waited():
     assert not any(made.look() for _ in range(3))
 
 
-def test_a_run_whose_result_nobody_wants_any_more_is_over_whatever_it_does(meter):
-    """A run whose result nobody wants any more is over whatever it does."""
+def test_run_ends_after_the_given_seconds_in_any_case(meter):
     made, passes = meter
     assert not passes(199.0, delayed=199.0)
     assert passes(1.0, delayed=1.0)
     assert "it takes longer than the 200 wall seconds that were left for it" == made.why
 
 
-def test_processor_time_is_that_of_threads_and_of_processes_that_were_started():
-    """Also while these run, and when they have ended."""
+def test_processor_time_includes_threads_and_children():
     code = "import sys\nwhile __import__('time').process_time() < 0.2: pass\nprint(flush=True)\nsys.stdin.read()"
     before = Usage.now().used
     with subprocess.Popen(

@@ -21,7 +21,7 @@ Made = Callable[[Run, Mapping[str, Any]], Row | None]
 
 
 def times(run: Run, levels: Mapping[str, Any]) -> Row:
-    """Return a result: 10 + the replication, 6 less if fast, b 1 less than a, and 3 less if fast."""
+    """Return a result: 10 plus the replication, 6 less if fast; 1 less for b, and another 2 less if fast."""
     fast = levels["speed"] == 1.0
     less = 0 if run.treatment == "a" else 3 if fast else 1
     value = 10.0 + run.replication - 6 * fast - less
@@ -30,7 +30,7 @@ def times(run: Run, levels: Mapping[str, Any]) -> Row:
 
 @pytest.fixture
 def results(tmp_path):
-    """Return the function that makes up the results of an experiment; a row that is None is not there yet."""
+    """Return a function that makes up the results of an experiment; a row that is None is missing."""
     opened = []
 
     def make(made: Made = times, **changes: Any) -> Results:

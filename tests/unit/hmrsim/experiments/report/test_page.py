@@ -63,7 +63,7 @@ def headings(page):
 
 @pytest.fixture
 def page(results):
-    """Return the function that makes the page of some results."""
+    """Return a function that makes the page of made-up results."""
 
     def make(made=times, **changes):
         return page_of(summary_of(results(made, **changes)), "results")
@@ -85,7 +85,6 @@ def test_page_loads_nothing(page):
 
 
 def test_page_has_all_sections(page):
-    """In this order."""
     assert [
         "Treatments",
         "Comparisons",
@@ -98,9 +97,7 @@ def test_page_has_all_sections(page):
     ] == [each.replace("'", "&#39;") for each in headings(page())]
 
 
-def test_what_users_write_is_text(page):
-    """Levels, causes and the file itself."""
-
+def test_escapes_texts_of_users(page):
     def made(run, _levels):
         return Row(run, "crashed", EVIL)
 
@@ -112,8 +109,6 @@ def test_what_users_write_is_text(page):
 
 
 def test_page_says_how_to_repeat_runs(page):
-    """The experiment, and each run without success."""
-
     def made(run, levels):
         return Row(run, "timeout", "it is late") if run.number == 5 else times(run, levels)
 
@@ -124,8 +119,7 @@ def test_page_says_how_to_repeat_runs(page):
     assert "it is late" in found
 
 
-def test_a_page_without_runs(page):
-    """It says so."""
+def test_page_without_runs(page):
     found = page(lambda _run, _levels: None)
 
     assert "No run has a result yet." in found
@@ -139,8 +133,7 @@ def test_a_page_without_runs(page):
     elements(found)
 
 
-def test_a_page_of_one_treatment(page):
-    """It has no comparisons."""
+def test_page_of_one_treatment_has_no_comparisons(page):
     found = page(treatments={"a": TREE})
 
     assert [
@@ -154,9 +147,7 @@ def test_a_page_of_one_treatment(page):
     elements(found)
 
 
-def test_a_page_without_measures_or_factors(page):
-    """There is always success."""
-
+def test_page_without_measures_or_factors_has_success(page):
     def made(run, _levels):
         return Row(run, "succeeded", success=True)
 
@@ -168,9 +159,7 @@ def test_a_page_without_measures_or_factors(page):
     elements(found)
 
 
-def test_a_measure_without_values_is_dashes(page):
-    """En dashes, as elsewhere."""
-
+def test_measure_without_values_is_dashes(page):
     def made(run, _levels):
         return Row(run, "succeeded", success=True)
 
@@ -182,8 +171,7 @@ def test_a_measure_without_values_is_dashes(page):
     elements(found)
 
 
-def test_a_page_of_very_different_values(page):
-    """Neither huge values nor equal ones nor single ones are a problem."""
+def test_page_of_huge_equal_and_single_values(page):
     values = {0: 1e99, 1: -1e99, 2: 1e-99, 4: 0.0}
 
     def made(run, _levels):
@@ -194,15 +182,14 @@ def test_a_page_of_very_different_values(page):
     elements(page(lambda run, levels: times(run, levels) if run.number == 3 else None))
 
 
-def test_a_single_value_has_no_interval():
-    """Its chart is a point."""
+def test_single_value_is_a_point():
     estimate = Estimate(estimate=2.0, low=None, high=None, n=1)
 
     assert 'class="point" d="M500 12h0"' in interval_chart(estimate, Axis(1.0, 3.0), "a")
     assert "reach" not in interval_chart(estimate, Axis(1.0, 3.0), "a")
 
 
-def test_an_interval_is_where_its_numbers_are():
+def test_interval_chart_has_the_positions_of_its_numbers():
     """On 0 … 10: from 2 to 4, with a margin around 5."""
     estimate = Estimate(estimate=3.0, low=2.0, high=4.0, n=9)
     found = interval_chart(estimate, Axis(0.0, 10.0), "a", line=5.0, margin=1.0)
@@ -213,7 +200,6 @@ def test_an_interval_is_where_its_numbers_are():
 
 
 def test_bars_are_as_high_as_their_shares():
-    """Half as many runs are half as high."""
     found = histogram_chart([0.0, 1.0, 2.0, 3.0], [2, 0, 1], 2 / 3, "a")
 
     assert ["96", "48"] == re.findall(r'height="([\d.]+)"', found)
@@ -221,7 +207,6 @@ def test_bars_are_as_high_as_their_shares():
 
 
 def test_running_means_are_drawn_over_replications():
-    """From the left for the first replication, to the right for the last one."""
     given = [
         Point(replications=each, mean=Estimate(estimate=mean, low=mean - 1, high=mean + 1, n=each))
         for each, mean in ((1, 0.0), (2, 5.0), (3, 10.0))
@@ -231,15 +216,13 @@ def test_running_means_are_drawn_over_replications():
 
 
 def test_ticks_are_round_numbers():
-    """A handful of them."""
     assert [(0.0, "100"), (20.0, "120"), (40.0, "140"), (60.0, "160"), (80.0, "180"), (100.0, "200")] == [
         *ticks_of(Axis(100.0, 200.0))
     ]
     assert ["0", "0.2", "0.4", "0.6", "0.8", "1"] == [tick.text for tick in ticks_of(Axis(0.0, 1.0))]
 
 
-def test_an_axis_has_some_length():
-    """Also of equal values, and of none."""
+def test_axis_of_equal_or_no_values_has_a_length():
     assert 0 < axis_of([3.0, 3.0]).high - axis_of([3.0]).low
     assert (-0.06, 1.06) == axis_of([None])
 
@@ -262,10 +245,9 @@ def test_an_axis_has_some_length():
     ],
 )
 def test_numbers_have_four_digits(value, text):
-    """Or all before the point."""
+    """Numbers of four and more digits have all digits before the point."""
     assert text == figure(value)
 
 
-def test_differences_of_shares_are_points():
-    """With their sign."""
+def test_differences_of_shares_are_signed_points():
     assert ["+1.4 %", "-10 %", "0 %", "0 %", UNKNOWN] == [points(each) for each in (0.0137, -0.1, 0.0, -0.0001, None)]

@@ -1,4 +1,4 @@
-"""Replications that leave nothing to chance count once."""
+"""Repeated runs: replications without randomness count once."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from hmrsim.experiments.statistics.intervals import mean_interval, proportion_in
 
 
 def rows(*cells):
-    """Return runs: the scenario and the fingerprint of each."""
+    """Return runs with a scenario and a fingerprint each."""
     return [{"scenario": scenario, "treatment": "a", "fingerprint": fingerprint} for scenario, fingerprint in cells]
 
 
 def count(runs):
-    """Return as how many runs some count."""
+    """Return the effective number of runs."""
     return counted(len(runs), sum(square for _, square in Repeats.of(runs).weighed(runs)))
 
 
@@ -41,12 +41,12 @@ def count(runs):
     ],
 )
 def test_equal_replications_count_once_unless_something_varies(runs, number):
-    """Runs that are equal although numbers were drawn, or although others of them differ, are equal by chance."""
+    """If random numbers were drawn, or other runs of the cell differ, equal runs are equal by chance."""
     assert number == count(runs)
 
 
 def test_scenarios_that_are_repeated_have_more_weight_than_single_runs():
-    """80 scenarios of 8 equal runs and 8 different ones: as little as if each scenario had one run, or nearly so."""
+    """80 scenarios of 8 equal runs and 8 different ones count as little more than one run per scenario."""
     runs = rows(*((scenario, "f") for scenario in range(80) for _ in range(8)), *((80, "") for _ in range(8)))
 
     assert 81 == count(runs)
@@ -54,15 +54,13 @@ def test_scenarios_that_are_repeated_have_more_weight_than_single_runs():
 
 @given(st.lists(st.tuples(st.integers(0, 4), st.sampled_from(["", "f", "g"])), max_size=40))
 def test_runs_count_as_one_at_least_and_as_all_at_most(cells):
-    """Whatever is repeated, and however often."""
     runs = rows(*cells)
 
     assert min(1, len(runs)) <= count(runs) <= len(runs)
 
 
 @given(st.lists(st.floats(-100, 100), min_size=1, max_size=20), st.integers(1, 8))
-def test_the_interval_of_repeated_values_is_that_of_one_of_each(values, times):
-    """As if the repetitions had not been made."""
+def test_interval_of_repeated_values_is_that_of_one_of_each(values, times):
     once, again = mean_interval(values), mean_interval(values * times, n=len(values))
 
     for one, two in ((once.estimate, again.estimate), (once.low, again.low), (once.high, again.high)):
@@ -71,13 +69,13 @@ def test_the_interval_of_repeated_values_is_that_of_one_of_each(values, times):
 
 
 def equal(run, _levels):
-    """Return a success that is the same in all replications; b takes 1 s more."""
+    """Return a success that is equal in all replications; b takes 1 s more."""
     value = 10.0 + run.scenario + (run.treatment == "b")
     return Row(run, "succeeded", success=True, at=value, measures={"time": value}, fingerprint=run.treatment)
 
 
 def half(run, levels):
-    """Return the same at speed 0.5, and 5 s less, and the replication more, at 1.0."""
+    """Return an equal result at speed 0.5; at 1.0, 5 s less plus the replication."""
     if levels["speed"] == 0.5:
         return equal(run, levels)
     value = 10.0 + run.replication + (-5.0 if run.treatment == "b" else 0.0)
@@ -85,7 +83,6 @@ def half(run, levels):
 
 
 def test_eight_repeats_of_81_scenarios_have_the_interval_of_81(results):
-    """A rate of 100 % is known as well as of 81 runs."""
     found = results(equal, factors={"speed": [*range(81)]}, replications=8)
 
     rate = groups_of(found)["a"].rate()
@@ -98,8 +95,7 @@ def test_eight_repeats_of_81_scenarios_have_the_interval_of_81(results):
     assert (8, 1, None) == (group.runs, group.mean("time").n, group.mean("time").low)
 
 
-def test_what_is_counted_once_is_said(results, capsys):
-    """On the page and on the terminal."""
+def test_reports_that_repeats_count_once(results, capsys):
     found = results(equal, factors={"speed": [0.5, 1.0]}, replications=5)
 
     main(["experiment", "show", str(found.folder)])
@@ -109,8 +105,7 @@ def test_what_is_counted_once_is_said(results, capsys):
     assert "20 runs count as 4, as the others repeat them: nothing was left to chance in these." == note
 
 
-def test_what_is_counted_once_is_said_once_a_treatment(results, capsys):
-    """Also in a table with many rows."""
+def test_reports_repeats_once_per_treatment(results, capsys):
     found = results(equal, factors={"speed": [*range(20)]}, replications=5)
 
     main(["experiment", "show", "--by", "speed", str(found.folder)])
@@ -120,7 +115,6 @@ def test_what_is_counted_once_is_said_once_a_treatment(results, capsys):
 
 
 def test_effects_and_running_means_count_repeats_once(results):
-    """With the bounds of as many runs."""
     found = results(equal, factors={"speed": [0.5, 1.0], "load": [1, 2, 3]}, replications=5)
 
     summary = summary_of(found)
@@ -132,7 +126,6 @@ def test_effects_and_running_means_count_repeats_once(results):
 
 
 def test_pairs_that_repeat_others_are_compared_once(results):
-    """The pairs are those of one replication."""
     found = results(equal, factors={"speed": [*range(40)]}, replications=8)
 
     compared = contrast(*sides_of(f"{found.folder}:a", f"{found.folder}:b"), measures=["time"])
@@ -145,7 +138,7 @@ def test_pairs_that_repeat_others_are_compared_once(results):
 
 
 def test_scenarios_with_and_without_chance_keep_their_weights(results):
-    """Each replication is one value: scenarios that leave more to chance have no more weight in the difference."""
+    """Each replication is one value, so that random scenarios have no more weight than others."""
     found = results(half, replications=50)
 
     compared = contrast(*sides_of(f"{found.folder}:a", f"{found.folder}:b"), measures=["time"])
@@ -158,17 +151,14 @@ def test_scenarios_with_and_without_chance_keep_their_weights(results):
     assert "100 pairs count as 50, as nothing was left to chance in 50 of them: one value" in comparison.notes[0]
 
 
-def test_a_pair_that_is_repeated_belongs_to_all_replications():
-    """Also if its scenario was run less often, as all of its runs are known from one."""
+def test_repeated_pair_belongs_to_all_replications():
     cells = [(0, 0), (1, 0), (0, 1), (1, 1), (1, 2)]
     repeated = [True, False, True, False, False]
 
     assert [[0, 1], [0, 3], [0, 4]] == pairs_that_count(cells, repeated)
 
 
-def test_means_that_include_failed_runs_say_so(results, capsys):
-    """A controller that fails early takes less time."""
-
+def test_reports_means_that_include_failed_runs(results, capsys):
     def fails(run, levels):
         failed = run.treatment == "b" and run.replication == 0
         return Row(run, "failed", success=False, measures={"time": 1.0}) if failed else equal(run, levels)
@@ -185,7 +175,7 @@ def test_means_that_include_failed_runs_say_so(results, capsys):
 
 
 def test_wilsons_interval_of_a_share_of_fewer_runs():
-    """A share that can't be one of so few runs is interpolated."""
+    """The interval is interpolated for a share that is impossible for so few runs."""
     low, middle, high = (proportion_interval(successes, 10).low for successes in (5, 5.5, 6))
 
     assert low < middle < high

@@ -12,7 +12,7 @@ from hmrsim.experiments.results.store import Row
 
 @pytest.fixture
 def shown(results, capsys):
-    """Return the function that shows results: exit code, output, errors."""
+    """Return a function that shows results; it returns exit code, output and errors."""
 
     def show(*words, **changes):
         folder = results(**changes).folder
@@ -23,8 +23,8 @@ def shown(results, capsys):
     return show
 
 
-def test_a_row_for_each_level_of_a_factor(shown):
-    """With the mean of its own runs; the levels are in order, and the treatments as in the file."""
+def test_each_level_of_a_factor_has_a_row(shown):
+    """Levels are in order, and treatments as in the file."""
     _, out, _ = shown("--by", "speed")
 
     rows = [line.split() for line in out.splitlines()]
@@ -34,8 +34,7 @@ def test_a_row_for_each_level_of_a_factor(shown):
     ]
 
 
-def test_levels_for_other_programs(shown):
-    """Without a factor they are left out."""
+def test_json_has_the_levels(shown):
     treatments = json.loads(shown("--by", "speed", "--json")[1])["treatments"]
 
     assert [({"speed": 0.5}, "a"), ({"speed": 0.5}, "b"), ({"speed": 1.0}, "a"), ({"speed": 1.0}, "b")] == [
@@ -44,9 +43,7 @@ def test_levels_for_other_programs(shown):
     assert all("levels" not in each for each in json.loads(shown("--json")[1])["treatments"])
 
 
-def test_a_run_without_success_has_its_levels(shown):
-    """They say under what it failed."""
-
+def test_failed_run_has_its_levels(shown):
     def one_crash(run, levels):
         crashed = levels["speed"] == 1.0 and run.treatment == "b" and run.replication == 0
         return Row(run, "crashed" if crashed else "succeeded", "it fell", success=not crashed, measures={"time": 1.0})
@@ -56,20 +53,16 @@ def test_a_run_without_success_has_its_levels(shown):
     assert "(b, speed 1.0) crashed: it fell" in out
 
 
-def test_a_factor_that_is_none(shown):
-    """With the one that may be meant."""
+def test_unknown_factor_gets_a_suggestion(shown):
     assert (2, "") == (shown("--by", "sped")[0], shown("--by", "sped")[1])
     assert "--by: no factor 'sped'; did you mean 'speed'?" in shown("--by", "sped")[2]
 
 
-def test_the_file_as_it_was(shown):
-    """To repeat a run after it was changed."""
+def test_shows_the_original_file(shown):
     assert shown("--file")[1].startswith("name: pace\nworld: zoo/crossing\n")
 
 
-def test_a_measure_of_yes_and_no_has_the_interval_of_a_share(shown):
-    """Which does not reach below 0."""
-
+def test_measure_of_yes_and_no_has_the_interval_of_a_share(shown):
     def late_once(run, _levels):
         return Row(run, "succeeded", success=True, measures={"time": float(run.number == 3)})
 

@@ -1,4 +1,4 @@
-"""What the results of an experiment say."""
+"""The summary of the results of an experiment."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def bounds(estimate):
 
 
 def interval(found):
-    """Return an interval likewise."""
+    """Return an interval as numbers to compare."""
     return found.estimate, found.low, found.high
 
 
 def noisy(run, levels):
-    """Return a result by chance, of which some have no value."""
+    """Return a random result; some have no value."""
     rng = random.Random(run.number)
     if rng.random() < 0.2:
         return Row(run, "timeout", "time: no value", at=3600.0, measures={})
@@ -58,8 +58,6 @@ def test_means_medians_and_shares_by_treatment(results):
 
 
 def test_success_has_wilsons_interval(results):
-    """Nine of ten: 59.6 % to 98.2 %."""
-
     def made(run, levels):
         return Row(run, "timeout") if run.number == 0 else times(run, levels)
 
@@ -97,7 +95,6 @@ def test_treatments_are_compared_pair_by_pair(results):
 
 
 def test_runs_without_a_counterpart_are_left_out(results):
-    """As of an experiment that still runs."""
     found = summary_of(results(lambda run, levels: None if run.number in {1, 3, 4} else times(run, levels)))
     (comparison,) = found.comparisons
 
@@ -109,14 +106,12 @@ def test_runs_without_a_counterpart_are_left_out(results):
 
 
 def test_all_verdicts_share_alpha(results):
-    """Two other treatments and two measures, one of them success: 5 % / 2 / 2."""
     found = summary_of(results(treatments={"a": TREE, "b": TREE, "c": TREE}))
 
     assert {0.0125} == {each.alpha for one in found.comparisons for each in one.measures.values()}
 
 
-def test_what_was_to_be_decided_has_its_own_alpha(results):
-    """So that the verdict is that with which the experiment stopped."""
+def test_deciding_measure_has_its_own_alpha(results):
     until = {"measure": "time", "decided": True, "confidence": 0.9}
     found = summary_of(results(replications={"min": 2, "max": 20, "until": until}))
     alphas = {name: each.alpha for name, each in found.comparisons[0].measures.items()}
@@ -124,9 +119,7 @@ def test_what_was_to_be_decided_has_its_own_alpha(results):
     assert {"success": 0.05, "time": pytest.approx(0.1)} == alphas
 
 
-def test_a_measure_of_yes_and_no_is_compared_as_success_is(results):
-    """Also with far fewer than thirty pairs; its margin says from when on two treatments count as equal."""
-
+def test_measure_of_yes_and_no_is_compared_like_success(results):
     def made(run, _levels):
         success = run.treatment == "b" or run.replication % 2 == 0
         return Row(run, "succeeded", success=success, measures={"time": float(success)})
@@ -139,8 +132,8 @@ def test_a_measure_of_yes_and_no_is_compared_as_success_is(results):
     assert 30 > time.decided_after
 
 
-def test_a_margin_of_nothing_is_none(results):
-    """And a relative one of a measure below 0 can't be; the report says so."""
+def test_margin_of_zero_is_none(results):
+    """A relative margin of a measure below 0 is dropped, with a note."""
 
     def made(run, _levels):
         return Row(run, "succeeded", success=True, measures={"time": 1.0, "height": -1.0})
@@ -157,8 +150,7 @@ def test_a_margin_of_nothing_is_none(results):
     ) == comparison.notes
 
 
-def test_very_many_pairs_are_compared_in_part(results, monkeypatch):
-    """The first ones; the report says so."""
+def test_compares_the_first_of_very_many_pairs(results, monkeypatch):
     monkeypatch.setattr(comparisons, "MAX_PAIRS", 6)
     (comparison,) = summary_of(results()).comparisons
 
@@ -167,7 +159,7 @@ def test_very_many_pairs_are_compared_in_part(results, monkeypatch):
 
 
 def test_effects_of_factors(results):
-    """Means 12, 6, 11 and 3: slow is 3.5 above 8, a 1; both together 0.5 less than that."""
+    """Means 12, 6, 11 and 3: slow is 3.5 above 8, a is 1 above; both together 0.5 less."""
     effects = summary_of(results()).effects["time"]
     told = {(each.factor, each.level): (each.mean.estimate, each.effect) for each in effects.levels}
     (together,) = effects.interactions
@@ -186,7 +178,6 @@ def test_effects_of_factors(results):
 
 
 def test_effects_are_those_of_the_statistics(results):
-    """Also where runs have no value."""
     made = results(noisy, factors={"speed": [0.5, 1.0], "pace": ["slow", "medium", "fast"]}, replications=40)
     found = summary_of(made).effects["time"]
     rows = [row for row in made.rows() if row["time"] is not None]
@@ -209,7 +200,6 @@ def test_effects_are_those_of_the_statistics(results):
 
 
 def test_factors_that_do_not_vary_together_have_no_interactions(results):
-    """As of one at a time: nothing ran at both other levels."""
     found = summary_of(results(design="one_at_a_time", factors={"speed": [0.5, 1.0], "charge": [1, 2]})).effects["time"]
 
     assert {("speed", "treatment"), ("charge", "treatment")} >= {each.factors for each in found.interactions}
@@ -217,7 +207,6 @@ def test_factors_that_do_not_vary_together_have_no_interactions(results):
 
 
 def test_a_latin_hypercube_has_interactions(results):
-    """Its levels occur together, but not equally often."""
     ranges = {"speed": {"low": 0.5, "high": 1.5}, "charge": {"low": 0.2, "high": 0.9}}
     found = summary_of(results(noisy, design={"latin_hypercube": 200}, factors=ranges, replications=2)).effects["time"]
 
@@ -226,7 +215,6 @@ def test_a_latin_hypercube_has_interactions(results):
 
 
 def test_many_levels_are_put_into_bands(results):
-    """Five of them, with as many levels each."""
     found = summary_of(
         results(
             design={"latin_hypercube": 40},
@@ -240,7 +228,6 @@ def test_many_levels_are_put_into_bands(results):
 
 
 def test_running_means_are_those_of_the_first_replications(results):
-    """With the intervals of all runs until then."""
     made = results(noisy, replications=30)
     found = summary_of(made).running
     points = {each.replications: each.mean for each in found["time"]["b"]}
@@ -254,14 +241,12 @@ def test_running_means_are_those_of_the_first_replications(results):
 
 
 def test_long_running_means_are_thinned(results):
-    """To some points, of which the last one is that of all runs."""
     points = summary_of(results(noisy, replications=500)).running["time"]["a"]
 
     assert (120, 1, 500) == (len(points), points[0].replications, points[-1].replications)
 
 
 def test_histograms_share_their_edges(results):
-    """Whole numbers have a bin each: a has 4 … 8 and 10 … 14 once, b 1 … 5 and 9 … 13."""
     found = summary_of(results()).distributions["time"]
 
     assert (0.5, 14.5, 14) == (found.edges[0], found.edges[-1], len(found.edges) - 1)
@@ -269,8 +254,7 @@ def test_histograms_share_their_edges(results):
     assert [1, 2, 3, 4, 5, 9, 10, 11, 12, 13] == [i + 1 for i, count in enumerate(found.counts["b"]) if count]
 
 
-def test_histograms_of_real_numbers_have_some_bins(results):
-    """All values are in one of them, also the largest."""
+def test_histograms_of_real_numbers_have_all_values(results):
     made = results(noisy, replications=100)
     found = summary_of(made).distributions["time"]
 
@@ -279,8 +263,6 @@ def test_histograms_of_real_numbers_have_some_bins(results):
 
 
 def test_pairs_that_ended_differently(results):
-    """With how often which endings belong together, and the numbers of the runs."""
-
     def made(run, levels):
         return Row(run, "flat" if run.number == 5 else "timeout") if run.number in {1, 5, 9} else times(run, levels)
 
@@ -295,8 +277,6 @@ def test_pairs_that_ended_differently(results):
 
 
 def test_runs_without_success_are_listed_with_their_causes(results):
-    """Some of them, and all causes that are the same as one."""
-
     def made(run, _levels):
         return Row(run, "crashed", f"KeyError: {run.number % 3}")
 
@@ -315,8 +295,6 @@ def test_runs_without_success_are_listed_with_their_causes(results):
 
 
 def test_values_without_statistics(results):
-    """Texts, and numbers that are too large; the report says so of texts."""
-
     def made(run, _levels):
         return Row(run, "succeeded", success=True, measures={"time": "late" if run.replication else 1e200})
 
@@ -328,7 +306,6 @@ def test_values_without_statistics(results):
 
 
 def test_an_experiment_without_results(results):
-    """Nothing is known, and nothing fails."""
     found = summary_of(results(lambda _run, _levels: None))
 
     assert (0, ("No run has a result yet.",), {}, 0) == (
@@ -340,8 +317,7 @@ def test_an_experiment_without_results(results):
     assert [None, None] == [each.success.estimate for each in found.treatments]
 
 
-def test_it_is_known_what_the_results_are_of(results):
-    """As the file said that was run."""
+def test_summary_describes_the_experiment(results):
     found = summary_of(results()).experiment
 
     assert ("pace", 7, "zoo/crossing", ("speed",), 2) == (
@@ -354,9 +330,8 @@ def test_it_is_known_what_the_results_are_of(results):
     assert "name: pace" in found.text
 
 
-@pytest.mark.parametrize("missing", ["numpy", "scipy"])
-def test_without_scipy_the_error_says_what_to_install(results, monkeypatch, missing):
-    """Instead of an ImportError."""
+@pytest.mark.parametrize("missing", ["numpy", "scipy.stats"])
+def test_missing_library_names_the_extra(results, monkeypatch, missing):
     made = results()
     monkeypatch.setitem(sys.modules, missing, None)
 

@@ -1,4 +1,4 @@
-"""Bounds that may be looked at after each pair."""
+"""Confidence sequences, which you can look at after each pair."""
 
 from __future__ import annotations
 
@@ -20,10 +20,7 @@ SIGNS = st.sampled_from([-1, 0, 1])
 
 @pytest.mark.parametrize("sizes", [[1.0] * 12, [3.0, 1.0, 2.0, 5.0, 1.5, 1.0, 4.0, 1.1, 2.2, 0.9, 7.0, 2.0]])
 def test_the_level_holds_exactly_for_all_signs(sizes, monkeypatch):
-    """Of the 4,096 ways in which these differences can have signs, all as likely, not too many seem to be above 0.
-
-    With a first look after five of them, as there are too many ways for thirty.
-    """
+    """Few of the 4,096 equally likely signs of these differences seem to be above 0, with a first look after five."""
     monkeypatch.setattr(confidence_sequences, "FIRST_LOOK", 5)
     ways = list(itertools.product((-1, 1), repeat=len(sizes)))
     found = [
@@ -36,7 +33,7 @@ def test_the_level_holds_exactly_for_all_signs(sizes, monkeypatch):
 
 @pytest.mark.parametrize(("less", "more"), [(0.3, 0.3), (0.1, 0.1), (0.5, 0.5), (0.2, 0.4)])
 def test_the_level_holds_exactly_for_yes_and_no(less, more):
-    """The chance that the bound is ever above the true mean, over all that can happen in eight pairs."""
+    """Over all outcomes of eight pairs, the bound is rarely above the true mean."""
     chances = {-1: less, 0: 1 - less - more, 1: more}
     wrong = math.fsum(
         math.prod(chances[one] for one in way)
@@ -47,8 +44,8 @@ def test_the_level_holds_exactly_for_yes_and_no(less, more):
     assert wrong <= 0.2
 
 
-def test_nothing_and_little():
-    """Without differences, and before thirty of them, real numbers have no bounds; shares have theirs."""
+def test_few_differences_have_no_bounds():
+    """Real numbers have no bounds before 30 differences; shares have theirs."""
     assert Interval(None, None, None, 0, 0.95) == confidence_sequence([])
     assert Interval(None, -1.0, 1.0, 0, 0.95) == confidence_sequence([], yes_no=True)
     assert Interval(2.0, None, None, 27, 0.95) == confidence_sequence([1, 2, 3] * 9)
@@ -57,7 +54,7 @@ def test_nothing_and_little():
 
 
 def test_equal_differences():
-    """If all are 0 nothing is known about others; if all are as large, nothing tells how far the mean could be off."""
+    """If all are 0, or all are equal, the mean has no bounds."""
     assert Interval(0.0, None, None, 100, 0.95) == confidence_sequence([0.0] * 100)
     found = confidence_sequence([2.0] * 100)
     assert 2.0 == pytest.approx(found.low) == pytest.approx(found.high)
@@ -68,7 +65,7 @@ def test_equal_differences():
 @given(st.lists(NUMBERS, max_size=45), st.booleans())
 @examples(60)
 def test_bounds_only_become_narrower(values, yes_no):
-    """With each pair, unless they have to be widened to the mean; and they are never the wrong way round."""
+    """Bounds are widened only to include the mean, and are never the wrong way round."""
     given_ = [(value > 50) - (value < -50) for value in values] if yes_no else values
     found = [confidence_sequence(given_[:n], yes_no=yes_no, confidence=0.5) for n in range(len(given_) + 1)]
 
@@ -81,7 +78,6 @@ def test_bounds_only_become_narrower(values, yes_no):
 @given(st.lists(NUMBERS, min_size=30, max_size=45), st.integers(-4, 4))
 @examples(60)
 def test_units_do_not_matter(values, power):
-    """In other units bounds are the same, and mirrored ones are mirrored."""
     found = confidence_sequence(values)
     scaled = confidence_sequence([value * 2.0**power for value in values])
     mirrored = confidence_sequence([-value for value in values])
@@ -95,8 +91,7 @@ def test_units_do_not_matter(values, power):
 
 @given(st.lists(SIGNS, min_size=5, max_size=40), st.floats(-0.9, 0.9))
 @examples(60)
-def test_bounds_are_what_the_looks_exclude(values, value):
-    """The lower bound is above a value if some look so far says so."""
+def test_bounds_are_the_values_that_looks_exclude(values, value):
     known = first_above(values, value, 0.05, yes_no=True) is not None
     found = confidence_sequence(values, yes_no=True)
 
@@ -104,7 +99,7 @@ def test_bounds_are_what_the_looks_exclude(values, value):
 
 
 def test_bounds_of_a_mean_that_changes_are_those_of_the_last_look():
-    """Where nothing is left of all looks together: the first eighty are all near 1."""
+    """The first eighty differences are all near 1, so the intersection is empty."""
     found = confidence_sequence([1.0, 1.1, 0.9, 1.05] * 20 + [-1.0, -1.1, -0.9, -1.05] * 500)
 
     assert found.low < found.estimate < found.high
@@ -113,7 +108,6 @@ def test_bounds_of_a_mean_that_changes_are_those_of_the_last_look():
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=80))
 def test_an_interval_contains_its_own_estimate(differences):
-    """Whatever comes in whatever order."""
     found = confidence_sequence(differences)
 
     assert found.low is None or found.low <= found.estimate
@@ -122,7 +116,7 @@ def test_an_interval_contains_its_own_estimate(differences):
 
 @pytest.mark.parametrize("yes_no", [False, True])
 def test_the_mean_stays_within(yes_no):
-    """In 300 experiments of 60 pairs, looked at after each, the bounds lose the mean in 5 % at most."""
+    """In 300 experiments of 60 pairs with a look after each, at most 5 % exclude the mean."""
     chance = random.Random(11)
     draw = (lambda: float(chance.choices((-1, 0, 1), (1, 6, 3))[0])) if yes_no else (lambda: chance.gauss(0.2, 3))
     found = [confidence_sequence([draw() for _ in range(60)], yes_no=yes_no) for _ in range(300)]
@@ -132,7 +126,7 @@ def test_the_mean_stays_within(yes_no):
 
 
 def test_looking_always_costs_some_width():
-    """On average between one and two times that of Student's interval, which may be looked at once."""
+    """On average, the width is one to two times that of Student's interval."""
     chance = random.Random(2)
     ratios = []
     for _ in range(20):
@@ -143,7 +137,6 @@ def test_looking_always_costs_some_width():
 
 
 def test_differences_of_yes_and_no():
-    """Are -1, 0 and 1."""
     with pytest.raises(ValueError, match=r"difference 1 is 0\.5; expected -1, 0 or 1"):
         confidence_sequence([1, 0.5], yes_no=True)
     with pytest.raises(ValueError, match="value 0 is inf; expected numbers up to 1e"):

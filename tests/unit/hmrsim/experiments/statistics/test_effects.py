@@ -55,7 +55,6 @@ def test_welch_of_the_same_numbers():
 
 @given(VALUES, VALUES)
 def test_welch_is_that_of_scipy(a, b):
-    """Whatever the numbers of runs."""
     found, expected = unpaired_difference(a, b), stats.ttest_ind(b, a, equal_var=False)
 
     assert (expected.statistic, expected.pvalue, expected.df) == pytest.approx(
@@ -64,7 +63,7 @@ def test_welch_is_that_of_scipy(a, b):
 
 
 def test_too_few_and_equal_runs():
-    """One pair has no interval; equal differences are certain, as far as they go."""
+    """One pair has no interval, and equal differences are certain."""
     assert (2.0, None, None) == (paired_difference([1], [3]).interval.estimate, *[paired_difference([1], [3]).p] * 2)
     assert (0.0, 1.0) == (paired_difference([1, 2], [1, 2]).statistic, paired_difference([1, 2], [1, 2]).p)
     assert (math.inf, 0.0) == (paired_difference([1, 2], [2, 3]).statistic, paired_difference([1, 2], [2, 3]).p)
@@ -87,14 +86,13 @@ def test_main_effects_of_a_textbook():
 
 
 def test_interactions_of_a_textbook():
-    """1.67 for both together, which is half as much above what each does by itself."""
+    """1.67 for both together, which is half of the difference to the sum of both effects."""
     found = {one.levels: one.effect for one in interactions(*reaction())}
 
     assert {(1, 1): 0.8333, (-1, -1): 0.8333, (1, -1): -0.8333, (-1, 1): -0.8333} == pytest.approx(found, abs=1e-4)
 
 
 def test_effects_that_add_up_have_no_interactions():
-    """Three factors with three levels each, and what each level adds."""
     runs = [dict(zip("abc", levels, strict=True)) for levels in itertools.product((0, 1, 5), repeat=3)]
     values = [run["a"] + 10 * run["b"] - 3 * run["c"] for run in runs]
 
@@ -110,8 +108,7 @@ def test_an_unbalanced_design():
     assert found[1].mean.low is None
 
 
-def test_runs_that_do_not_fit():
-    """No runs have no effects; different factors, and fewer values than runs, are mistakes."""
+def test_rejects_different_factors_and_missing_values():
     assert () == main_effects([], []) == interactions([], [])
     with pytest.raises(ValueError, match="run 1 has the factors b; expected a"):
         main_effects([{"a": 1}, {"b": 1}], [1, 2])

@@ -1,4 +1,4 @@
-"""Intervals, against published examples, scipy, and all that can happen."""
+"""Intervals, compared with published examples and scipy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ def test_the_mean_of_a_textbook():
 
 @given(st.lists(NUMBERS, min_size=2, max_size=30).filter(lambda values: max(values) - min(values) > 1e-3))
 def test_the_mean_is_that_of_scipy(values):
-    """Student's t interval."""
     found = mean_interval(values)
 
     expected = stats.t.interval(0.95, len(values) - 1, float(stats.tmean(values)), float(stats.sem(values)))
@@ -33,7 +32,7 @@ def test_the_mean_is_that_of_scipy(values):
 
 
 def test_few_and_equal_values():
-    """Without a value nothing is known, with one no bound; equal values have no width."""
+    """One value has no bounds, and equal values have no width."""
     assert Interval(None, None, None, 0, 0.95) == mean_interval([])
     assert Interval(3.0, None, None, 1, 0.95) == mean_interval([3])
     assert Interval(0.1, 0.1, 0.1, 7, 0.95) == mean_interval([0.1] * 7)
@@ -53,7 +52,6 @@ def test_shares_of_a_published_table(successes, n, low, high):
 
 @given(st.integers(0, 500), st.integers(1, 500), st.floats(0.5, 0.999))
 def test_shares_are_those_of_scipy(successes, n, confidence):
-    """Wilson's interval, without a correction for continuity."""
     successes = min(successes, n)
     found = proportion_interval(successes, n, confidence=confidence)
 
@@ -63,13 +61,12 @@ def test_shares_are_those_of_scipy(successes, n, confidence):
 
 
 def test_a_share_of_nothing():
-    """It could be any."""
     assert Interval(None, 0.0, 1.0, 0, 0.95) == proportion_interval(0, 0)
 
 
 @pytest.mark.parametrize(("n", "low", "high"), [(5, None, None), (6, 1, 6), (10, 2, 9), (20, 6, 15), (100, 40, 61)])
 def test_ranks_of_the_median(n, low, high):
-    """As tables of the sign test have them: of ten values the second and the ninth."""
+    """As in tables of the sign test: the second and the ninth of ten values."""
     found = quantile_interval([float(rank) for rank in range(1, n + 1)], 0.5)
 
     assert (low, high) == (found.low, found.high)
@@ -84,7 +81,7 @@ def test_a_rare_quantile_needs_many_values():
 
 @given(st.integers(1, 200), st.floats(0.01, 0.99), st.floats(0.5, 0.99))
 def test_ranks_have_the_confidence(n, share, confidence):
-    """The count of values up to the quantile is outside with (1 - confidence) / 2 at most on either side, barely."""
+    """The number of values up to the quantile is outside with just under (1 - confidence) / 2 on either side."""
     found = quantile_interval([float(rank) for rank in range(1, n + 1)], share, confidence=confidence)
     count, half = stats.binom(n, share), (1 - confidence) / 2 + 1e-9
 
@@ -93,16 +90,15 @@ def test_ranks_have_the_confidence(n, share, confidence):
     assert count.sf(high - 1) <= half <= count.sf(high - 2) + 2e-9
 
 
-def test_intervals_contain_the_mean_as_often_as_they_say():
-    """Of normal values, within what chance allows for 2,000 experiments."""
+def test_intervals_contain_the_mean_with_their_confidence():
+    """Of normal values, within the chance of 2,000 experiments."""
     chance = random.Random(3)
     found = [mean_interval([chance.gauss(5, 2) for _ in range(8)]) for _ in range(2000)]
 
     assert 0.935 < sum(one.low <= 5 <= one.high for one in found) / len(found) < 0.965
 
 
-def test_what_can_not_be_meant():
-    """Each mistake is told with its value."""
+def test_rejects_invalid_arguments():
     for text, act in {
         "value 1 is nan; expected numbers up to 1e": lambda: mean_interval([1.0, math.nan]),
         "confidence must be between 0 and 1, got 95": lambda: mean_interval([1.0, 2.0], confidence=95),

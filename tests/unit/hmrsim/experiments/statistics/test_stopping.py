@@ -1,4 +1,4 @@
-"""When replications are enough."""
+"""Stopping rules for replications."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ CALM = [100.0, 101.0, 99.0, 100.5, 99.5, 100.0, 100.2, 99.8, 100.1, 99.9]
 
 
 def stops(values, rule):
-    """Return after how many values it is enough."""
+    """Return the number of values after which the rule stops."""
     return next((n for n in range(len(values) + 1) if enough(values[:n], rule)), None)
 
 
 def test_the_look_ahead_follows_the_first_narrow_interval():
-    """Of these values the first three are precise: with kLimit = 5 eight are wanted."""
+    """The first three values are precise; with kLimit = 5, eight are needed."""
     assert 3 == stops(CALM, StoppingRule(0.05, look_ahead=0))
     assert 8 == stops(CALM, StoppingRule(0.05))
 
 
 def test_the_look_ahead_finds_a_premature_stop():
-    """Three values that are near to each other by chance are not enough, as the next ones show."""
+    """Three values are close by chance, as the next ones show."""
     early = [100.0, 100.1, 99.9, 150.0, 60.0, *CALM]
 
     assert 3 == stops(early, StoppingRule(0.05, look_ahead=0))
@@ -50,13 +50,12 @@ def test_the_look_ahead_grows_beyond_a_hundred():
 
 
 def test_minimum_and_maximum():
-    """Nothing is judged before the one, and all is enough from the other on."""
     assert 10 == stops(CALM, StoppingRule(0.05, minimum=10, look_ahead=0))
     assert 4 == stops([1.0, 1000.0] * 5, StoppingRule(0.01, maximum=4))
 
 
-def test_equal_values_and_a_mean_of_nothing():
-    """Equal values are precise, also zeros; values about 0 never are, relative to it."""
+def test_equal_values_and_a_mean_of_zero():
+    """Equal values are precise, even zeros; values around 0 never are."""
     assert 8 == stops([0.0] * 20, StoppingRule(0.05))
     assert stops([-1.0, 1.0] * 10, StoppingRule(0.05)) is None
     assert replications_needed([-1.0, 1.0], StoppingRule(0.05)) is None
@@ -65,7 +64,6 @@ def test_equal_values_and_a_mean_of_nothing():
 
 
 def test_a_share_of_runs():
-    """Half of Wilson's interval, absolute."""
     values = [1.0, 0.0] * 300
     rule = StoppingRule(0.05, of=PROPORTION, look_ahead=0)
     found = stops(values, rule)
@@ -75,8 +73,8 @@ def test_a_share_of_runs():
     assert abs(found - replications_needed(values[:20], rule)) <= 2
 
 
-def test_how_many_will_be_needed():
-    """(t s / (0.05 mean))²: 19 for a standard deviation of a tenth, and five to look ahead."""
+def test_estimates_the_replications_needed():
+    """(t s / (0.05 mean))²: 19 for a standard deviation of a tenth, plus five to look ahead."""
     values = [90.0, 110.0, 100.0, 90.0, 110.0, 100.0, 100.0, 85.0, 115.0]
 
     assert 9 == len(values)
@@ -85,8 +83,7 @@ def test_how_many_will_be_needed():
 
 
 @given(st.lists(st.floats(0, 100), max_size=40), st.floats(0.01, 1), st.integers(0, 6))
-def test_what_is_enough_stays_enough(values, error, look_ahead):
-    """With more values."""
+def test_further_values_stay_enough(values, error, look_ahead):
     rule = StoppingRule(error, look_ahead=look_ahead, maximum=35)
     answers = [enough(values[:n], rule) for n in range(len(values) + 1)]
 
@@ -94,8 +91,8 @@ def test_what_is_enough_stays_enough(values, error, look_ahead):
     assert len(values) < 35 or answers[-1]
 
 
-def test_means_of_what_stopped_are_as_precise_as_they_say():
-    """With lognormal times 95 % intervals contain the mean in 90 % of experiments at least, as stopping costs some."""
+def test_means_are_precise_after_a_stop():
+    """With lognormal times, 95 % intervals contain the mean in at least 90 % of experiments: stopping costs some."""
     chance = random.Random(5)
     right = 0
     for _ in range(200):
@@ -106,8 +103,7 @@ def test_means_of_what_stopped_are_as_precise_as_they_say():
     assert right >= 180
 
 
-def test_rules_that_can_not_be_meant():
-    """Each mistake is told with its value."""
+def test_rejects_invalid_rules():
     for text, settings in {
         "error must be positive, got 0": {"error": 0},
         "no rule for 'median'; there are mean, proportion": {"error": 1, "of": "median"},

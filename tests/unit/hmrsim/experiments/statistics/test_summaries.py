@@ -1,4 +1,4 @@
-"""Columns in short."""
+"""Summaries of columns."""
 
 from __future__ import annotations
 
@@ -27,21 +27,18 @@ NUMBERS = st.floats(-1e6, 1e6)
 
 
 def test_a_column_with_gaps():
-    """What is missing is counted and left out."""
     expected = Summary(3, 2, 4.0, pytest.approx(2.0), 2.0, 6.0, {0.5: 4.0, 0.25: 3.0})
 
     assert expected == summary([4, None, 2, None, 6], [0.5, 0.25])
 
 
-def test_columns_of_little():
-    """Nothing has nothing; one value no spread."""
+def test_columns_of_one_or_no_value():
     assert Summary(0, 1, None, None, None, None, {}) == summary([None])
     assert Summary(1, 0, 5.0, None, 5.0, 5.0, {0.5: 5.0}) == summary([5], [0.5])
 
 
 @given(st.lists(NUMBERS, min_size=2, max_size=30))
 def test_quantiles_are_those_of_python(values):
-    """By straight lines between the values, which include the least and the most."""
     ordered = sorted(values)
     tenths = statistics.quantiles(ordered, n=10, method="inclusive")
 
@@ -51,14 +48,12 @@ def test_quantiles_are_those_of_python(values):
 
 @given(st.lists(NUMBERS, min_size=2, max_size=30))
 def test_mean_and_spread_are_those_of_python(values):
-    """Up to rounding."""
     found = summary(values)
 
     assert (statistics.fmean(values), statistics.stdev(values)) == pytest.approx((found.mean, found.stddev), abs=1e-6)
 
 
-def test_quantiles_that_are_none():
-    """Of nothing, and of shares outside 0 and 1."""
+def test_rejects_quantiles_of_nothing_and_invalid_shares():
     with pytest.raises(ValueError, match="no values; expected one at least"):
         quantile([], 0.5)
     with pytest.raises(ValueError, match="share must be within 0 and 1, got 95"):
@@ -68,7 +63,6 @@ def test_quantiles_that_are_none():
 @given(st.lists(st.integers(-1000, 1000), min_size=1, max_size=30), st.sampled_from([0.0, 1e6]))
 @examples(60)
 def test_asymmetries_are_the_third_central_moment_over_the_second(values, offset):
-    """Of each number of first values, also far from 0; without any spread there is none."""
     found = asymmetries([value + offset for value in values])
 
     for n, one in enumerate(found, 1):
@@ -80,21 +74,19 @@ def test_asymmetries_are_the_third_central_moment_over_the_second(values, offset
 @pytest.mark.parametrize(
     ("missing", "act"),
     [
-        ("scipy", lambda: mean_interval([1.0, 2.0])),
+        ("scipy.stats", lambda: mean_interval([1.0, 2.0])),
         ("scipy.optimize", lambda: confidence_sequence([1.0, 2.0] * 20)),
         ("numpy", lambda: confidence_sequence([1.0, 2.0])),
     ],
 )
-def test_without_it_the_error_says_what_to_install(monkeypatch, missing, act):
-    """Instead of an ImportError."""
+def test_missing_library_names_the_extra(monkeypatch, missing, act):
     monkeypatch.setitem(sys.modules, missing, None)
 
     with pytest.raises(MissingExtra, match=r"need scipy; pip install 'hmrsim\[experiments\]'"):
         act()
 
 
-def test_the_package_is_imported_without_it():
-    """And what needs no distribution works."""
+def test_package_is_imported_without_its_libraries():
     program = (
         "import sys; sys.modules.update(scipy=None, numpy=None); from hmrsim.experiments import statistics; "
         "print(round(statistics.proportion_interval(0, 20).high, 4))"

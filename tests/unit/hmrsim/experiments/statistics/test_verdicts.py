@@ -1,4 +1,4 @@
-"""Better, worse, equivalent, or not known yet."""
+"""Verdicts: better, worse, equivalent or undecided."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ DRAWS = {
 
 
 def runs(chance, draw, pairs, rho=0.8):
-    """Return values of A and of B, correlated as runs under common seeds are."""
+    """Return correlated values of A and B, as under common seeds."""
     common = [chance.gauss(0, 1) for _ in range(pairs)]
     other = [rho * z + math.sqrt(1 - rho**2) * chance.gauss(0, 1) for z in common]
     return [draw(z) for z in common], [draw(z) for z in other]
@@ -37,7 +37,7 @@ def runs(chance, draw, pairs, rho=0.8):
 
 @pytest.mark.parametrize("name", DRAWS)
 def test_a_against_a_is_hardly_ever_better_or_worse(name):
-    """In 400 experiments of 60 pairs, looked at after each, at most in 5 %."""
+    """At most 5 % of 400 experiments of 60 pairs with a look after each."""
     chance = random.Random(name)
     criterion = Criterion(larger_is_better=True, yes_no=name == "yes and no")
     found = [verdict(*runs(chance, DRAWS[name], 60), criterion)[0] for _ in range(400)]
@@ -64,7 +64,7 @@ def lognormal(z, stddev):
 
 @pytest.mark.parametrize("name", EQUAL_MEANS)
 def test_equal_means_of_other_shapes_are_seldom_better_or_worse(name):
-    """In 300 experiments of 80 pairs, looked at after each, at most in 10 %, also of those withdrawn later."""
+    """At most 10 % of 300 experiments of 80 pairs with a look after each, including withdrawn verdicts."""
     chance, false = random.Random(name), 0
     for _ in range(300):
         differences = [EQUAL_MEANS[name](chance) for _ in range(80)]
@@ -75,7 +75,7 @@ def test_equal_means_of_other_shapes_are_seldom_better_or_worse(name):
 
 
 def test_a_real_difference_is_found():
-    """Half a standard deviation, in 66 runs on average where Welch's test takes 172 for a power of 0.9."""
+    """Half a standard deviation takes 66 runs on average; Welch's test takes 172 for a power of 0.9."""
     chance = random.Random(1)
     found = []
     for _ in range(100):
@@ -89,7 +89,7 @@ def test_a_real_difference_is_found():
 @given(st.lists(st.tuples(st.integers(0, 20), st.integers(0, 20)), min_size=30, max_size=60), st.booleans())
 @examples(60)
 def test_a_verdict_stands(pairs, relative):
-    """Further pairs change neither the verdict nor when it was given; they can only withdraw it."""
+    """Further pairs can only withdraw a verdict."""
     criterion = Criterion(larger_is_better=False, margin=0.5, relative=relative, yes_no=False, alpha=0.5)
     a, b = [one for one, _ in pairs], [other for _, other in pairs]
     looks = [verdict(a[:n], b[:n], criterion) for n in range(len(pairs) + 1)]
@@ -101,15 +101,13 @@ def test_a_verdict_stands(pairs, relative):
 
 
 def test_directions():
-    """A time that is longer is worse, and a number of orders that is larger is better."""
     a, b = [10.0, 12.0, 11.0] * 10, [13.0, 15.5, 14.0] * 10
 
     assert ("worse", "better") == (verdict(a, b, SMALLER)[0], verdict(a, b, LARGER)[0])
     assert ("better", "worse") == (verdict(b, a, SMALLER)[0], verdict(b, a, LARGER)[0])
 
 
-def test_what_is_compared():
-    """The comparison has the bounds of B - A, and how many pairs differ."""
+def test_comparison_has_bounds_and_differing_pairs():
     found = compare([1, 0] * 30, [1, 1] * 30, SHARES)
 
     assert ("better", 16, 30, 0.5) == (found.verdict, found.decided_after, found.differing, found.difference.estimate)
@@ -117,7 +115,7 @@ def test_what_is_compared():
 
 
 def test_identical_runs():
-    """A against itself under the same seeds: equivalent after 59 pairs, as no 5 % of seeds can differ, if asked."""
+    """A against itself is equivalent after 59 pairs."""
     times = [float(number) for number in range(100)]
     within = Criterion(larger_is_better=False, margin=1.0)
 
@@ -129,12 +127,11 @@ def test_identical_runs():
 
 
 def test_identical_yes_and_no():
-    """The bounds themselves say when a difference of 10 % is excluded."""
     assert ("equivalent", 53) == verdict([1] * 100, [1] * 100, SHARES)
 
 
 def test_values_that_are_all_0_or_1_are_of_yes_and_no():
-    """Whatever measure they are of; but not if a margin says that they can be others, or none of them is a 1."""
+    """Unless the margin shows that they are not, or none of them is 1."""
     a, b = [0.0, 1.0, 0.0, 0.0] * 20, [1.0, 1.0, 0.0, 1.0] * 20
     wide = Criterion(larger_is_better=True, margin=1.0)
     few = Criterion(larger_is_better=True, margin=0.3, relative=True)
@@ -149,7 +146,7 @@ def test_values_that_are_all_0_or_1_are_of_yes_and_no():
 
 
 def test_a_false_equivalence_of_yes_and_no_is_rare_by_a_relative_margin():
-    """With B's share a tenth above A's, and a margin of a tenth: in 200 experiments of 100 pairs at most in 5 %."""
+    """At most 5 % of 200 experiments of 100 pairs, with B's share a tenth above A's and a margin of a tenth."""
     chance = random.Random(9)
     criterion = Criterion(larger_is_better=True, margin=0.1, relative=True)
     found = []
@@ -163,14 +160,13 @@ def test_a_false_equivalence_of_yes_and_no_is_rare_by_a_relative_margin():
 
 
 def test_always_the_same_difference():
-    """It is known at the first look, unless alpha is so small that even so many equal signs may be chance."""
+    """It is known at the first look, unless alpha is very small."""
     assert ("undecided", None) == verdict([5.0] * 29, [4.0] * 29, SMALLER)
     assert ("better", 30) == verdict([5.0] * 50, [4.0] * 50, SMALLER)
     assert ("better", 45) == verdict([5.0] * 50, [4.0] * 50, Criterion(larger_is_better=False, alpha=1e-8))
 
 
 def test_equivalent_within_an_absolute_margin():
-    """With differences that are small against it."""
     chance = random.Random(4)
     a, b = runs(chance, DRAWS["normal"], 150)
 
@@ -179,7 +175,6 @@ def test_equivalent_within_an_absolute_margin():
 
 
 def test_equivalent_within_a_share_of_the_mean():
-    """2 % of 100 is a margin of 2."""
     chance = random.Random(4)
     a, b = ([100 + value for value in one] for one in runs(chance, DRAWS["normal"], 150))
     found = [
@@ -190,7 +185,7 @@ def test_equivalent_within_a_share_of_the_mean():
 
 
 def test_equivalence_is_hardly_ever_false():
-    """With a difference as large as the margin, in 200 experiments of 80 pairs at most in 5 %."""
+    """At most 5 % of 200 experiments of 80 pairs, with a difference as large as the margin."""
     chance = random.Random(6)
     found = []
     for _ in range(200):
@@ -201,7 +196,7 @@ def test_equivalence_is_hardly_ever_false():
 
 
 def test_several_measures_share_alpha():
-    """Of two measures each is judged at 2.5 %, so that a verdict comes later."""
+    """Each of two measures is judged at 2.5 %, so that its verdict comes later."""
     a, b = [5.0] * 80, [4.0, 3.0, 6.0, 5.0] * 20
     found = compare_all({"time": (a, b), "energy": (b, a)}, {"time": SMALLER, "energy": SMALLER}, alpha=0.05)
 
@@ -213,8 +208,7 @@ def test_several_measures_share_alpha():
         compare_all({"time": (a, b)}, {"energy": SMALLER}, alpha=0.05)
 
 
-def test_what_can_not_be_meant():
-    """Each mistake is told with its value."""
+def test_rejects_invalid_criteria():
     relative = Criterion(larger_is_better=True, margin=0.1, relative=True)
     for text, act in {
         "margin must be positive, got 0": lambda: Criterion(larger_is_better=True, margin=0),
@@ -232,7 +226,6 @@ def test_what_can_not_be_meant():
 
 
 def test_a_verdict_that_all_pairs_together_contradict_is_withdrawn():
-    """The first ones say the opposite of those that come after them; when that is known, it is the verdict."""
     pairs = [-1.0 - 0.01 * n for n in range(30)] + [1.0] * 20 + [3.0] * 120
     early, later, whole = (compare([0.0] * n, pairs[:n], SMALLER) for n in (30, 70, 170))
 
@@ -244,7 +237,6 @@ def test_a_verdict_that_all_pairs_together_contradict_is_withdrawn():
 
 @pytest.mark.parametrize("relative", [False, True])
 def test_an_equivalence_that_all_pairs_together_contradict_is_withdrawn(relative):
-    """As of runs that were identical at first."""
     criterion = Criterion(larger_is_better=False, margin=0.05 if relative else 0.5, relative=relative)
     a, b = [10.0] * 160, [10.0] * 60 + [11.0, 13.0] * 50
     early, whole = (compare(a[:n], b[:n], criterion) for n in (60, 160))
@@ -268,13 +260,12 @@ P_VALUES = st.floats(0, 1)
     ],
 )
 def test_adjusted_values(given_, adjusted):
-    """As R's p.adjust(p, "holm") gives them."""
+    """As by R's p.adjust(p, "holm")."""
     assert tuple(adjusted) == pytest.approx(holm(given_))
 
 
 @given(st.lists(P_VALUES, max_size=10))
 def test_between_the_p_value_and_bonferroni(values):
-    """Never less than the p-value itself, never more than Bonferroni's, in the same order, equal ones equal."""
     adjusted = holm(values)
 
     assert all(p <= one <= min(1, len(values) * p) for p, one in zip(values, adjusted, strict=True))
@@ -282,6 +273,5 @@ def test_between_the_p_value_and_bonferroni(values):
 
 
 def test_a_p_value_is_a_share():
-    """Others are refused."""
     with pytest.raises(ValueError, match=r"p-value 1 is 1\.5; expected 0 to 1"):
         holm([0.1, 1.5])

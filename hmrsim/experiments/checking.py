@@ -1,4 +1,4 @@
-"""Checking all that an experiment needs, without running anything."""
+"""The check of an experiment and all that it needs, without running anything."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 
 
 _OF_WORLDS: Final = frozenset({"world", "tables", "levels", "factors", "design", "overlay", "variants"})
-"""The keys of a file without which its worlds can't be known."""
+"""The keys of a file that its worlds depend on."""
 _OF_NAMES: Final = frozenset({"tables", "levels", "factors", "design"})
-"""The keys of a file without which the values of expressions can't be known."""
+"""The keys of a file that the values of expressions depend on."""
 
 
 def check_file(
     path: str | Path, variants: Collection[str] = (), tell: Callable[[int], None] = lambda _scenario: None
 ) -> tuple[Plan, list[Problem]]:
-    """Return the plan of an experiment's file, and the warnings of all that it needs; raise all errors at once.
+    """Return the plan of an experiment's file, and the warnings.
 
     Args:
         path: The file, YAML or JSON.
-        variants: The names of the variants to lay over the world, in this order.
+        variants: The names of the variants to apply to the world, in this order.
         tell: Called with the number of each scenario whose world was checked.
 
     Raises:
-        ExperimentError: Something is wrong; it has all errors.
+        ExperimentError: The experiment is invalid; it has all errors.
     """
     reading = read_valid_parts(path, variants)
     if reading.plan is None:
@@ -56,7 +56,7 @@ def check_file(
 
 
 def _problems(reading: Reading, plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem]]:
-    """Return the errors and the warnings of all that an experiment needs; what depends on what is *lost* has none."""
+    """Return the errors and the warnings of an experiment, except of parts that depend on invalid keys."""
     file, lost = reading.document.file, reading.lost
     errors, warnings, worlds = ([], [], []) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
     whole = "ends" not in lost
@@ -73,7 +73,7 @@ def _problems(reading: Reading, plan: Plan, tell: Callable[[int], None]) -> tupl
 
 
 def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem], list[World]]:
-    """Return the errors and the warnings of the worlds of all scenarios, and those of the first one without errors."""
+    """Return the errors and the warnings of the worlds of all scenarios, and the worlds of the first valid scenario."""
     errors: dict[Problem, None] = {}
     warnings: dict[Problem, None] = {}
     first: list[World] = []
@@ -88,8 +88,8 @@ def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], lis
                 warnings |= dict.fromkeys(loaded.warnings)
                 worlds.append(loaded.world)
             except WorldError as error:
-                said = ", ".join(f"{name}={level}" for name, level in levels.items())
-                place = f"scenario {scenario}{f': {said}' if said else ''}"
+                names = ", ".join(f"{name}={level}" for name, level in levels.items())
+                place = f"scenario {scenario}{f': {names}' if names else ''}"
                 place += f", treatment {treatment}" if treatment else ""
                 for problem in error.problems:
                     if problem.severity == "error" and not any(_alike(problem, each) for each in errors):
@@ -101,14 +101,14 @@ def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], lis
 
 
 def _unknown(plan: Plan, worlds: Sequence[World]) -> list[Unknown]:
-    """Return what measures ask for that is in none of some worlds."""
+    """Return the parts that measures use and that no world has."""
     found = [[*unknown_parts(plan.file, world)] for world in worlds]
     measures = [{each.measure for each in one} for one in found]
     return [each for each in found[0] if all(each.measure in one for one in measures)] if found else []
 
 
 def _without_success(plan: Plan, path: str) -> Iterator[Problem]:
-    """Yield a warning if no ending of the file counts as a success, and the file does not say which do."""
+    """Yield a warning if no ending of the file counts as a success, and the file names no successes."""
     file = plan.file
     if "successes" not in file.model_fields_set and file.ends and not file.ends.keys() & {*file.successes}:
         names = ", ".join(file.ends)
@@ -117,14 +117,14 @@ def _without_success(plan: Plan, path: str) -> Iterator[Problem]:
 
 
 def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
-    """Yield a warning for each factor that nothing asks for, as the runs of all its levels are alike."""
+    """Yield a warning for each factor that nothing uses, so that its levels have no effect."""
     file = plan.file
     treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
     try:
         variants = [variant.model_dump(mode="json") for variant in file.variants.values()]
         used = names_asked_for([file.overlay, variants, treatments])
     except OverlayFlaw:
-        # The variant was not chosen, so its names are unknown.
+        # A variant that was not chosen may be invalid.
         return
     for factor in file.factors:
         if factor not in used:
@@ -133,7 +133,7 @@ def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
 
 
 def _too_few(plan: Plan, path: str) -> Iterator[Problem]:
-    """Yield a warning if an experiment that goes on until it is decided ends before most measures can be."""
+    """Yield a warning if an experiment that runs until it is decided ends before most measures can be decided."""
     replications, scenarios = plan.file.replications, len(plan.scenarios)
     pairs = replications.max * scenarios
     if replications.until and replications.until.decided and pairs < FIRST_LOOK:
@@ -144,7 +144,7 @@ def _too_few(plan: Plan, path: str) -> Iterator[Problem]:
 
 
 def _alike(problem: Problem, other: Problem) -> bool:
-    """Return whether a problem is that of another scenario."""
+    """Return whether a problem is the same as one of another scenario."""
     return (problem.file, problem.path, problem.line) == (
         other.file,
         other.path,
@@ -153,7 +153,7 @@ def _alike(problem: Problem, other: Problem) -> bool:
 
 
 def _asked_for(value: object) -> frozenset[str]:
-    """Return the names that the expressions in a value ask for; one that can't be read counts as a name."""
+    """Return the names that the expressions in a value use; an invalid expression counts as a name."""
     try:
         return names_asked_for(value)
     except OverlayFlaw:
@@ -161,13 +161,13 @@ def _asked_for(value: object) -> frozenset[str]:
 
 
 def _treatments(plan: Plan, *, known: bool) -> Iterator[Finding]:
-    """Yield what is wrong with controllers; if names are not *known*, with those that ask for none."""
+    """Yield the flaws of controllers; if names are not *known*, of those that use none."""
     scenarios = [plan.names(scenario) for scenario in range(len(plan.scenarios))] if known else [{}]
     for name, treatment in plan.treatments.items():
         if not known and _asked_for(treatment.model_dump(mode="json", exclude={"overlay"})):
             continue
         kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
-        said: dict[str, None] = {}
+        reasons: dict[str, None] = {}
         for names in scenarios:
             try:
                 if treatment.in_process:
@@ -175,9 +175,9 @@ def _treatments(plan: Plan, *, known: bool) -> Iterator[Finding]:
                 else:
                     words_of(treatment, names)
             except (HmrsimError, ValueError) as error:
-                said.setdefault(str(error))
-        for why in said:
-            yield Finding(("treatments", name, kind), why)
+                reasons.setdefault(str(error))
+        for reason in reasons:
+            yield Finding(("treatments", name, kind), reason)
 
 
 def _measures(plan: Plan) -> Iterator[Finding]:
@@ -192,7 +192,7 @@ def _measures(plan: Plan) -> Iterator[Finding]:
 
 
 def _endings(plan: Plan, worlds: Sequence[World]) -> Iterator[Finding]:
-    """Yield what is wrong with endings in all of some worlds: what one treatment's world has is there."""
+    """Yield the flaws that endings have in all worlds, since each treatment may have its own world."""
     for label, conditions in plan.file.ends.items():
         for i, condition in enumerate(conditions):
             path = ("ends", label, i) if len(conditions) > 1 else ("ends", label)
@@ -203,7 +203,7 @@ def _endings(plan: Plan, worlds: Sequence[World]) -> Iterator[Finding]:
 
 
 def _successes(plan: Plan) -> Iterator[Finding]:
-    """Yield each ending that is to count as a success, and that no run can have."""
+    """Yield a flaw for each success that no run can have as its ending."""
     if "successes" in plan.file.model_fields_set:
         known = [*plan.file.ends, *BUILT_IN]
         for place, label in enumerate(plan.file.successes):

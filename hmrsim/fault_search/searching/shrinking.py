@@ -1,4 +1,4 @@
-"""Simpler values of an injection: a shorter time, the first moment, fewer goals."""
+"""Simpler values of an injection, such as a shorter duration or the first moment, and smaller worlds."""
 
 from __future__ import annotations
 
@@ -16,17 +16,16 @@ if TYPE_CHECKING:
 _SECONDS: Final = (1.0, 5.0, 10.0, 30.0, 60.0)
 """Durations that are easy to read."""
 
-
 _FACTORS: Final = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 1.2, 1.5, 2.0, 5.0, 10.0, 100.0)
-"""By how much what a robot has by itself may be changed instead, the least change first, down and up."""
+"""The factors by which a robot's own value may be changed instead, the smallest change first, down and up."""
 _ROBOTS: Final = re.compile(r"robots\.(\"[^\"]+\"|[^.]+)\.(base\.speed|components\.battery\.(capacity|initial_charge))")
 
 _EARLIER: Final = 10
-"""Up to which of its kind an earlier event is tried, one after the other."""
+"""The number of the last event of its kind that is tried as an earlier anchor."""
 
 
 def simpler(injection: Injection, world: World | None = None) -> Iterator[Injection]:
-    """Yield the same injection with one simpler value, the simplest first; of a change of *world* a smaller one."""
+    """Yield the injection with one simpler value, the simplest first; a change of *world* with a smaller change."""
     if world is not None and injection.family == CHANGE:
         yield from _smaller_changes(injection, world)
     when = dict(injection.anchor)
@@ -41,7 +40,7 @@ def simpler(injection: Injection, world: World | None = None) -> Iterator[Inject
 
 
 def _smaller_changes(injection: Injection, world: World) -> Iterator[Injection]:
-    """Yield a change by less of what a robot has by itself, the least one first."""
+    """Yield smaller changes of a robot's own values, the smallest first."""
     changed = injection.spec[CHANGE]
     own = {path: value for path in changed if (value := _own(path, world)) is not None}
     if not own or not all(isinstance(changed[path], (int, float)) for path in own):
@@ -54,7 +53,7 @@ def _smaller_changes(injection: Injection, world: World) -> Iterator[Injection]:
 
 
 def _own(path: str, world: World) -> float | None:
-    """Return what a robot has by itself of what a path says: its speed, or a number of its battery; None for others."""
+    """Return a robot's own value at a path, its speed or a value of its battery; None for other paths."""
     match = _ROBOTS.fullmatch(path)
     robot = world.robots.get(match[1].strip('"')) if match else None
     if match is None or robot is None:
@@ -77,7 +76,7 @@ def _anchors(when: dict[str, Any]) -> Iterator[dict[str, Any]]:
     nth = when.get("nth", 1)
     if nth > 1:
         yield {key: value for key, value in when.items() if key != "nth"}
-    # At an earlier one the injection may be enough alone.
+    # At an earlier event, the injection may be enough alone.
     yield from ({**when, "nth": earlier} for earlier in range(2, min(nth, _EARLIER)))
 
 
@@ -88,7 +87,7 @@ _NAMED: Final = ("robots", "items", "lifts", "doors", "docks", "places")
 _LISTED: Final = ("demand", "faults", "walls", "lanes")
 
 ROUNDS: Final = (("robots",), ("demand", "items", "faults"), ("lifts", "doors", "docks", "places", "walls"), ("lanes",))
-"""The keys whose entries are left out together, in this order."""
+"""The keys whose entries are left out in one round, in this order."""
 
 
 def parts_of(definition: Mapping[str, Any], keys: Iterable[str]) -> list[Part]:
@@ -119,7 +118,7 @@ def _entries(key: str, entries: Any, kept: Mapping[Part, None]) -> Any:
 
 
 def is_named(definition: Mapping[str, Any], part: Part, names: Collection[str]) -> bool:
-    """Return whether a part of a world has one of some names, or is a lane between two of them."""
+    """Return whether the name of a part is among *names*, or the part is a lane between two of them."""
     key, entry = part
     if key == "lanes":
         return {*_ends(definition[key][entry])} <= {*names}
@@ -127,10 +126,7 @@ def is_named(definition: Mapping[str, Any], part: Part, names: Collection[str]) 
 
 
 def tidied(definition: Mapping[str, Any], names: Collection[str] = ()) -> dict[str, Any]:
-    """Return a world without the waypoints that no lane touches, and without the robot types of no robot.
-
-    Waypoints with some *names* stay.
-    """
+    """Return a world without isolated waypoints and unused robot types; waypoints in *names* stay."""
     touched = {end for lane in definition.get("lanes", ()) for end in _ends(lane)}
     touched |= {stop for lift in (definition.get("lifts") or {}).values() for stop in lift.get("stops", ())}
     at = {each.get("at") for key in _NAMED for each in (definition.get(key) or {}).values() if _is_named(each)}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from hmrsim.fault_search.results.summary import Reduced
 from hmrsim.fault_search.running.single import NOT_RUN, Outcome
-from hmrsim.fault_search.shrinking import ROUNDS, Part, is_named, parts_of, restricted, simpler, tidied
+from hmrsim.fault_search.searching.shrinking import ROUNDS, Part, is_named, parts_of, restricted, simpler, tidied
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.running.evaluator import Evaluator
@@ -18,35 +19,17 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-@dataclass(frozen=True)
-class Reduced:
-    """A case that was reduced; its schedule is 1-minimal if there was time for that.
-
-    Attributes:
-        case: The case, with its world.
-        without: For each injection of its schedule, the outcome of the case without it; its ending is `NOT_RUN` if time
-            ran out.
-        runs: How many runs that took.
-    """
-
-    case: Case
-    without: tuple[Outcome, ...]
-    runs: int
-
-
 class Reducer:
     """Reduces failing cases to minimal ones.
 
     Args:
         evaluator: Runs cases.
-        definition: The world of the check, as a native file has it.
+        definition: The world of the check, as in a native file.
         nominal: The outcome of the run without faults.
-        over: Called before each batch of runs; returns whether time is up. What is found by then is
-            returned.
+        over: Called before each batch of runs; returns whether time is up, which ends the reduction.
         until: The last moment for runs, by the monotonic clock.
         names: The names in the properties; their objects stay, since the properties need them.
-        world: The world of the check, of which a schedule is to change as little as fails; None to leave changes as
-            they are.
+        world: The world of the check, to reduce changes of it; None to leave changes as they are.
     """
 
     def __init__(
@@ -65,13 +48,13 @@ class Reducer:
     def reduce(self, case: Case, failure: Failure) -> Reduced:
         """Return the smallest case that fails as a case does."""
         begun = self._evaluator.runs
-        case = self._fewer_things(case, failure)
+        case = self._fewer_injections(case, failure)
         case = self._smaller_world(case, failure)
-        # What is simpler may need fewer injections, and those may have yet simpler values.
+        # Simpler values may need fewer injections, and those may have even simpler values.
         while True:
             before = case
             case = self._simpler_values(case, failure)
-            case = self._fewer_things(case, failure)
+            case = self._fewer_injections(case, failure)
             if case.key == before.key:
                 break
         left_out = _each_left_out(case)
@@ -83,7 +66,7 @@ class Reducer:
         outcomes = self._evaluator.outcomes(cases, self._until)
         return [failure in outcome.failures for outcome in outcomes] + [False] * (len(cases) - len(outcomes))
 
-    def _fewer_things(self, case: Case, failure: Failure) -> Case:
+    def _fewer_injections(self, case: Case, failure: Failure) -> Case:
         def fails(candidates: Sequence[Sequence[Any]]) -> list[bool]:
             if self._over():
                 return [False] * len(candidates)
@@ -93,7 +76,7 @@ class Reducer:
 
     def _smaller_world(self, case: Case, failure: Failure) -> Case:
         if failure in self._nominal.failures:
-            # In a world in which it can't even begin, a controller fails at once, as does one that is fixed.
+            # In a world without its mission, a controller fails at once, even after it was fixed.
             return case
         whole = next(iter(self._evaluator.outcomes([case], self._until)), None)
         if whole is None:
@@ -124,11 +107,11 @@ class Reducer:
         return replace(case, definition=tidy) if self._fail_in([tidy], case, failure, whole)[0] else case
 
     def _fail_in(self, worlds: Sequence[Mapping[str, Any]], case: Case, failure: Failure, whole: Outcome) -> list[bool]:
-        """Return in which worlds a case fails because of its schedule: without it the run ends as it did in the first.
+        """Return for each world whether a case fails there because of its schedule.
 
-        A world in which the mission can't be done at all says nothing about the schedule. Nor does one in which it
-        fails by what is not there, such as the dock at which it was to charge, or the robot: then goals are aborted or
-        rejected for reasons for which none was in the whole world, or the run ends otherwise.
+        Without the schedule, the run has to end as in the whole world: a world in which the mission is impossible says
+        nothing about the schedule. With the schedule, the run has to end as in the whole world, and goals may only be
+        aborted or rejected for the same reasons: otherwise it fails because of a missing object, such as a dock.
         """
         cases = [replace(case, definition=world) for world in worlds]
         failed = [
@@ -143,7 +126,7 @@ class Reducer:
         return [fails and next(sound, False) for fails in failed]
 
     def _is_sound(self, outcome: Outcome) -> bool:
-        """Return whether a run without faults is as that of the whole world: it fails for no other reason."""
+        """Return whether a run without faults ends as in the whole world, without further failures."""
         return {*outcome.failures} <= {*self._nominal.failures} and outcome.ending == self._nominal.ending
 
     def _simpler_values(self, case: Case, failure: Failure) -> Case:
@@ -171,15 +154,15 @@ def _each_left_out(case: Case) -> list[Case]:
 T = TypeVar("T")
 
 Fails = Callable[[Sequence[Sequence[T]]], Sequence[bool]]
-"""Tells of some candidates, each some parts in their order, whether they fail as the whole does."""
+"""Returns for each candidate, which is a selection of the parts in order, whether it fails as the whole does."""
 
 
 def needed(parts: Sequence[T], fails: Fails[T]) -> list[T]:
-    """Return parts that fail together, of which none can be left out: they are 1-minimal.
+    """Return a 1-minimal selection of parts that fail together: none of them can be left out.
 
     Args:
         parts: All parts, which fail together.
-        fails: Tests candidates; it may say of all of them that they do not fail, when time is over.
+        fails: Tests candidates; when time is over, it may return False for all of them.
     """
     kept = [*parts]
     if kept and fails([[]])[0]:
@@ -204,6 +187,6 @@ def needed(parts: Sequence[T], fails: Fails[T]) -> list[T]:
 
 
 def _chunks(parts: Sequence[T], count: int) -> list[list[T]]:
-    """Return parts in so many pieces of about the same length, in order."""
+    """Return parts in a number of pieces of about the same length, in order."""
     ends = [round(len(parts) * i / count) for i in range(count + 1)]
     return [[*parts[start:end]] for start, end in pairwise(ends)]

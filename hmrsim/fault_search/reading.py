@@ -1,4 +1,4 @@
-"""The reader of the files of checks and of failures that were found, which reports all errors at once."""
+"""The reader of files of checks and failures, which reports all errors at once."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
-from hmrsim.fault_search.file.check import Check
-from hmrsim.fault_search.file.model import Budget, CheckFile, Failed, Limits, ReproFile
+from hmrsim.fault_search.candidates import expanded
+from hmrsim.fault_search.check import Check
+from hmrsim.fault_search.kinds import CHANGES, DISTURBANCES
+from hmrsim.fault_search.model import Budget, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
-from hmrsim.fault_search.space.candidates import expanded
-from hmrsim.fault_search.space.kinds import CHANGES, DISTURBANCES
-from hmrsim.fault_search.space.model import Space
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
-from hmrsim.trials.model import Controller
+from hmrsim.trials.model import Controller, Limits
+from hmrsim.trials.worlds import source_of
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 from hmrsim.world_checks.validation import Lost
 
@@ -34,7 +34,7 @@ M = TypeVar("M", bound=CheckFile)
 COMMAND_LINE: Final = "command line"
 
 DEFAULT_LIMIT: Final = 3600.0
-"""Simulated seconds that the run without faults may take where a check sets no limit."""
+"""The limit of the run without faults in simulated seconds, if a check sets none."""
 
 _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
     ("controller",): Controller,
@@ -47,13 +47,13 @@ _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
 
 @dataclass(frozen=True)
 class Repro:
-    """A failure that was found.
+    """A failure that a search found.
 
     Attributes:
         check: The check.
-        case: The case that shows it.
+        case: The case that causes it.
         failure: The failure.
-        trace: SHA-256 of the run's trace when it was found; empty if it is not known.
+        trace: SHA-256 of the trace of the run that found it; empty if unknown.
     """
 
     check: Check
@@ -75,7 +75,7 @@ def read_check(path: str | Path) -> Check:
 
 
 def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
-    """Return what a command line, or a test, says as the file of a check; *place* is for errors.
+    """Return the values of a command line, or a test, as the file of a check; *place* is for errors.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
@@ -84,7 +84,7 @@ def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
 
 
 def check_of(file: CheckFile) -> Check:
-    """Return the check that a command line describes; files are looked for in the current folder.
+    """Return the check that a command line describes, with files in the current folder.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
@@ -93,7 +93,7 @@ def check_of(file: CheckFile) -> Check:
 
 
 def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
-    """Return a check whose files are looked for in a folder.
+    """Return a check with files in a folder.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
@@ -102,11 +102,11 @@ def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
 
 
 def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
-    """Return a failure that was found.
+    """Return the failure in a file.
 
     Args:
-        path: Its file.
-        folder: Where the controller's files are; None for what the file says, or the current folder.
+        path: The file.
+        folder: The folder of the controller's files; None for the one that the file names, or the current folder.
 
     Raises:
         CheckError: Something is wrong; it has all errors.
@@ -126,7 +126,7 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
 
 
 def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
-    """Yield why a schedule makes no sense in the world of a check."""
+    """Yield the reasons why a schedule is impossible in the world of a check."""
     if why := check.runnable(Case(schedule)):
         yield Finding(("schedule",), why)
         return
@@ -145,7 +145,7 @@ def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
 
 
 def _folder(model: ReproFile, home: Path) -> Path:
-    """Return where the controller's files are: the first folder that has the one it names."""
+    """Return the folder of the controller's files: the first one that has the file it names."""
     name = (model.controller.tree or model.controller.python or "").partition(":")[0]
     folders = ((home / model.folder).resolve(), Path.cwd(), home)
     return next((each for each in folders if (each / name).is_file()), folders[0])
@@ -168,15 +168,15 @@ def _checked(
     also: Callable[[Check], Iterator[Finding]] = lambda _check: iter(()),
     hint: str = "",
 ) -> Check:
-    """Return a check, after everything was looked at that can be looked at without running it.
+    """Return a check, after all checks that need no run.
 
     Args:
         document: The file.
         model: Its content.
-        home: Where the files of the world and of the properties are looked for.
-        folder: Where those of the controller are.
-        also: Yields what else is wrong with the check.
-        hint: What would do if there is no such controller.
+        home: The folder of the files of the world and the properties.
+        folder: The folder of the controller's files.
+        also: Yields further flaws of the check.
+        hint: The suggested fix if there is no such controller.
     """
     findings: list[Finding] = []
     problems: list[Problem] = []
@@ -185,8 +185,8 @@ def _checked(
         properties = _properties(model, home, document.file)
     except PropertyError as error:
         problems += error.problems
-    source = None if isinstance(model.world, dict) else _world(model.world, home)
-    # Where they are from is of no use to a worker.
+    source = None if isinstance(model.world, dict) else source_of(model.world, home)
+    # Workers don't need source positions.
     plain = properties.located(document.file, no_line)
     check = Check(document.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
     try:
@@ -194,9 +194,9 @@ def _checked(
     except WorldError as error:
         problems += error.problems
     else:
-        told = _of_properties(document, model, properties, world)
-        problems += [problem for problem in told if problem.severity == "error"]
-        check = replace(check, warnings=tuple(problem for problem in told if problem.severity != "error"))
+        found = _of_properties(document, model, properties, world)
+        problems += [problem for problem in found if problem.severity == "error"]
+        check = replace(check, warnings=tuple(problem for problem in found if problem.severity != "error"))
         findings += _of_space(model.space, world)
         findings += _of_further(check)
         findings += _of_robots(model.controller, world)
@@ -214,7 +214,7 @@ def _checked(
 
 
 def _of_properties(document: Document, model: CheckFile, properties: Properties, world: World) -> list[Problem]:
-    """Return what properties speak of in vain in a world, with their file and lines."""
+    """Return the problems of properties in a world, with their file and lines."""
     found = check_properties(properties, world)
     if isinstance(model.properties, str):
         return properties.problems(found)
@@ -225,12 +225,6 @@ def _properties(model: CheckFile, home: Path, place: str) -> Properties:
     if isinstance(model.properties, str):
         return read_properties(home / model.properties)
     return properties_of(model.properties or {}, place)
-
-
-def _world(source: str, home: Path) -> str:
-    """Return the path of a world's file, or the name of a shipped world."""
-    beside = home / source
-    return str(beside) if beside.is_file() or Path(source).suffix else source
 
 
 def _of_space(space: Space, world: World) -> Iterator[Finding]:
@@ -249,21 +243,21 @@ def _of_space(space: Space, world: World) -> Iterator[Finding]:
 
 
 def _of_further(check: Check) -> Iterator[Finding]:
-    """Yield what is wrong with a user's own things, each once, however many things a template stands for."""
+    """Yield the flaws of custom injections, each once per template."""
     for i, template in enumerate(check.file.space.further):
-        told: list[str] = []
+        known: list[str] = []
         for each in expanded(template, [*check.world.robots]):
-            things, flaws = read_injections([each])
-            for flaw in [*flaws, *_unrunnable(check, things)]:
-                # The first parts of a path are where the thing stands in its own list.
+            injections, flaws = read_injections([each])
+            for flaw in [*flaws, *_unrunnable(check, injections)]:
+                # The path begins with the place of the injection in its list.
                 path = flaw.path[2:] if flaw.path[:1] == ("schedule",) else flaw.path[1:]
-                if flaw.message not in told:
-                    told.append(flaw.message)
+                if flaw.message not in known:
+                    known.append(flaw.message)
                     yield Finding(("space", "further", i, *path), flaw.message, flaw.value)
 
 
 def _of_robots(controller: Controller, world: World) -> Iterator[Finding]:
-    """Yield why a tree has no robots."""
+    """Yield the reasons why a tree has no robots."""
     for i, name in enumerate(controller.robots or ()):
         if name not in world.robots:
             yield Finding(("controller", "robots", i), f"no robot {name!r}{instead(name, [*world.robots])}", name)

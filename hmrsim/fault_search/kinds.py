@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _DROP: Final = "battery_drop"
 _ABOVE: Final = 1.5
-"""How much more than what is low a battery has that falls to a little above that."""
+"""The charge just above low, as a multiple of the low charge."""
 
 
 def faults_of(
@@ -30,8 +30,8 @@ def faults_of(
 
     Args:
         world: The world.
-        moments: What happens in a run without faults: which robots are asked for what.
-        durations: Seconds that those last that last.
+        moments: The moments of a run without faults, which name the robots and their actions.
+        durations: The durations in seconds of faults that last.
         needs: The share of its battery's capacity that each robot needs at the start.
     """
     asked: dict[str, dict[str, None]] = {}
@@ -47,7 +47,7 @@ def faults_of(
 
 
 def _subjects_of(kind: AnyFault, world: World, asked: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield what a kind of fault can happen to, as the field that names it."""
+    """Yield the subjects that a kind of fault can affect, each as the field that names it."""
     field = next((name for name in SUBJECTS if name in kind.settings.model_fields), "")
     if field == "robot":
         for name in world.robots:
@@ -61,7 +61,7 @@ def _subjects_of(kind: AnyFault, world: World, asked: Mapping[str, Any]) -> Iter
 
 
 def _notices(kind: AnyFault, carried: Mapping[str, Any]) -> bool:
-    """Return whether a robot with these components can be hit by a kind of fault."""
+    """Return whether a kind of fault has an effect on a robot with these components."""
     if kind.name.startswith("battery"):
         return "battery" in carried
     return kind.name != "sensor_blind" or bool({"camera", "proximity"} & {*carried})
@@ -74,9 +74,9 @@ def _variants(
     asked: Mapping[str, Mapping[str, None]],
     needs: Mapping[str, float],
 ) -> Iterator[dict[str, Any]]:
-    """Yield what a fault of a kind says of a subject: each action that it is asked for, and how strong it is."""
+    """Yield the faults of a kind for a subject: one for each of its actions and each strength."""
     fields = kind.settings.model_fields
-    # The example of a kind has values with an effect; the defaults alone may have none.
+    # The values in the example of a kind have an effect; the defaults alone may have none.
     strengths = {name for name, field in fields.items() if field.is_required() or name in kind.example} - {*subject}
     spec: dict[str, Any] = {"type": kind.name, **subject}
     for name in sorted(strengths):
@@ -107,10 +107,10 @@ def _strength(kind: AnyFault, name: str, world: World) -> Any:
 def _falls(
     spec: Mapping[str, Any], battery: BatterySettings, world: World, needs: Mapping[str, float]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the fall of a battery to each share: to what is low, and to enough to set out but not to come far.
+    """Yield drops of a battery to each share: to the low charge, and to enough to set out but not to get far.
 
-    Not to what is critical: then a robot may have too little to reach a charger, whatever its controller does. Where
-    there is no charger, it keeps what it needs for the whole mission.
+    The battery never drops to the critical charge, with which a robot may not reach a charger, whatever its controller
+    does. Without a charger, it keeps enough for the whole mission.
     """
     least = 0.0 if has_charger(world) else needs.get(spec["robot"], 0.0)
     for share in dict.fromkeys(max(each, least) for each in (battery.low, battery.low * _ABOVE)):
@@ -127,17 +127,17 @@ def _lasting(kind: AnyFault, spec: dict[str, Any], durations: Sequence[float]) -
 
 
 _SLOW: Final = 0.3
-"""Share of its speed that a slow robot has."""
+"""The speed of a slow robot, as a share."""
 _QUICK: Final = 1e4
-"""Times its speed with which a robot's goals end almost at once."""
+"""The speed factor with which a robot's goals end almost at once."""
 _SMALL: Final = 0.5
-"""Share of its capacity that a small battery has."""
+"""The capacity of a small battery, as a share."""
 _HARDLY: Final = 0.95
-"""A share from which on a change is not worth a run."""
+"""A change to this share or more is not worth a run."""
 _BURST: Final = 0.01
 """Seconds between the orders of a burst."""
 _INSTANT: Final = 1e-9
-"""Seconds between orders that come at one instant, as nearly as can be said."""
+"""Seconds between orders that arrive at practically the same instant."""
 
 CHANGES: Final[Mapping[str, str]] = {
     "speed": "robots that are slow, or so quick that their goals end almost at once",
@@ -145,7 +145,7 @@ CHANGES: Final[Mapping[str, str]] = {
     "arrives": "orders that come in a burst",
     "absent": "no orders at all",
 }
-"""The kinds of changes, each with what it is."""
+"""The kinds of changes, each with its description."""
 
 
 def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) -> Iterator[dict[str, Any]]:
@@ -158,7 +158,7 @@ def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) 
     """
     for name in robots:
         speed, battery = world.speed(world.robot_type(world.robots[name]).base), battery_of(world, name)
-        # One that is slow uses its battery for longer, up to as much as the speed is less.
+        # A slow robot uses its battery for longer, at most by the factor by which it is slower.
         least = 0.0 if battery is None else needs.get(name, 0.0) / (share_at_start(battery) or 1.0)
         slow = max(_SLOW, least)
         for factor in (slow, _QUICK) if slow < _HARDLY else (_QUICK,):
@@ -195,7 +195,7 @@ def _quoted(name: str) -> str:
 
 _LASTING: Final = ("controller_stalled",)
 _RESTART: Final = 5.0
-"""Simulated seconds until a controller that was killed is started again."""
+"""Simulated seconds until a killed controller is restarted."""
 
 DISTURBANCES: Final = (
     "controller_stalled",
@@ -212,7 +212,7 @@ def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
     """Yield the disturbances that can be tried, without the time at which they begin.
 
     Args:
-        durations: Simulated seconds that those last that last.
+        durations: The durations in simulated seconds of disturbances that last.
     """
     for kind in DISTURBANCES:
         spec: dict[str, Any] = {"disturbance": kind}
@@ -225,7 +225,7 @@ def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
 
 
 _RESERVE: Final = 1.5
-"""How much of what a robot uses without faults it is left with: waits and detours take more."""
+"""The energy that a robot keeps, relative to its use without faults: waits and detours take more."""
 
 
 class Draw(NamedTuple):
@@ -259,9 +259,9 @@ def has_charger(world: World) -> bool:
 def needs_of(world: World, draws: Mapping[str, Draw]) -> dict[str, float]:
     """Return the share of its capacity that each robot with a battery needs at the start.
 
-    With less no controller could do the mission. Where there is a charger, a controller can go there between any two
-    goals: then a full battery has to last for the longest goal and the way back, and a low one for the longest goal.
-    Without a charger it has to last for the whole mission.
+    With less, no controller could do the mission. If there is a charger, a controller can send the robot there between
+    any two goals: a full battery has to last for the longest goal and the way back, and a low one for the longest goal.
+    Without a charger, it has to last for the whole mission.
 
     Args:
         world: The world.

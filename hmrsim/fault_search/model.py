@@ -7,19 +7,49 @@ from typing import Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
-from hmrsim.experiments.file.model import Count, Memory, Seconds
-from hmrsim.fault_search.space.model import Space
-from hmrsim.trials.model import Controller, Part
+from hmrsim.trials.model import Controller, Count, Limits, Part, Seconds
+
+Family = Literal["faults", "changes", "disturbances"]
+
+OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
+"""The kinds that happen only if a check asks for them, since few controllers can handle them."""
+
+
+class Space(Part):
+    """The injections to search; by default everything that can happen to the robots of the world.
+
+    Attributes:
+        families: Faults, changes of the world, and disturbances of the connection and the controller.
+        only: The kinds to try; None for all.
+        without: Kinds to leave out.
+        also: Kinds that are left out by default: ``item_lost``, ``second_controller``, ``simulation_reset``.
+        spare: Robots, doors, docks and items to leave alone.
+        at_most: The maximum number of injections in a schedule.
+        durations: The durations of injections in seconds.
+        weights: The frequency of a kind, relative to 1.
+        further: Custom injections; a list of values stands for each of them, and a robot ``*`` for each robot.
+    """
+
+    families: tuple[Family, ...] = ("faults", "changes", "disturbances")
+    only: tuple[str, ...] | None = None
+    without: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
+    spare: tuple[str, ...] = ()
+    at_most: Annotated[int, Field(strict=True, ge=1, le=100)] = 3
+    durations: Annotated[tuple[Seconds, ...], Field(min_length=1)] = (5.0, 30.0)
+    weights: dict[str, Annotated[float, Field(strict=True, gt=0, le=1e6)]] = Field(default={})
+    further: tuple[dict[str, Any], ...] = ()
+
 
 _BUDGET: Final = re.compile(r"(\d+(?:\.\d+)?) ?(s|min|m|h)?")
 _UNITS: Final = {None: 1.0, "s": 1.0, "min": 60.0, "m": 60.0, "h": 3600.0}
 
 
 def seconds_of(value: Any) -> Any:
-    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; anything else as it is.
+    """Return the wall seconds of a text such as ``90 s``, ``10m`` or ``1 h``; other values unchanged.
 
     Raises:
-        ValueError: A text is no time.
+        ValueError: The text is not a time.
     """
     if not isinstance(value, str):
         return float(value) if type(value) is int else value
@@ -30,32 +60,15 @@ def seconds_of(value: Any) -> Any:
 
 
 class Budget(Part):
-    """How long to search.
+    """The budget of a search.
 
     Attributes:
-        time: Seconds of the wall's clock; in a file also ``90 s``, ``10m`` or ``1 h``.
-        runs: Runs after which the search ends in any case; with it alone two searches are the same.
+        time: Wall seconds; in a file also ``90 s``, ``10m`` or ``1 h``.
+        runs: The number of runs; two searches with this limit alone are the same.
     """
 
     time: Annotated[float, BeforeValidator(seconds_of), Field(strict=True, gt=0, le=1e7)] = 600.0
     runs: Count | None = None
-
-
-class Limits(Part):
-    """What a run may take.
-
-    Attributes:
-        simulated: Seconds of simulated time, by which the controller has to end; None for ten times what it takes
-            without faults, and ten minutes more.
-        wall: Seconds of the wall's clock in which it waits: in which nothing of it computes, or could.
-        processor: Seconds of processor time; as many as *wall* if left out.
-        memory: Bytes that it may take beyond what its worker has; in a file also 500 MB or 1 GB.
-    """
-
-    simulated: Seconds | None = None
-    wall: Seconds = 20.0
-    processor: Seconds | None = None
-    memory: Memory | None = None
 
 
 def _budget(value: Any) -> Any:
@@ -63,7 +76,7 @@ def _budget(value: Any) -> Any:
 
 
 class CheckFile(Part):
-    """A check: a world, a controller, the properties that have to hold, and what can go wrong."""
+    """The file of a check: a world, a controller, the properties that have to hold, and the space to search."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     world: str | dict[str, Any] = Field(description="A world file, the name of a shipped world, or a world itself.")
@@ -82,11 +95,11 @@ class CheckFile(Part):
 
 
 class Failed(Part):
-    """How a run has failed.
+    """The failure of a run.
 
     Attributes:
         property: The property that was violated.
-        reason: Why, without times and names.
+        reason: The reason, without times and names.
     """
 
     property: str
@@ -94,7 +107,7 @@ class Failed(Part):
 
 
 class ReproFile(CheckFile):
-    """A failure that was found: a check with the schedule that shows it."""
+    """The file of a failure: a check with the schedule that causes it."""
 
     repro: Literal[1] = Field(description="The version of the format.")
     schedule: tuple[dict[str, Any], ...] = Field(description="What goes wrong: faults, changes and disturbances.")

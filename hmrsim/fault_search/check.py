@@ -1,4 +1,4 @@
-"""A check that can be run: a world, a controller, properties, and the space of what can go wrong."""
+"""A check: a world, a controller, properties, and the space of faults and other injections to search."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedule import changes_in, overlays_of, with_faults
+from hmrsim.navigation.cache import LruCache
 from hmrsim.properties.compiler import compares
 from hmrsim.settings.run import RunSettings
 from hmrsim.world.overlays.overlay import overlay_of
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.errors import Problem
-    from hmrsim.fault_search.file.model import CheckFile
-    from hmrsim.fault_search.schedule import Case, Injection
+    from hmrsim.fault_search.model import CheckFile
+    from hmrsim.fault_search.schedule import Case
     from hmrsim.properties import Properties
     from hmrsim.properties.results import Reference
     from hmrsim.trials.model import Controller
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from hmrsim.world.overlays.overlay import Overlay
 
 _KEPT_WORLDS: Final = 64
-"""Worlds with changes that a process keeps."""
+"""The number of changed worlds that a process keeps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +40,14 @@ class Check:
     """A check that can be run, in this process or in a worker.
 
     Attributes:
-        place: The file that it was read from as the user named it, or ``command line``; for errors.
-        folder: Where the files of the controller are looked for.
-        file: What is said.
+        place: Its file as the user named it, or ``command line``; for errors.
+        folder: The folder of the controller's files.
+        file: The content of its file.
         source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
         properties: The properties that have to hold.
-        limit: Seconds of simulated time by which the controller has to end.
-        reference: The items at the end of the run without faults, once that was made and if a property needs them.
-        warnings: What can be checked but says nothing, such as a property of what can't happen in this world.
+        limit: Simulated seconds in which the controller has to end.
+        reference: The items at the end of the run without faults, once it was made, if a property needs them.
+        warnings: Parts of the check without an effect, such as a property of something that can't happen in this world.
     """
 
     place: str
@@ -57,10 +58,10 @@ class Check:
     limit: float
     reference: Reference | None = None
     warnings: tuple[Problem, ...] = ()
-    _worlds: dict[str, World] = field(default_factory=dict, compare=False, repr=False)
+    _worlds: LruCache[str, World] = field(default_factory=partial(LruCache, _KEPT_WORLDS), compare=False, repr=False)
 
     def __hash__(self) -> int:
-        """Return the hash of what decides its runs."""
+        """Return the hash of everything that decides its runs."""
         return hash(self.hash)
 
     def __eq__(self, other: object) -> bool:
@@ -68,22 +69,24 @@ class Check:
         return isinstance(other, Check) and other.hash == self.hash
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process needs; what can be made again is left out."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {"_worlds": {}}
+        """Return the state for another process, without the cached worlds."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {
+            "_worlds": LruCache(_KEPT_WORLDS)
+        }
 
     @property
     def treatment(self) -> Controller:
-        """The controller."""
+        """The controller under test."""
         return self.file.controller
 
     @property
     def name(self) -> str:
-        """The name: what the file says, or that of the world."""
+        """The name in the file, or that of the world."""
         return self.file.name or self.world.name
 
     @property
     def participant(self) -> str:
-        """The name of a controller in this process as a participant: what the file says, or that of its function."""
+        """The participant's name of a controller in this process: the name in the file, or that of its function."""
         treatment = self.treatment
         if treatment.python is None or "name" in treatment.model_fields_set:
             return treatment.name
@@ -91,22 +94,22 @@ class Check:
 
     @cached_property
     def settings(self) -> RunSettings:
-        """How its world is run."""
+        """The settings of its runs."""
         return RunSettings(seed=self.file.world_seed, duration=self.limit, clock="lockstep")
 
     @cached_property
     def compares(self) -> bool:
-        """Whether a property compares runs with the one without faults."""
+        """True if a property compares runs with the one without faults."""
         return compares(self.properties)
 
     @cached_property
     def named(self) -> frozenset[str]:
-        """All words in its properties: the names of what they speak of are among them."""
+        """All words in its properties, among them the names of robots, items and places."""
         return frozenset(_texts(self.properties.model_dump(mode="json", by_alias=True, exclude_defaults=True)))
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what decides the outcome of a run, beside its case."""
+        """SHA-256 of everything but the case that decides the outcome of a run."""
         said = self.file.model_dump(mode="json", exclude={"budget", "space", "seed", "name", "properties"})
         properties = self.properties.model_dump(mode="json", by_alias=True)
         text = json.dumps([said, properties, self.limit, str(self.folder), self.reference], sort_keys=True, default=str)
@@ -117,7 +120,7 @@ class Check:
         """The world, without a schedule.
 
         Raises:
-            WorldError: Something is wrong with it.
+            WorldError: It is invalid.
         """
         return self._laid(())
 
@@ -130,24 +133,15 @@ class Check:
         """Return the world of a case, with its schedule.
 
         Raises:
-            WorldError: Something is wrong with it.
+            WorldError: It is invalid.
         """
         if case.definition is None:
-            world = self._kept(changes_in(case.schedule))
+            changes = changes_in(case.schedule)
+            key = "/".join(change.key for change in changes)
+            world = self._worlds.get(key, lambda: self._laid(overlays_of(changes))) if changes else self.world
         else:
             world = world_of(dict(case.definition), "world", overlays_of(case.schedule))
         return with_faults(world, case.schedule)
-
-    def _kept(self, changes: Sequence[Injection]) -> World:
-        if not changes:
-            return self.world
-        key = "/".join(change.key for change in changes)
-        world = self._worlds.get(key)
-        if world is None:
-            while len(self._worlds) >= _KEPT_WORLDS:
-                del self._worlds[next(iter(self._worlds))]
-            world = self._worlds[key] = self._laid(overlays_of(changes))
-        return world
 
     def _laid(self, overlays: Sequence[Overlay]) -> World:
         first = [overlay_of(self.file.overlay, self.place)] if self.file.overlay else []
@@ -160,7 +154,7 @@ class Check:
         return base_world(self.source or "")
 
     def runnable(self, case: Case) -> str:
-        """Return why a case can't be run; empty if it can."""
+        """Return the reason why a case can't be run; empty if it can."""
         try:
             self.world_of(case)
         except (HmrsimError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""The candidates of a search: all that can happen, each with the moments at which it can begin."""
+"""The candidates of a search: the possible injections, each with the moments at which it can begin."""
 
 from __future__ import annotations
 
@@ -9,35 +9,35 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.fault_search.kinds import changes_of, disturbances_of, faults_of, needs_of
+from hmrsim.fault_search.model import OPT_IN
 from hmrsim.fault_search.schedule import CHANGE, FAULT, Injection
-from hmrsim.fault_search.space.kinds import changes_of, disturbances_of, faults_of, needs_of
-from hmrsim.fault_search.space.model import OPT_IN
 
 if TYPE_CHECKING:
     import random
 
+    from hmrsim.fault_search.kinds import Draw
+    from hmrsim.fault_search.model import Space
     from hmrsim.fault_search.schedule import Moment
-    from hmrsim.fault_search.space.kinds import Draw
-    from hmrsim.fault_search.space.model import Space
     from hmrsim.world.model import World
 
 _FEW: Final = 12
-"""Moments at which something begins that is about no robot; they are spread over the run."""
+"""The number of moments for an injection that affects no robot, spread over the run."""
 
 _OWN: Final = 0.75
-"""How often something happens to the robot of a moment, rather than to a lane, a door or the controller."""
+"""The probability that an injection affects the robot of a moment, and not a lane, a door or the controller."""
 _CHANGES: Final = 0.1
-"""How often the world is changed, rather than something begins at a moment."""
+"""The probability of a change of the world, and not of an injection at a moment."""
 _STARTS: Final = 0.05
-"""How often a fault holds from the start, rather than begins at a moment."""
+"""The probability that a fault holds from the start."""
 _UNREACHABLE: Final = "messages_lost"
-"""The fault by which a robot can't be reached."""
+"""The fault with which a robot can't be reached."""
 _CODE: Final = 0.1
-"""How often a goal is aborted with one particular error code, beside 1."""
+"""The weight of each particular error code, relative to 1."""
 
 
 class Timeline:
-    """The moments of a run, and the anchors at which something can begin in it, in plain values.
+    """The moments of a run, and the anchors at which injections can begin, in plain values.
 
     Args:
         moments: The moments of the run.
@@ -51,7 +51,7 @@ class Timeline:
                 self._lasted.setdefault((each.robot, each.action, each.nth), each.lasted)
 
     def anchors_of(self, moment: Moment) -> list[dict[str, Any]]:
-        """Return the anchors of a moment: itself, and the middle of a goal that begins then."""
+        """Return the anchors of a moment: the moment, and the middle of a goal that begins then."""
         if moment.goal == "executing":
             lasted = self._lasted.get((moment.robot, moment.action, moment.nth), 0.0)
             if lasted > 0:
@@ -59,7 +59,7 @@ class Timeline:
         return [moment.anchor()]
 
     def anchors_for(self, robot: str | None) -> list[dict[str, Any]]:
-        """Return the anchors of what happens to a robot; None for all."""
+        """Return the anchors of a robot; None for all."""
         return self._by_robot.get(robot, [])
 
     @cached_property
@@ -78,7 +78,7 @@ class Candidate:
 
     Attributes:
         injection: The injection, without an anchor.
-        weight: How often it is tried, relative to 1.
+        weight: Its frequency, relative to 1.
     """
 
     injection: Injection
@@ -92,14 +92,11 @@ class Candidate:
         )
 
     def suits(self, action: str) -> bool:
-        """Return whether it can have an effect when a goal of an action begins: not on those of another action."""
+        """Return whether it can affect goals of an action."""
         return self.injection.spec.get("action") in (None, action)
 
     def anchors_in(self, timeline: Timeline) -> list[dict[str, Any]]:
-        """Return the anchors at which it can begin in a run, in plain values.
-
-        An injection of a robot begins at the moments of this robot, any other at moments spread over the run.
-        """
+        """Return the anchors at which it can begin: moments of its robot, or moments spread over the run."""
         if not self.anchored:
             return []
         robot = self.injection.spec.get("robot")
@@ -111,31 +108,28 @@ class Candidate:
 
     @property
     def starts(self) -> bool:
-        """True if it is also tried from the start of a run, before the controller sends a goal, as faults are.
+        """True if it is also tried from the start of a run, before the controller sends a goal, as most faults are.
 
-        The many error codes are not: the first goal is aborted with each of them as well when it begins. Nor is a robot
-        out of reach: a controller whose robot is not there, such as a tree, does not begin its mission.
+        Not with each error code, since the first goal is aborted with each of them when it begins. Not with a robot out
+        of reach, since a controller, such as a tree, does not begin its mission without its robot.
         """
         injection = self.injection
         own = injection.kind != _UNREACHABLE and "error_code" not in injection.spec
         return self.anchored and injection.family == FAULT and own
 
     def injections_in(self, timeline: Timeline) -> list[Injection]:
-        """Return it as it begins at each moment of a run, and from the start; a change of the world as it is.
-
-        In a run in which nothing happens, nothing can begin.
-        """
+        """Return the injection at each moment of a run and from the start; a change of the world as it is."""
         if not self.anchored:
             return [self.injection]
         starts = [self.at_start()] if self.starts and timeline.moments else []
         return [*(self.at(anchor) for anchor in self.anchors_in(timeline)), *starts]
 
     def at(self, anchor: Mapping[str, Any]) -> Injection:
-        """Return it as it begins at an anchor."""
+        """Return the injection at an anchor."""
         return self.injection.replaced(when=dict(anchor))
 
     def at_start(self) -> Injection:
-        """Return it as it holds when a run begins."""
+        """Return the injection from the start of the run."""
         return self.injection.replaced(at=0.0)
 
 
@@ -194,7 +188,7 @@ class Candidates:
                 (self._of_robots.setdefault(robot, []) if robot else self._general).append(candidate)
 
     def _weight(self, injection: Injection) -> float:
-        """Return how often an injection is tried; each of the many error codes of an action less often."""
+        """Return the weight of an injection, which is less for each of the many error codes of an action."""
         return self._space.weights.get(injection.kind, 1.0) * (_CODE if "error_code" in injection.spec else 1.0)
 
     def allows(self, injection: Injection) -> bool:
