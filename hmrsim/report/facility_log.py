@@ -10,8 +10,8 @@ from typing import Any
 from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening, LiftArrived, LiftCalled, LiftDeparted
 from hmrsim.events.robots import Docked, DockQueued, Undocked
 from hmrsim.events.traffic import LaneClosed, LaneOpened
-from hmrsim.report.occurrence import lane as lane_of
-from hmrsim.report.occurrence import records, text, texts
+from hmrsim.history.occurrence import lane as lane_of
+from hmrsim.history.occurrence import records, text, texts
 
 
 @dataclass(slots=True)

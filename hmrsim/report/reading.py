@@ -12,10 +12,7 @@ from hmrsim import __version__
 from hmrsim.components.battery import voltage_at
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.report.compile import ReportInput, notes_of
-from hmrsim.report.model import Source
-from hmrsim.report.occurrence import (
+from hmrsim.history.occurrence import (
     LATEST,
     BatterySeen,
     Misfit,
@@ -26,6 +23,9 @@ from hmrsim.report.occurrence import (
     text,
     time_of,
 )
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.report.compile import ReportInput, notes_of
+from hmrsim.report.model import Source
 from hmrsim.report.robots import RobotLog
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story

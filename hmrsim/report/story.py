@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.events import traffic as events
@@ -25,10 +25,8 @@ from hmrsim.events.robots import (
 )
 from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
 from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.facility_log import FacilityLog
-from hmrsim.report.goals import GoalLog, WaitRecord
-from hmrsim.report.occurrence import (
+from hmrsim.history.motion import Motion
+from hmrsim.history.occurrence import (
     BatterySeen,
     Commanded,
     Malformed,
@@ -39,9 +37,14 @@ from hmrsim.report.occurrence import (
     text,
     whole,
 )
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.facility_log import FacilityLog
+from hmrsim.report.goals import GoalLog, WaitRecord
 from hmrsim.report.order_log import OrderLog
 from hmrsim.report.robots import FaultLog, FaultRecord, RobotLog, Waiting, hit
-from hmrsim.report.track import Motion, Track
+
+if TYPE_CHECKING:
+    from hmrsim.report.track import Track
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""
@@ -193,7 +196,7 @@ class Story:
         if not motions or not track.drives(motions[0]):
             track.halt(at)
             if motions:
-                track.go(*motions)
+                track.drive(motions)
         if not motions and robot.get("waits") and track.wait is None:
             track.wait = WaitRecord(track.name, at, "way", goal=track.goal)
         track.settle(at)
@@ -205,13 +208,13 @@ class Story:
             return []
         began = motion.get("began")
         since = round(number(motion, "began") * 1e9) + self._offset if began is not None else at
-        return Motion.all_of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
+        return Motion.all_of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}))
 
     def _motion(self, at: int, event: MotionBegan) -> None:
         track = self.robot_log.track(event.robot, at)
         track.stand_no_more(at, WentOn.kind)
         track.stop_queueing(at, WentOn.kind)
-        track.go(*Motion.all_of(at, event, track.goal))
+        track.drive(Motion.all_of(at, event))
         track.settle(at)
 
     def _stopped(self, at: int, event: Stopped) -> None:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from hmrsim.components.battery import BatterySettings
 from hmrsim.events.robots import BATTERIES
+from hmrsim.history.occurrence import BatterySeen, SceneSeen, number, records, text
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.report.occurrence import BatterySeen, SceneSeen, number, records, text
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
     from hmrsim.world.model import World
 
 

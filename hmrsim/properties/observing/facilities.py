@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening
 from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.traffic import LaneClosed, LaneOpened
+from hmrsim.history.occurrence import SceneSeen, lane, records, text, texts
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.report.occurrence import SceneSeen, lane, records, text, texts
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
     from hmrsim.world.model import World
 
 _STATES: Final[Mapping[type, str]] = {DoorOpening: "opening", DoorOpened: "open", DoorClosed: "closed"}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hmrsim.events.faults import FaultBegan, FaultEnded
+from hmrsim.history.occurrence import SceneSeen, records
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.report.occurrence import SceneSeen, records
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
 
 
 class Faults:

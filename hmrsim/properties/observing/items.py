@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.geometry import distance
+from hmrsim.history.occurrence import SceneSeen, point, records, text
 from hmrsim.properties.observing.positions import point_of
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.report.occurrence import SceneSeen, point, records, text
 from hmrsim.simulation.demand import NEAR
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.observing.positions import Positions
-    from hmrsim.properties.observing.timeline import Timeline
     from hmrsim.properties.results import ItemEnd
     from hmrsim.world.model import World
 

@@ -18,8 +18,8 @@ from hmrsim.properties.observing.robots import Robots
 
 if TYPE_CHECKING:
     from hmrsim.events import EventPattern
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.observing.signal import Signal
-    from hmrsim.properties.observing.timeline import Timeline
     from hmrsim.properties.results import Reference
     from hmrsim.world.model import World
 

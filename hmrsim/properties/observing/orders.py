@@ -9,7 +9,7 @@ from hmrsim.events.robots import ItemDropped, ItemPlaced
 from hmrsim.properties.observing.signal import Signal
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
 
 _LATE: Final = "late"
 _OPEN: Final = ("waiting", "carried")

@@ -10,17 +10,16 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Waiting
 from hmrsim.geometry import distance
+from hmrsim.history.motion import Motion, Span, closest, spans_near
+from hmrsim.history.occurrence import SceneSeen, number, point, records, text
+from hmrsim.history.timeline import Phase
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.properties.observing.crossings import Span, closest, spans_near
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
-from hmrsim.properties.observing.timeline import Phase
-from hmrsim.report.occurrence import SceneSeen, number, point, records, text
-from hmrsim.report.track import Motion
 from hmrsim.simulation.demand import NEAR
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.properties.observing.timeline import Alarm, Timeline
+    from hmrsim.history.timeline import Alarm, Timeline
     from hmrsim.world.model import World
 
 
@@ -71,7 +70,7 @@ class Positions:
             if where is None:
                 return Signal()
             if robot in self._told:
-                self._go(robot, Motion.all_of(*self._told.pop(robot), None))
+                self._go(robot, Motion.all_of(*self._told.pop(robot)))
             near = places[place] = _Near(where)
             self._look(robot, near)
         return places[place].signal
@@ -116,7 +115,7 @@ class Positions:
 
     def _move(self, at: int, event: MotionBegan) -> None:
         if event.robot in self._near:
-            self._go(event.robot, Motion.all_of(at, event, None))
+            self._go(event.robot, Motion.all_of(at, event))
         else:
             # Nobody has asked where it is yet.
             self._told[event.robot] = at, event
@@ -174,4 +173,4 @@ class Positions:
         since = round(number(motion, "began") * NANOSECONDS) if motion.get("began") is not None else at
         # Simulated time goes on after a reset, and a motion has not begun before.
         began = min(since, at)
-        self._go(name, Motion.all_of(began, MotionBegan.from_json({**motion, "robot": name}), None))
+        self._go(name, Motion.all_of(began, MotionBegan.from_json({**motion, "robot": name})))

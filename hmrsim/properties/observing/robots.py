@@ -11,15 +11,15 @@ from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.robots import BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded, MotionBegan, Stopped
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Rerouted, Waiting, WentOn
+from hmrsim.history.occurrence import SceneSeen, number, records, text, whole
+from hmrsim.history.timeline import GoalSeen, Phase
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.properties.observing.timeline import GoalSeen, Phase
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.occurrence import SceneSeen, number, records, text, whole
 from hmrsim.report.track import state_of
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Alarm, Timeline
+    from hmrsim.history.timeline import Alarm, Timeline
     from hmrsim.world.model import World
 
 _TERMINAL: Final = int(GoalStatus.SUCCEEDED)

@@ -8,11 +8,11 @@ import pytest
 
 from hmrsim.events import Event
 from hmrsim.events.facilities import DoorClosed
+from hmrsim.history.occurrence import Occurrence, SceneSeen
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.topics import Topic
 from hmrsim.report import of_recording, report_of
-from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
 from hmrsim.services import registry as services

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
-from hmrsim.report.occurrence import BatterySeen, SceneSeen
+from hmrsim.history.occurrence import BatterySeen, SceneSeen
 
 if TYPE_CHECKING:
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.history.occurrence import Occurrence
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""

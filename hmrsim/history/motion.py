@@ -1,17 +1,75 @@
-"""When a robot that drives is near a place: where its way crosses the circle around it."""
+"""The motions of robots, and the times at which a moving robot enters and leaves the circle around a place."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import distance
+from hmrsim.history.occurrence import Misfit
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.navigation.motion import Trapezoid
 
 if TYPE_CHECKING:
+    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
-    from hmrsim.report.track import Motion
+
+INSTANT: Final = 5
+"""Nanoseconds within which two ends count as simultaneous, as stamps are rounded."""
+
+_MAX_SECONDS: Final = 1e9
+"""Maximum seconds of a segment."""
+
+
+@dataclass(slots=True)
+class Motion:
+    """A segment or a turn, with its start time."""
+
+    began: int
+    until: int
+    start: Point
+    end: Point
+    length: float
+    lane: tuple[str, str] | None
+    profile: Trapezoid | None
+    behind: float
+
+    @classmethod
+    def all_of(cls, at: int, event: MotionBegan) -> list[Motion]:
+        """Return the segment of an event, and those after it.
+
+        Raises:
+            ValueError: It describes none.
+        """
+        events = [event, *(type(event).from_json({**fields, "robot": event.robot}) for fields in event.then)]
+        segments, seconds = [], 0.0
+        for each in events:
+            segments.append(cls._of(at + round(seconds * NANOSECONDS), each))
+            seconds += each.duration
+        return segments
+
+    @classmethod
+    def _of(cls, at: int, event: MotionBegan) -> Motion:
+        start, end = event.from_[:2], event.to[:2]
+        if not 0 <= event.duration <= _MAX_SECONDS:
+            raise Misfit("duration out of range")
+        profile, behind = _profile(event.profile)
+        until = at + round(event.duration * NANOSECONDS)
+        length = 0.0 if event.ride or event.turned is not None else distance(start, end)
+        return cls(at, until, start, end, length, event.lane, profile, behind)
+
+    def driven(self, at: int) -> float:
+        """Return the distance driven on it by some time."""
+        if at >= self.until - INSTANT:
+            return self.length
+        elapsed = (at - self.began) / NANOSECONDS
+        if self.profile is None:
+            return self.length * elapsed * NANOSECONDS / (self.until - self.began)
+        before = self.profile.time(self.behind)
+        return min(self.length, max(0.0, self.profile.driven(before + elapsed) - self.behind))
+
 
 Span = tuple[int, int | None]
 """When it comes near, and when it is near no longer, in nanoseconds; None if it stays."""
@@ -85,3 +143,12 @@ def _when(motion: Motion, driven: float) -> int:
         return motion.began + round((motion.until - motion.began) * driven / motion.length)
     seconds = motion.profile.time(motion.behind + driven) - motion.profile.time(motion.behind)
     return min(motion.until, motion.began + round(seconds * NANOSECONDS))
+
+
+def _profile(profile: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:
+    if profile is None:
+        return None, 0.0
+    length, speed, acceleration, behind = profile
+    if length < 0 or speed <= 0 or acceleration <= 0:
+        raise Misfit("no profile")
+    return Trapezoid(length, speed, acceleration), behind
