@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.faults import SUBJECTS
+from hmrsim.history.robots import STATES, State
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.goals import count_waits
@@ -121,7 +122,7 @@ def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
 
 
 def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord], *, exact: bool) -> model.Robot:
-    times: Counter[model.State] = Counter()
+    times: Counter[State] = Counter()
     for began, ended, state in track.spans:
         times[state] += ended - began
     whole = sum(times.values())
@@ -141,8 +142,8 @@ def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord]
         energy_charged=rounded(track.charged) if metered else None,
         battery=rounded(track.curve[-1][1]) if track.curve else None,
         lowest_battery=rounded(min(share for _, share in track.curve)) if track.curve else None,
-        seconds={state: in_seconds(times[state]) for state in model.STATES},
-        share={state: times[state] / whole if whole else float(state == "idle") for state in model.STATES},
+        seconds={state: in_seconds(times[state]) for state in STATES},
+        share={state: times[state] / whole if whole else float(state == "idle") for state in STATES},
         goals=len(goals),
         succeeded=statuses[GoalStatus.SUCCEEDED],
         failed=statuses[GoalStatus.ABORTED],

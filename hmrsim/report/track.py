@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from hmrsim.geometry import Point
     from hmrsim.history.motion import Motion
+    from hmrsim.history.robots import State
     from hmrsim.report.goals import GoalRecord, WaitRecord
-    from hmrsim.report.model import State
 
 
 @dataclass(slots=True)
