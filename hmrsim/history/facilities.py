@@ -60,9 +60,16 @@ class _Facilities(Part, Generic[N]):
         uses: The usage of each facility that was used, by name.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, timeline: Timeline) -> None:
         super().__init__()
         self.uses: dict[N, Use] = defaultdict(Use)
+        self._timeline = timeline
+
+    def begin_anew(self) -> None:
+        """End all uses."""
+        self.end(self._timeline.now)
+        for name in self.uses:
+            self.changed(name)
 
     def end(self, at: int) -> None:
         """Record the end of all uses, as at the end of the run."""
@@ -82,11 +89,11 @@ class Doors(_Facilities[str]):
     """
 
     def __init__(self, timeline: Timeline, world: World | None = None) -> None:
-        super().__init__()
+        super().__init__(timeline)
         self._world = world
         self._states: dict[str, str] = {}
         self._jams: dict[str, str] = {}
-        self.begin_anew(0)
+        self.begin_anew()
         for kind in _STATES:
             timeline.on(kind, self._move)
         for fault in (FaultBegan, FaultEnded):
@@ -97,7 +104,7 @@ class Doors(_Facilities[str]):
         """Return whether a door is in a state; a jammed one is also open or closed."""
         return self._states.get(door) == state or (state == "jammed" and door in self._jams.values())
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Return all doors to their initial states."""
         self._jams.clear()
         for name, door in self._world.doors.items() if self._world else ():
@@ -147,7 +154,7 @@ class Lanes(_Facilities[tuple[str, str]]):
     """The lanes of a run, watched by the lane; the usage is that of the closure."""
 
     def __init__(self, timeline: Timeline) -> None:
-        super().__init__()
+        super().__init__(timeline)
         timeline.on(LaneClosed, lambda at, event: self._close(at, event.lane))
         timeline.on(LaneOpened, lambda at, event: self._open(at, event.lane))
         timeline.on(SceneSeen, self._see)
@@ -155,12 +162,6 @@ class Lanes(_Facilities[tuple[str, str]]):
     def is_closed(self, lane: tuple[str, str]) -> bool:
         """Return whether a lane is closed."""
         return lane in self.uses and self.uses[lane].since is not None
-
-    def begin_anew(self, at: int) -> None:
-        """Open all lanes."""
-        self.end(at)
-        for name in self.uses:
-            self.changed(name)
 
     def _close(self, at: int, name: tuple[str, str]) -> None:
         self.uses[name].begin(at)
@@ -171,7 +172,7 @@ class Lanes(_Facilities[tuple[str, str]]):
         self.changed(name)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
-        self.begin_anew(at)
+        self.begin_anew()
         for closed in records(scene.fields, "closed_lanes"):
             named = lane(closed)
             if named is not None:
@@ -182,11 +183,11 @@ class Lifts(_Facilities[str]):
     """The lifts of a run; a lift is in use while it moves."""
 
     def __init__(self, timeline: Timeline) -> None:
-        super().__init__()
+        super().__init__(timeline)
         timeline.on(LiftCalled, lambda _at, event: self.uses[event.lift])
         timeline.on(LiftDeparted, self._depart)
         timeline.on(LiftArrived, self._arrive)
-        timeline.on(SceneSeen, lambda at, _scene: self.end(at))
+        timeline.on(SceneSeen, lambda _at, _scene: self.begin_anew())
 
     def _depart(self, at: int, event: LiftDeparted) -> None:
         use = self.uses[event.lift]
@@ -204,7 +205,7 @@ class Docks(_Facilities[str]):
     """The docks of a run; a dock is in use while any robot is docked."""
 
     def __init__(self, timeline: Timeline) -> None:
-        super().__init__()
+        super().__init__(timeline)
         timeline.on(DockQueued, self._queue)
         timeline.on(Docked, self._dock)
         timeline.on(Undocked, self._undock)
@@ -228,7 +229,7 @@ class Docks(_Facilities[str]):
             use.end(at)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
-        self.end(at)
+        self.begin_anew()
         for robot in records(scene.fields, "robots"):
             if isinstance(robot.get("dock"), str):
                 use = self.uses[robot["dock"]]

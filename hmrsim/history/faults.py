@@ -58,7 +58,7 @@ class Faults(Part):
         """Return whether a fault of a type is active, of a robot or of any."""
         return any(fault.fault == kind and robot in (None, fault.robot) for fault in self.active.values())
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Return to the initial state, in which no fault is active."""
         ended, self.active = self.active, {}
         for fault in ended.values():
@@ -77,6 +77,6 @@ class Faults(Part):
             self.changed(fault.fault)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
-        self.begin_anew(at)
+        self.begin_anew()
         for fault in records(scene.fields, "faults"):
             self._begin(at, FaultBegan.from_json(fault))

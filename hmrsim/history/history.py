@@ -63,7 +63,7 @@ class History:
         """The active faults."""
         return Faults(self._timeline)
 
-    def _begin_anew(self, at: int) -> None:
+    def _begin_anew(self, _at: int) -> None:
         for part in [*vars(self).values()]:
             if isinstance(part, Part):
-                part.begin_anew(at)
+                part.begin_anew()

@@ -36,7 +36,7 @@ class Items(Part):
         super().__init__()
         self._world = world
         self._items: dict[str, Item] = {}
-        self.begin_anew(0)
+        self.begin_anew()
         timeline.on(ItemPicked, lambda _at, event: self._set(event.item, None, event.robot))
         for lies in (ItemPlaced, ItemDropped):
             timeline.on(lies, lambda _at, event: self._set(event.item, event.at))
@@ -49,7 +49,7 @@ class Items(Part):
         """Return an item, which may not exist yet."""
         return self._items.setdefault(name, Item())
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Return all items to their initial places."""
         for name in [*self._items]:
             if name not in self._world.items:

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import distance
-from hmrsim.history.occurrence import Misfit
+from hmrsim.history.occurrence import Misfit, number, text
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.navigation.motion import Trapezoid
 
 if TYPE_CHECKING:
-    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
 
 INSTANT: Final = 5
@@ -21,6 +21,24 @@ INSTANT: Final = 5
 
 _MAX_SECONDS: Final = 1e9
 """Maximum seconds of a segment."""
+
+
+def motion_in(robot: Mapping[str, Any], at: int, offset: int) -> tuple[int, MotionBegan] | None:
+    """Return when the motion of a robot in a scene began, and its event; None if the robot stands.
+
+    Args:
+        robot: The robot, as in the scene.
+        at: The time of the scene; the motion did not begin later.
+        offset: The offset of stamps at that time (`hmrsim.history.timeline.Timeline`).
+
+    Raises:
+        ValueError: The motion is malformed.
+    """
+    motion = robot.get("motion")
+    if not isinstance(motion, dict):
+        return None
+    began = at if motion.get("began") is None else round(number(motion, "began") * NANOSECONDS) + offset
+    return min(began, at), MotionBegan.from_json({**motion, "robot": text(robot, "name")})
 
 
 @dataclass(slots=True)

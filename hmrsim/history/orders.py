@@ -67,7 +67,7 @@ class Orders(Part):
         known = self._known.get(order)
         return known is not None and (known.late if state == "late" else known.state == state)
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Forget all orders; those that are open stay so in the account of the run."""
         known, self._known, self._items = self._known, {}, {}
         for name in known:

@@ -20,6 +20,6 @@ class Part:
         for call in self._watchers.get(name, ()):
             call()
 
-    def begin_anew(self, at: int) -> None:
+    def begin_anew(self) -> None:
         """Return to the initial state, as after a reset."""
         raise NotImplementedError

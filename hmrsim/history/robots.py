@@ -19,6 +19,7 @@ from hmrsim.events.robots import (
 )
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Rerouted, Waiting, WentOn
+from hmrsim.history.motion import motion_in
 from hmrsim.history.occurrence import BatterySeen, SceneSeen, number, records, text, whole
 from hmrsim.history.part import Part
 from hmrsim.history.timeline import GoalSeen, Phase
@@ -147,7 +148,7 @@ class Robots(Part):
         robot = self._robots.get(name)
         return robot is not None and robot.present and robot.state == state
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Return to the robots of the world, all idle."""
         for name, robot in self._robots.items():
             self._halt(robot)
@@ -211,7 +212,7 @@ class Robots(Part):
             self._settle(event.entity, robot, present=False)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
-        self.begin_anew(at)
+        self.begin_anew()
         seen = {text(robot, "name"): robot for robot in records(scene.fields, "robots")}
         for name in [*self._robots, *seen]:
             robot = self._robots.setdefault(name, Robot(present=False))
@@ -227,11 +228,10 @@ class Robots(Part):
         for goal in records(seen, "goals"):
             if whole(goal, "status") < GoalStatus.SUCCEEDED:
                 robot.running[text(goal, "goal_id")] = None
-        motion = seen.get("motion")
-        if isinstance(motion, dict):
-            event = MotionBegan.from_json({**motion, "robot": name})
-            began = round(number(motion, "began") * NANOSECONDS) if motion.get("began") is not None else at
-            self._go(name, robot, min(began, at) + _duration(event))
+        moving = motion_in(seen, at, self._timeline.offset)
+        if moving is not None:
+            began, event = moving
+            self._go(name, robot, began + _duration(event))
 
     def _settle(self, name: str, robot: Robot, *, present: bool | None = None) -> None:
         """Work out the state of a robot."""
@@ -242,7 +242,9 @@ class Robots(Part):
             waits=robot.waits, moves=robot.arrives is not None, busy=bool(robot.running)
         )
         if (robot.present, robot.state) != before:
-            self.changed(name)
+            # As `changed`; this is called for each status of each goal.
+            for call in self._watchers.get(name, ()):
+                call()
 
 
 def _duration(event: MotionBegan) -> int:
@@ -256,6 +258,9 @@ class Batteries(Part):
 
     It is known when a battery is read: with its events, and in a running simulation at each instant with an event; in
     a recording about once a second.
+
+    Attributes:
+        shares: The remaining share of each battery that is followed, by robot.
     """
 
     def __init__(self, timeline: Timeline, world: World) -> None:
@@ -263,19 +268,18 @@ class Batteries(Part):
         self._world = world
         self.shares: dict[str, float] = {}
         for kind in (*BATTERIES.events, BatterySeen):
-            timeline.on(kind, lambda _at, event: self._set(event.robot, event.percentage))
+            timeline.on(kind, self._read)
         timeline.on(SceneSeen, self._see)
 
-    def share(self, robot: str) -> float:
-        """Return the remaining share of a robot's battery; 1 without a battery. It is followed from now on."""
+    def follow(self, robot: str) -> None:
+        """Follow the battery of a robot from now on; the share is 1 without a battery."""
         if robot not in self.shares:
             self.shares[robot] = self._initial(robot)
-        return self.shares[robot]
 
-    def begin_anew(self, _at: int) -> None:
+    def begin_anew(self) -> None:
         """Return all batteries to their initial charge."""
         for robot in self.shares:
-            self._set(robot, self._initial(robot))
+            self._read(0, BatterySeen(robot, self._initial(robot)))
 
     def _initial(self, robot: str) -> float:
         spec = self._world.robots.get(robot)
@@ -285,13 +289,14 @@ class Batteries(Part):
         battery = BatterySettings.model_validate(settings)
         return 1.0 if battery.initial_charge is None else battery.initial_charge / battery.capacity
 
-    def _set(self, robot: str, share: float) -> None:
+    def _read(self, _at: int, battery: BatteryEvent | BatterySeen) -> None:
+        robot, share = battery.robot, battery.percentage
         if self.shares.get(robot, share) != share:
             self.shares[robot] = share
             self.changed(robot)
 
-    def _see(self, _at: int, scene: SceneSeen) -> None:
+    def _see(self, at: int, scene: SceneSeen) -> None:
         for robot in records(scene.fields, "robots"):
             battery = robot.get("battery")
             if isinstance(battery, dict):
-                self._set(text(robot, "name"), number(battery, "percentage"))
+                self._read(at, BatterySeen(text(robot, "name"), number(battery, "percentage")))

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""
 
+_UNSET: Final = 1
+"""The stamp of time 0, which ROS would read as unset."""
+
 Handler = Callable[[int, Any], object]
 """Takes a time in nanoseconds, and what happens then."""
 
@@ -70,6 +73,8 @@ class Timeline:
 
     Attributes:
         now: The time of the last occurrence, or alarm.
+        began: When the run began; None before it.
+        offset: Added to stamps of simulated time, which may have begun anew.
         handlers: Who wants what, by the type of the occurrence; `GoalSeen` is that of goals.
         restarts: How often simulated time has begun anew.
     """
@@ -78,19 +83,19 @@ class Timeline:
         self.now = 0
         self.restarts = 0
         self.handlers: dict[type, tuple[Handler, ...]] = {}
-        self._offset = self._latest = 0
+        self.offset = self._latest = 0
         self._alarms: list[tuple[int, Phase, int, Alarm]] = []
         self._number = 0
         self._unsettled: dict[Callable[[int], object], None] = {}
-        self._begun = False
+        self.began: int | None = None
         self._of_robots: dict[str, list[Handler]] = {}
 
     def begin(self, stamp: int) -> bool:
         """Let the run begin at a stamp, unless it has begun; return whether it has not."""
-        begins, self._begun = not self._begun, True
-        if begins:
-            self.now = self._latest = _time_of(stamp)
-        return begins
+        if self.began is not None:
+            return False
+        self.began = self.now = self._latest = 0 if stamp == _UNSET else stamp
+        return True
 
     def on(self, kind: type, handler: Handler) -> None:
         """Call a handler with each occurrence of a kind from now on, after those that were there before."""
@@ -138,7 +143,7 @@ class Timeline:
 
     def give(self, stamp: int, event: Any, handlers: tuple[Handler, ...]) -> None:
         """Let time go on to a stamp, and call some handlers."""
-        at = max(stamp + self._offset, self.now) if isinstance(event, _SAMPLED) else self._look(stamp)
+        at = (0 if stamp == _UNSET else stamp) + self.offset if isinstance(event, _SAMPLED) else self._look(stamp)
         if at > self.now:
             self.advance(at)
         for handler in handlers:
@@ -152,18 +157,18 @@ class Timeline:
 
     def restart(self, ended: int) -> None:
         """Take note that simulated time begins anew, at a stamp of the time before."""
-        at = max(ended + self._offset, self.now)
+        at = max(ended + self.offset, self.now)
         self.advance(at)
-        self._offset = self._latest = at
+        self.offset = self._latest = at
         self.restarts += 1
 
     def _look(self, stamp: int) -> int:
         """Return the time of a stamp since the run began; one that is earlier than the last begins time anew."""
-        at = _time_of(stamp) + self._offset
+        at = (0 if stamp == _UNSET else stamp) + self.offset
         if at >= self._latest:
             self._latest = at
         elif at < self._latest - JITTER:
-            self._offset += self._latest - at
+            self.offset += self._latest - at
             self.restarts += 1
             at = self._latest
         return at
@@ -190,7 +195,7 @@ class Timeline:
 
     def end(self, at: int | None) -> None:
         """Let time go on to the end of the run, and settle its last instant; what is due then rings."""
-        until = self._latest if at is None else at + self._offset
+        until = self._latest if at is None else max(self._latest, at + self.offset)
         if until > self.now:
             self.advance(until)
         self._settle()
@@ -209,8 +214,3 @@ class Timeline:
             calls, self._unsettled = self._unsettled, {}
             for call in calls:
                 call(self.now)
-
-
-def _time_of(stamp: int) -> int:
-    """Return the time of a stamp: one nanosecond stands for time 0, which ROS reads as unset."""
-    return 0 if stamp == 1 else stamp

@@ -19,9 +19,9 @@ from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 
 if TYPE_CHECKING:
+    from hmrsim.history.faults import Fault
     from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.model import Source
-    from hmrsim.report.robots import FaultRecord
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
 
@@ -44,7 +44,7 @@ def report_of(inputs: ReportInput) -> model.Report:
         errors=tuple(errors_of(story)),
         waits=tuple(waits),
         states=tuple(_spans(story.robot_log.tracks.values())),
-        faults=tuple(_fault(fault) for fault in story.fault_log.all),
+        faults=tuple(_fault(fault) for fault in story.faults.all),
         deadlocks=tuple(
             model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.waiting.deadlocks
         ),
@@ -109,7 +109,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         reroutes=story.counts[Rerouted.kind],
         made_room=story.counts[MadeRoom.kind],
         deadlocks=len(story.waiting.deadlocks),
-        faults=len(story.fault_log.all),
+        faults=len(story.faults.all),
     )
 
 
@@ -199,7 +199,7 @@ def _wait(wait: WaitRecord) -> model.Wait:
     )
 
 
-def _fault(fault: FaultRecord) -> model.FaultSpan:
+def _fault(fault: Fault) -> model.FaultSpan:
     said = fault.settings
     lane = said.get("lane")
     subjects = [
@@ -251,5 +251,5 @@ def notes_of(story: Story) -> Iterator[str]:
     if story.misfits:
         first = f"first {story.first_misfit}"
         yield f"{story.misfits} events are ignored, as this version can't read them ({first})."
-    if story.restarts:
-        yield f"Simulated time was reset ({times(story.restarts)}); here it continues."
+    if story.timeline.restarts:
+        yield f"Simulated time was reset ({times(story.timeline.restarts)}); here it continues."

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.geometry import distance
 from hmrsim.history.motion import INSTANT
+from hmrsim.history.robots import Condition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,9 +50,7 @@ class Track:
     wait: WaitRecord | None = None
     queued: WaitRecord | None = None
     stood: list[WaitRecord] = field(default_factory=list)
-    disabled_reasons: set[str] = field(default_factory=set)
-    cut_off: set[str] = field(default_factory=set)
-    charging: bool = False
+    condition: Condition = field(default_factory=Condition)
     running: dict[str, GoalRecord] = field(default_factory=dict)
     lanes: dict[tuple[str, str] | None, LaneUse] = field(default_factory=lambda: defaultdict(LaneUse))
     paths: dict[tuple[Point, Point], int] = field(default_factory=lambda: defaultdict(int))
@@ -162,7 +161,9 @@ class Track:
 
     def settle(self, at: int) -> None:
         """Record its state from now on."""
-        state = self._now()
+        state = self.condition.state(
+            waits=self.wait is not None, moves=self.motion is not None, busy=bool(self.running)
+        )
         if state == self._state:
             return
         self._close(at)
@@ -184,16 +185,6 @@ class Track:
         else:
             self.spans.append((self._since, at, self._state))
 
-    def _now(self) -> State:
-        return state_of(
-            cut_off=bool(self.cut_off),
-            disabled=bool(self.disabled_reasons),
-            waits=self.wait is not None,
-            moves=self.motion is not None,
-            charging=self.charging,
-            busy=bool(self.running),
-        )
-
     def weigh(self, at: int, charge: float, share: float) -> None:
         """Record the charge of its battery."""
         if self.charge is not None:
@@ -206,18 +197,3 @@ class Track:
         """Record the remaining share of its battery."""
         if not self.curve or self.curve[-1] != (at, share):
             self.curve.append((at, share))
-
-
-def state_of(*, cut_off: bool, disabled: bool, waits: bool, moves: bool, charging: bool, busy: bool) -> State:
-    """Return the state of a robot: of all that applies what matters most."""
-    if cut_off:
-        return "offline"
-    if disabled:
-        return "stopped"
-    if waits:
-        return "waiting"
-    if moves:
-        return "driving"
-    if charging:
-        return "charging"
-    return "busy" if busy else "idle"

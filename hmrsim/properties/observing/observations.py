@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from hmrsim.geometry import distance
@@ -54,32 +54,33 @@ class Observations:
     def robot_is(self, robot: str, state: str) -> Signal:
         """Return whether a robot is in a state."""
         robots = self.history.robots
-        return self._whether(robots, robot, state, lambda: robots.is_(robot, state))
+        return self._whether(robots, robot, state, partial(robots.is_, robot, state))
 
     def door_is(self, door: str, state: str) -> Signal:
         """Return whether a door is in a state; a jammed door is also open or closed."""
         doors = self.history.doors
-        return self._whether(doors, door, state, lambda: doors.is_(door, state))
+        return self._whether(doors, door, state, partial(doors.is_, door, state))
 
     def lane_is_closed(self, lane: tuple[str, str]) -> Signal:
         """Return whether a lane is closed."""
         lanes = self.history.lanes
-        return self._whether(lanes, lane, "closed", lambda: lanes.is_closed(lane))
+        return self._whether(lanes, lane, "closed", partial(lanes.is_closed, lane))
 
     def order_is(self, order: str, state: str) -> Signal:
         """Return whether an order is in a state; a late order is also in another one."""
         orders = self.history.orders
-        return self._whether(orders, order, state, lambda: orders.is_(order, state))
+        return self._whether(orders, order, state, partial(orders.is_, order, state))
 
     def fault_is_active(self, kind: str, robot: str | None) -> Signal:
         """Return whether a fault of a kind is active, of a robot or of any."""
         faults = self.history.faults
-        return self._whether(faults, kind, robot, lambda: faults.is_active(kind, robot))
+        return self._whether(faults, kind, robot, partial(faults.is_active, kind, robot))
 
     def battery_share(self, robot: str) -> Signal:
         """Return the remaining share of a robot's battery; 1 without a battery."""
         batteries = self.history.batteries
-        return self._value(batteries, robot, "share", lambda: batteries.share(robot))
+        batteries.follow(robot)
+        return self._value(batteries, robot, "share", partial(batteries.shares.__getitem__, robot))
 
     def item_lies_at(self, item: str, place: str) -> Signal:
         """Return whether an item lies at a place, and no robot carries it."""
@@ -142,7 +143,12 @@ class Observations:
 
     def _whether(self, part: Part, name: Hashable, what: Hashable, holds: Callable[[], bool]) -> Signal:
         """Return the signal of whether something holds for a member of a part."""
-        return self._value(part, name, what, lambda: HOLDS if holds() else FAILS)
+        key = part, name, what
+        signal = self._signals.get(key)
+        if signal is None:
+            signal = self._signals[key] = Signal(HOLDS if holds() else FAILS)
+            part.watch(name, lambda: signal.set(HOLDS if holds() else FAILS))
+        return signal
 
     def _value(self, part: Part, name: Hashable, what: Hashable, value: Callable[[], float]) -> Signal:
         """Return the signal of a value of a member of a part."""

@@ -10,10 +10,9 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Waiting
 from hmrsim.geometry import distance
-from hmrsim.history.motion import Motion, Span, closest, spans_near
-from hmrsim.history.occurrence import SceneSeen, number, point, records, text
+from hmrsim.history.motion import Motion, Span, closest, motion_in, spans_near
+from hmrsim.history.occurrence import SceneSeen, point, records, text
 from hmrsim.history.timeline import Phase
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
 from hmrsim.simulation.demand import NEAR
 
@@ -166,11 +165,8 @@ class Positions:
             self._see_robot(at, robot)
 
     def _see_robot(self, at: int, robot: Mapping[str, Any]) -> None:
-        name, motion = text(robot, "name"), robot.get("motion")
-        if not isinstance(motion, dict):
-            self._stand(at, name, point(robot, "pose"))
-            return
-        since = round(number(motion, "began") * NANOSECONDS) if motion.get("began") is not None else at
-        # Simulated time goes on after a reset, and a motion has not begun before.
-        began = min(since, at)
-        self._go(name, Motion.all_of(began, MotionBegan.from_json({**motion, "robot": name})))
+        moving = motion_in(robot, at, self._timeline.offset)
+        if moving is None:
+            self._stand(at, text(robot, "name"), point(robot, "pose"))
+        else:
+            self._go(text(robot, "name"), Motion.all_of(*moving))

@@ -159,7 +159,7 @@ def test_a_little_step_back_is_no_restart(back, restarts):
     for at in (1_000_000_000, 1_000_000_000 - back):
         story.take(Occurrence(at, DoorClosed("d")))
 
-    assert (restarts, 1_000_000_000) == (story.restarts, story.now)
+    assert (restarts, 1_000_000_000) == (story.timeline.restarts, story.now)
 
 
 def test_after_the_end_nothing_counts():
