@@ -43,7 +43,7 @@ def motion_in(robot: Mapping[str, Any], at: int, offset: int) -> tuple[int, Moti
 
 @dataclass(slots=True)
 class Motion:
-    """A segment or a turn, with its start time."""
+    """A segment, a turn or a ride in a lift; times in nanoseconds."""
 
     began: int
     until: int
@@ -90,11 +90,11 @@ class Motion:
 
 
 Span = tuple[int, int | None]
-"""When it comes near, and when it is near no longer, in nanoseconds; None if it stays."""
+"""When a robot enters and leaves a circle, in nanoseconds; None if it stays."""
 
 
 def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[Span]:
-    """Return when a robot is within a radius of a place while it makes some motions, and after the last one."""
+    """Return when a robot is within a radius of a place, during some motions and after the last one."""
     spans: list[list[int | None]] = []
     motion = None
     for motion in motions:
@@ -115,7 +115,7 @@ def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[S
 
 
 def closest(place: Point, motions: Iterable[Motion], until: int) -> float:
-    """Return the least distance to a place while a robot makes some motions, as far as it has come by some time."""
+    """Return the least distance of a robot to a place during some motions, until some time."""
     least = math.inf
     for motion in motions:
         if motion.began > until:
@@ -132,7 +132,7 @@ def closest(place: Point, motions: Iterable[Motion], until: int) -> float:
 
 
 def _of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] | None:
-    """Return when a robot is near a place during a motion, from when to when; None if it never is."""
+    """Return when a robot enters and leaves the circle around a place during a motion; None if it stays outside."""
     if not motion.length:
         # It turns, or rides in a lift, and is where it began until the end.
         return (motion.began, motion.until) if distance(motion.start, place) <= radius else None
@@ -152,7 +152,7 @@ def _of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] |
 
 
 def _when(motion: Motion, driven: float) -> int:
-    """Return when a distance has been driven on a motion."""
+    """Return the time at which a motion has covered a distance."""
     if driven <= 0.0:
         return motion.began
     if driven >= motion.length:

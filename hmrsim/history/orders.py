@@ -68,7 +68,7 @@ class Orders(Part):
         return known is not None and (known.late if state == "late" else known.state == state)
 
     def begin_anew(self) -> None:
-        """Forget all orders; those that are open stay so in the account of the run."""
+        """Forget all orders; the open ones stay open in `all`."""
         known, self._known, self._items = self._known, {}, {}
         for name in known:
             self.changed(name)
