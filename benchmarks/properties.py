@@ -25,7 +25,7 @@ from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
 
 if TYPE_CHECKING:
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.history.occurrence import Occurrence
     from hmrsim.world.model import World
 
 QUICK: dict[str, Any] = {"rounds": 2, "samples": 5_000, "missions": 3}

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
 from hmrsim.events import from_json
+from hmrsim.history.occurrence import Occurrence, SceneSeen
 from hmrsim.properties import Ended, Monitor, MonitorSink, properties_of
-from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.settings.run import RunSettings
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of

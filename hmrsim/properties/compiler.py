@@ -27,9 +27,9 @@ from hmrsim.properties.whenever import Whenever
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.model.file import BuiltIn, Properties
     from hmrsim.properties.observing.observations import Observations
-    from hmrsim.properties.observing.timeline import Timeline
     from hmrsim.properties.results import Tell
     from hmrsim.properties.watcher import Watcher
     from hmrsim.world.model import World

@@ -6,10 +6,10 @@ import math
 from functools import reduce
 from typing import TYPE_CHECKING, Final, cast
 
+from hmrsim.history.timeline import Phase
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties import temporal
 from hmrsim.properties.model.formulas import AnyOne, Conditional, Every, Opposite, Sometime, Throughout, UpTo
-from hmrsim.properties.observing.timeline import Phase
 from hmrsim.properties.operators import Instance, Temporal
 from hmrsim.properties.terms import Expression
 from hmrsim.properties.watcher import cut_off

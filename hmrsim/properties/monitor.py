@@ -9,16 +9,16 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import MotionBegan
 from hmrsim.events.simulation import PropertyViolated, SimulationReset, WorldLoaded
+from hmrsim.history.occurrence import BatterySeen, Occurrence, SceneSeen
+from hmrsim.history.timeline import GoalSeen, Timeline
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
 from hmrsim.properties.compiler import built_in_watchers, watchers_of
 from hmrsim.properties.observing.observations import Observations
-from hmrsim.properties.observing.timeline import GoalSeen, Timeline
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
-from hmrsim.report.occurrence import BatterySeen, Occurrence, SceneSeen
 from hmrsim.simulation.snapshot import scene
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError, WorldError
+from hmrsim.history.occurrence import LATEST, Malformed
 from hmrsim.properties.model.checks import check_properties
 from hmrsim.properties.monitor import Monitor, MonitorSink
 from hmrsim.properties.results import Ended
-from hmrsim.report.occurrence import LATEST, Malformed
 from hmrsim.report.reading import header_of, occurrence_in, sampled
 from hmrsim.trace.replay import replay
 from hmrsim.trace.sections import begins_section
@@ -19,8 +19,8 @@ from hmrsim.world_checks.loading import world_of
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding
+    from hmrsim.history.occurrence import Occurrence
     from hmrsim.properties.model.file import Properties
-    from hmrsim.report.occurrence import Occurrence
     from hmrsim.report.reading import Recorded
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.trace.replay import Outcome

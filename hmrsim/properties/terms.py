@@ -59,10 +59,10 @@ class Expression:
             case Not(not_=part):
                 return _opposite(self._value(part))
             case LaneCondition(lane=lane, is_=state):
-                closed = self._of(self._observations.lanes.closed(lane))
+                closed = self._of(self._observations.lane_is_closed(lane))
                 return closed if state == "closed" else _opposite(closed)
             case BatteryCondition(battery=robot, below=below, above=above):
-                share = self._of(self._observations.batteries.share(robot))
+                share = self._of(self._observations.battery_share(robot))
                 return _above(share, above) if above is not None else _below(share, below or 0.0)
             case ItemCondition():
                 return self._item(condition)
@@ -76,36 +76,38 @@ class Expression:
                 return [seen.pulse(condition)]
             case RobotCondition(robot=robot, at=at, is_=state):
                 near = [seen.positions.near(robot, at)] if at is not None else []
-                return [*near, *([seen.robots.is_(robot, state)] if state is not None else [])]
+                return [*near, *([seen.robot_is(robot, state)] if state is not None else [])]
             case DoorCondition(door=door, is_=state):
-                return [seen.doors.is_(door, state)]
+                return [seen.door_is(door, state)]
             case OrderCondition(order=order, is_=state):
-                return [seen.orders.is_(order, state)]
+                return [seen.order_is(order, state)]
             case FaultCondition(fault=kind, robot=robot):
-                return [seen.faults.active(kind, robot)]
+                return [seen.fault_is_active(kind, robot)]
             case ItemsCondition():
                 # A smaller world, and its orders, may lack items of the run without faults.
                 made = {spec.item or spec.name for spec in seen.world.demand}
                 ends = (seen.reference or {}).items()
                 return [
-                    seen.items.as_in(name, end)
+                    seen.item_is_as_in(name, end)
                     for name, end in ends
                     if name in seen.world.items or name.rpartition("_")[0] in made
                 ]
         raise TypeError(condition)
 
     def _item(self, condition: ItemCondition) -> Value:
-        items, item = self._observations.items, condition.item
+        seen, item = self._observations, condition.item
         values: list[Value] = []
         if condition.at is not None:
             # An item that lies somewhere can be followed without the motions of robots.
             lies = condition.carried is False
-            values.append(self._of(items.lies_at(item, condition.at) if lies else items.at(item, condition.at)))
+            values.append(
+                self._of(seen.item_lies_at(item, condition.at) if lies else seen.item_is_at(item, condition.at))
+            )
         if condition.carried is not None:
-            carried = self._of(items.carried(item, None))
+            carried = self._of(seen.item_is_carried(item, None))
             values.append(carried if condition.carried else _opposite(carried))
         if condition.carried_by is not None:
-            values.append(self._of(items.carried(item, condition.carried_by)))
+            values.append(self._of(seen.item_is_carried(item, condition.carried_by)))
         return _least(values)
 
     def _of(self, signal: Signal) -> Value:
@@ -184,21 +186,22 @@ _OBSERVED: Final[Mapping[type, str]] = {
     LaneCondition: "lanes",
     OrderCondition: "orders",
 }
-"""The part of the observations that a condition needs."""
+"""The part of the history that a condition needs."""
 
 
 def prepare(whole: BaseModel, observations: Observations) -> None:
     """Begin to observe all that a condition or a property needs once its names are known."""
+    history = observations.history
     for _, part in walk(whole):
         match part:
             case RobotCondition(at=at, is_=state):
-                _ = (at is None or observations.positions, state is None or observations.robots)
+                _ = (at is None or observations.positions, state is None or history.robots)
             case ItemCondition(at=at, carried=carried):
-                _ = (observations.items, at is None or carried is False or observations.positions)
+                _ = (history.items, at is None or carried is False or observations.positions)
             case VisitPattern() | PatrollingPattern():
                 _ = observations.positions
             case _ if type(part) in _OBSERVED:
-                _ = getattr(observations, _OBSERVED[type(part)])
+                _ = getattr(history, _OBSERVED[type(part)])
 
 
 def _least(values: list[Value]) -> Value:

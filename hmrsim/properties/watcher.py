@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from hmrsim.events.simulation import Spawned
+from hmrsim.history.timeline import Phase
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.properties.observing.timeline import Phase
 from hmrsim.properties.results import Verdict, Violation
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Alarm, Timeline
+    from hmrsim.history.timeline import Alarm, Timeline
     from hmrsim.properties.results import Ended, State, Tell
     from hmrsim.properties.terms import Term
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.events.traffic import MadeRoom, Rerouted
 from hmrsim.faults import SUBJECTS
+from hmrsim.history.robots import STATES, State
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
 from hmrsim.report.goals import count_waits
@@ -18,9 +19,9 @@ from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
 from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 
 if TYPE_CHECKING:
+    from hmrsim.history.faults import Fault
     from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.model import Source
-    from hmrsim.report.robots import FaultRecord
     from hmrsim.report.story import Story
     from hmrsim.report.track import Track
 
@@ -43,7 +44,7 @@ def report_of(inputs: ReportInput) -> model.Report:
         errors=tuple(errors_of(story)),
         waits=tuple(waits),
         states=tuple(_spans(story.robot_log.tracks.values())),
-        faults=tuple(_fault(fault) for fault in story.fault_log.all),
+        faults=tuple(_fault(fault) for fault in story.faults.all),
         deadlocks=tuple(
             model.Deadlock(at=in_seconds(at), robots=names, lanes=lanes) for at, names, lanes in story.waiting.deadlocks
         ),
@@ -108,7 +109,7 @@ def _summary(story: Story, robots: list[model.Robot], waits: list[model.Wait], *
         reroutes=story.counts[Rerouted.kind],
         made_room=story.counts[MadeRoom.kind],
         deadlocks=len(story.waiting.deadlocks),
-        faults=len(story.fault_log.all),
+        faults=len(story.faults.all),
     )
 
 
@@ -121,7 +122,7 @@ def _robots(story: Story, *, exact: bool) -> list[model.Robot]:
 
 
 def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord], *, exact: bool) -> model.Robot:
-    times: Counter[model.State] = Counter()
+    times: Counter[State] = Counter()
     for began, ended, state in track.spans:
         times[state] += ended - began
     whole = sum(times.values())
@@ -141,8 +142,8 @@ def _robot(track: Track, goals: list[GoalRecord], wait_records: list[WaitRecord]
         energy_charged=rounded(track.charged) if metered else None,
         battery=rounded(track.curve[-1][1]) if track.curve else None,
         lowest_battery=rounded(min(share for _, share in track.curve)) if track.curve else None,
-        seconds={state: in_seconds(times[state]) for state in model.STATES},
-        share={state: times[state] / whole if whole else float(state == "idle") for state in model.STATES},
+        seconds={state: in_seconds(times[state]) for state in STATES},
+        share={state: times[state] / whole if whole else float(state == "idle") for state in STATES},
         goals=len(goals),
         succeeded=statuses[GoalStatus.SUCCEEDED],
         failed=statuses[GoalStatus.ABORTED],
@@ -198,7 +199,7 @@ def _wait(wait: WaitRecord) -> model.Wait:
     )
 
 
-def _fault(fault: FaultRecord) -> model.FaultSpan:
+def _fault(fault: Fault) -> model.FaultSpan:
     said = fault.settings
     lane = said.get("lane")
     subjects = [
@@ -250,5 +251,5 @@ def notes_of(story: Story) -> Iterator[str]:
     if story.misfits:
         first = f"first {story.first_misfit}"
         yield f"{story.misfits} events are ignored, as this version can't read them ({first})."
-    if story.restarts:
-        yield f"Simulated time was reset ({times(story.restarts)}); here it continues."
+    if story.timeline.restarts:
+        yield f"Simulated time was reset ({times(story.timeline.restarts)}); here it continues."

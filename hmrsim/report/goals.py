@@ -8,14 +8,14 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
+from hmrsim.history.occurrence import Misfit, text
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.occurrence import Misfit, text
 
 if TYPE_CHECKING:
     from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
     from hmrsim.geometry import Point
+    from hmrsim.history.occurrence import Commanded
     from hmrsim.interfaces.message import Message
-    from hmrsim.report.occurrence import Commanded
 
 
 @dataclass(slots=True, eq=False)

@@ -9,10 +9,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-State = Literal["offline", "stopped", "waiting", "driving", "charging", "busy", "idle"]
-"""The states of a robot; of several that hold, the first counts."""
-
-STATES: tuple[State, ...] = ("offline", "stopped", "waiting", "driving", "charging", "busy", "idle")
+from hmrsim.history.robots import State
 
 Status = Literal["ACCEPTED", "EXECUTING", "CANCELING", "SUCCEEDED", "CANCELED", "ABORTED"]
 

@@ -10,13 +10,13 @@ from hmrsim.report import model
 from hmrsim.report.html import in_seconds, rounded
 
 if TYPE_CHECKING:
-    from hmrsim.report.order_log import OrderRecord
+    from hmrsim.history.orders import Order
     from hmrsim.report.story import Story
 
 
 def orders_of(story: Story) -> Iterator[model.Order]:
     """Yield the orders, in the order in which they came."""
-    for record in story.order_log.all:
+    for record in story.orders.all:
         lead = None if record.ended is None or record.state != "delivered" else record.ended - record.placed
         over = record.ended if record.ended is not None else story.now
         yield model.Order(
@@ -37,7 +37,7 @@ def orders_of(story: Story) -> Iterator[model.Order]:
 
 def demand_of(story: Story) -> model.Demand | None:
     """Return sums over all orders; None if there were none."""
-    records = story.order_log.all
+    records = story.orders.all
     if not records:
         return None
     orders = [*orders_of(story)]
@@ -66,7 +66,7 @@ def quantile(ordered: Sequence[float], share: float) -> float | None:
     return ordered[max(0, math.ceil(share * len(ordered)) - 1)] if ordered else None
 
 
-def _backlog(records: Sequence[OrderRecord], began: int, now: int) -> tuple[float, int]:
+def _backlog(records: Sequence[Order], began: int, now: int) -> tuple[float, int]:
     """Return how many orders were open, on average over time and at most."""
     changes = sorted([(record.placed, 1) for record in records] + [(each.ended, -1) for each in records if each.ended])
     total = most = there = 0

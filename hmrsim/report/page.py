@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from markupsafe import Markup
 
 from hmrsim.errors import WorldError
+from hmrsim.history.robots import STATES
 from hmrsim.report.charts import (
     MAX_BATTERIES,
     STEPS,
@@ -18,7 +19,6 @@ from hmrsim.report.charts import (
     timeline_of,
 )
 from hmrsim.report.html import page_around, part, templates
-from hmrsim.report.model import STATES
 from hmrsim.trace.sections import restart_text
 from hmrsim.world_checks.loading import world_of
 

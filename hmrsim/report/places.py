@@ -12,7 +12,7 @@ from hmrsim.report.goals import count_waits
 from hmrsim.report.html import in_seconds, rounded
 
 if TYPE_CHECKING:
-    from hmrsim.report.facility_log import Use
+    from hmrsim.history.facilities import Use
     from hmrsim.report.goals import WaitRecord
     from hmrsim.report.story import Story
 
@@ -32,7 +32,7 @@ def lanes_of(story: Story) -> Iterator[model.Lane]:
         if wait.kind == "way":
             waits[wait.lane].append(wait)
             waited[wait.lane] += wait.length
-    closed = story.facility_log.closed
+    closed = story.lanes.uses
     both = {*closed, *((b, a) for a, b in closed)}
     for lane in sorted({*drives, *waits, *both}, key=lambda each: each or ("", "")):
         shut = closed.get(lane) or (closed.get((lane[1], lane[0])) if lane else None)
@@ -61,12 +61,12 @@ def paths_of(story: Story) -> Iterator[model.Path]:
 
 def fixtures_of(story: Story) -> Iterator[model.Fixture]:
     """Return the usage of doors, lifts and docks."""
-    facility_log, wait_records = story.facility_log, story.waiting.wait_records
+    wait_records = story.waiting.wait_records
     whole = story.now - (story.began or 0)
     kinds: tuple[tuple[Any, dict[str, Use]], ...] = (
-        ("door", facility_log.doors),
-        ("lift", facility_log.lifts),
-        ("dock", facility_log.docks),
+        ("door", story.doors.uses),
+        ("lift", story.lifts.uses),
+        ("dock", story.docks.uses),
     )
     for kind, uses in kinds:
         for name, use in sorted(uses.items()):

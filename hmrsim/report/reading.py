@@ -12,10 +12,7 @@ from hmrsim import __version__
 from hmrsim.components.battery import voltage_at
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.report.compile import ReportInput, notes_of
-from hmrsim.report.model import Source
-from hmrsim.report.occurrence import (
+from hmrsim.history.occurrence import (
     LATEST,
     BatterySeen,
     Misfit,
@@ -26,7 +23,9 @@ from hmrsim.report.occurrence import (
     text,
     time_of,
 )
-from hmrsim.report.robots import RobotLog
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.report.compile import ReportInput, notes_of
+from hmrsim.report.model import Source
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
 from hmrsim.trace.replay import replay
@@ -204,7 +203,8 @@ class _Section:
     def __init__(self, header: Mapping[str, Any]) -> None:
         self.last = ""
         self._header = header
-        self._story = Story(robot_log=RobotLog(began=0))
+        self._story = Story()
+        self._story.timeline.begin(0)
         for name, robot in _robots(header):
             self._story.robot_log.add(name, robot)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import RouteTaken
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.history.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
@@ -15,7 +16,6 @@ from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.model import Source
-from hmrsim.report.occurrence import BatterySeen, Commanded, Occurrence, SceneSeen
 from hmrsim.report.story import Story
 from hmrsim.simulation.snapshot import scene
 from hmrsim.trace.writer import Header

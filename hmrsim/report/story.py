@@ -4,31 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any
 
-from hmrsim.engine.sim_time import JITTER
-from hmrsim.events import traffic as events
 from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
-from hmrsim.events.robots import (
-    BATTERIES,
-    BatteryEmpty,
-    BatteryEvent,
-    BatteryRevived,
-    ChargingBegan,
-    ChargingEnded,
-    Docked,
-    DockQueued,
-    MotionBegan,
-    Stopped,
-)
-from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
-from hmrsim.events.traffic import Deadlock, MadeRoom, Rerouted, WentOn
-from hmrsim.protocol.goal import GoalStatus
-from hmrsim.report.facility_log import FacilityLog
-from hmrsim.report.goals import GoalLog, WaitRecord
-from hmrsim.report.occurrence import (
+from hmrsim.events.robots import BATTERIES, BatteryEvent, MotionBegan, Stopped
+from hmrsim.events.simulation import SimulationReset, WorldLoaded
+from hmrsim.events.traffic import WentOn
+from hmrsim.history.facilities import Docks, Doors, Lanes, Lifts
+from hmrsim.history.faults import Faults
+from hmrsim.history.motion import Motion, motion_in
+from hmrsim.history.occurrence import (
     BatterySeen,
     Commanded,
     Malformed,
@@ -39,65 +25,50 @@ from hmrsim.report.occurrence import (
     text,
     whole,
 )
-from hmrsim.report.order_log import OrderLog
-from hmrsim.report.robots import FaultLog, FaultRecord, RobotLog, Waiting, hit
-from hmrsim.report.track import Motion, Track
-
-_SAMPLED: Final = (SceneSeen, BatterySeen)
-"""Occurrences that may arrive late, so that they do not indicate a reset of time."""
-
-_EMPTY: Final = BatteryEmpty.kind
-"""Why a robot with an empty battery is disabled."""
+from hmrsim.history.orders import Orders
+from hmrsim.history.timeline import Timeline
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.goals import GoalLog, WaitRecord
+from hmrsim.report.robots import RobotLog, Waiting
 
 
-@dataclass
 class Story:
     """Processes occurrences in order of time, and collects the content of a report.
 
     Time continues after a reset, so all times are nanoseconds since the run began.
     """
 
-    robot_log: RobotLog = field(default_factory=RobotLog)
-    goal_log: GoalLog = field(default_factory=GoalLog)
-    facility_log: FacilityLog = field(default_factory=FacilityLog)
-    fault_log: FaultLog = field(default_factory=FaultLog)
-    order_log: OrderLog = field(default_factory=OrderLog)
-    counts: Counter[str] = field(default_factory=Counter)
-    misfits: int = 0
-    first_misfit: str = ""
-    now: int = 0
-    restarts: int = 0
-    _offset: int = 0
-    _anew: bool = True
-    _over: bool = False
-
-    def __post_init__(self) -> None:
-        """Map each kind of occurrence to its handler."""
-        robot_log, self.waiting = self.robot_log, Waiting(self.robot_log)
-        self._takers: dict[type, Callable[[int, Any], object]] = {
+    def __init__(self) -> None:
+        self.timeline = timeline = Timeline()
+        self.faults, self.orders = Faults(timeline), Orders(timeline)
+        self.doors, self.lanes = Doors(timeline), Lanes(timeline)
+        self.lifts, self.docks = Lifts(timeline), Docks(timeline)
+        self.robot_log = robot_log = RobotLog(timeline)
+        self.goal_log = GoalLog()
+        self.waiting = Waiting(timeline, robot_log)
+        self.counts = Counter[str]()
+        self.misfits = 0
+        self.first_misfit = ""
+        self._anew = True
+        self._over = False
+        takers: dict[type, Callable[[int, Any], object]] = {
             SceneSeen: self._scene,
             MotionBegan: self._motion,
             Stopped: self._stopped,
-            Teleported: robot_log.teleported,
             GoalAccepted: self.goal_log.ask_of,
             Commanded: self.goal_log.command,
             GoalStatusChanged: self._status,
             SendGoalRejected: self._rejected,
-            events.Waiting: self.waiting.begin,
-            **dict.fromkeys((WentOn, Rerouted, MadeRoom), self.waiting.end),
-            DockQueued: self.waiting.queue,
-            Docked: self.waiting.dock,
-            Deadlock: self.waiting.lock,
             BatterySeen: self._battery,
             **dict.fromkeys(BATTERIES.events, self._on_battery),
-            FaultBegan: self._fault_began,
-            FaultEnded: self._fault_ended,
-            Spawned: robot_log.spawned,
-            Deleted: robot_log.deleted,
+            FaultBegan: self._fault,
+            FaultEnded: self._fault,
             SimulationReset: self._begun_anew,
             WorldLoaded: self._begun_anew,
             Malformed: self._left_out,
         }
+        for kind, taker in takers.items():
+            timeline.on(kind, taker)
 
     def take(self, occurrence: Occurrence) -> None:
         """Process an occurrence; an invalid one is ignored, and counted, and one after the end is ignored.
@@ -106,23 +77,36 @@ class Story:
         """
         if self._over:
             return
+        event, counted = occurrence.event, occurrence.counted
+        if self.timeline.began is None:
+            self.timeline.begin(occurrence.at)
+        if counted:
+            self.counts[counted] += 1
         try:
-            self._take(occurrence)
+            if isinstance(event, SceneSeen) and not self._anew:
+                self.timeline.give(occurrence.at, event, (self._added_in,))
+            else:
+                self.timeline.take(occurrence)
         except ValueError as error:
-            self._left_out(occurrence.at, Malformed(occurrence.counted or type(occurrence.event).__name__, str(error)))
+            self._left_out(occurrence.at, Malformed(counted or type(event).__name__, str(error)))
 
     def end(self, at: int | None = None) -> None:
         """Record the end of the run, at some time or that of the last occurrence."""
-        if at is not None and at + self._offset > self.now:
-            self.now = at + self._offset
+        self.timeline.end(at)
         self.robot_log.keep(set(), self.now)
-        self.facility_log.end(self.now)
+        for facilities in (self.doors, self.lanes, self.lifts, self.docks):
+            facilities.end(self.now)
         self._over = True
+
+    @property
+    def now(self) -> int:
+        """The time of the last occurrence, or of the end of the run."""
+        return self.timeline.now
 
     @property
     def began(self) -> int | None:
         """The time of the first occurrence."""
-        return self.robot_log.began
+        return self.timeline.began
 
     @property
     def seen(self) -> bool:
@@ -134,84 +118,55 @@ class Story:
         """Whether the charge of any battery is known."""
         return any(track.charge is not None for track in self.robot_log.tracks.values())
 
-    def _take(self, occurrence: Occurrence) -> None:
-        # A stamp of one nanosecond is that of time 0, which ROS reads as unset.
-        at = (0 if occurrence.at == 1 else occurrence.at) + self._offset
-        if self.robot_log.began is None:
-            self.robot_log.began = self.now = at
-        event = occurrence.event
-        if isinstance(event, _SAMPLED) or at >= self.now - JITTER:
-            at = max(at, self.now)
-        else:
-            self._offset += self.now - at
-            self.restarts += 1
-            at = self.now
-        self.now = at
-        if occurrence.counted:
-            self.counts[occurrence.counted] += 1
-        taker = self._takers.get(type(event))
-        if taker is not None:
-            taker(at, event)
-        self.facility_log.take(at, event)
-        self.order_log.take(at, event)
-
     def _left_out(self, _at: int, event: Malformed) -> None:
         self.misfits += 1
         self.first_misfit = self.first_misfit or f"{event.kind}: {event.error}"
 
     def _scene(self, at: int, scene: SceneSeen) -> None:
-        said = records(scene.fields, "robots")
-        names = {text(robot, "name") for robot in said}
-        if self._anew:
-            self.robot_log.keep(names, at)
-        for robot in said:
-            known = self.robot_log.tracks.get(text(robot, "name"))
-            if self._anew or known is None or known.ended is not None:
-                self._see(robot, at, gone=not self._anew)
-        if self._anew:
-            for fault in records(scene.fields, "faults"):
-                self._hit(self.fault_log.begin(at, FaultBegan.from_json(fault)), at, begins=True)
-            self.facility_log.see(at, scene.fields)
+        """Start from the first scene of the run, or after a reset."""
+        robots = records(scene.fields, "robots")
+        self.robot_log.keep({text(robot, "name") for robot in robots}, at)
+        for robot in robots:
+            self._see(robot, at, added=False)
+        for fault in records(scene.fields, "faults"):
+            self._fault(at, FaultBegan.from_json(fault))
         self._anew = False
 
-    def _see(self, robot: Mapping[str, Any], at: int, *, gone: bool) -> None:
+    def _added_in(self, at: int, scene: SceneSeen) -> None:
+        """Record the robots of a later scene whose addition is missing."""
+        for robot in records(scene.fields, "robots"):
+            known = self.robot_log.tracks.get(text(robot, "name"))
+            if known is None or known.ended is not None:
+                self._see(robot, at, added=True)
+
+    def _see(self, robot: Mapping[str, Any], at: int, *, added: bool) -> None:
         """Start from the state of a robot in a scene."""
-        track = self.robot_log.track(text(robot, "name"), at, text(robot, "type", "") if gone else "")
+        track = self.robot_log.track(text(robot, "name"), at, text(robot, "type", "") if added else "")
         track.type = text(robot, "type", "")
-        # Other reasons are faults, which the scene lists separately.
-        ailments, battery = robot.get("ailments"), robot.get("battery")
-        track.disabled_reasons = {_EMPTY} if isinstance(ailments, dict) and _EMPTY in ailments else set()
+        track.condition.see(robot)
+        battery = robot.get("battery")
         if isinstance(battery, dict):
             track.measure(at, number(battery, "percentage"))
-            track.charging = bool(battery.get("charging"))
         for goal in records(robot, "goals"):
             if not GoalStatus(whole(goal, "status")).terminal:
                 self.goal_log.ask_of(at, GoalAccepted.from_json(goal))
                 self._status(at, GoalStatusChanged.from_json(goal))
-        motions = self._motions_in(robot, at, track)
+        moving = motion_in(robot, at, self.timeline.offset)
+        motions = Motion.all_of(*moving) if moving else []
         # Events may have said already that it drives, or waits.
         if not motions or not track.drives(motions[0]):
             track.halt(at)
             if motions:
-                track.go(*motions)
+                track.drive(motions)
         if not motions and robot.get("waits") and track.wait is None:
             track.wait = WaitRecord(track.name, at, "way", goal=track.goal)
         track.settle(at)
-
-    def _motions_in(self, robot: Mapping[str, Any], at: int, track: Track) -> list[Motion]:
-        """Return how a robot moves in a scene, and is going to."""
-        motion = robot.get("motion")
-        if not isinstance(motion, dict):
-            return []
-        began = motion.get("began")
-        since = round(number(motion, "began") * 1e9) + self._offset if began is not None else at
-        return Motion.all_of(min(since, at), MotionBegan.from_json({**motion, "robot": track.name}), track.goal)
 
     def _motion(self, at: int, event: MotionBegan) -> None:
         track = self.robot_log.track(event.robot, at)
         track.stand_no_more(at, WentOn.kind)
         track.stop_queueing(at, WentOn.kind)
-        track.go(*Motion.all_of(at, event, track.goal))
+        track.drive(Motion.all_of(at, event))
         track.settle(at)
 
     def _stopped(self, at: int, event: Stopped) -> None:
@@ -228,13 +183,13 @@ class Story:
         else:
             track.running.pop(goal.goal_id, None)
             goal.waiting = track.waiting_for(goal, at)
-            goal.faults = self.fault_log.at(goal.robot)
+            goal.faults = self.faults.of(goal.robot)
             if track.queued is not None and track.queued.goal is goal:
                 track.stop_queueing(at, "end")
         track.settle(at)
 
     def _rejected(self, at: int, event: SendGoalRejected) -> None:
-        self.goal_log.rejected.append((at, event, self.fault_log.at(event.robot)))
+        self.goal_log.rejected.append((at, event, self.faults.of(event.robot)))
 
     def _battery(self, at: int, battery: BatterySeen) -> None:
         track = self.robot_log.track(battery.robot, at)
@@ -246,29 +201,17 @@ class Story:
     def _on_battery(self, at: int, event: BatteryEvent) -> None:
         track = self.robot_log.track(event.robot, at)
         track.measure(at, event.percentage)
-        match event:
-            case BatteryEmpty():
-                track.disabled_reasons.add(_EMPTY)
-            case BatteryRevived():
-                track.disabled_reasons.discard(_EMPTY)
-            case ChargingBegan() | ChargingEnded():
-                track.charging = isinstance(event, ChargingBegan)
+        track.condition.apply(event)
         track.settle(at)
 
-    def _fault_began(self, at: int, event: FaultBegan) -> None:
-        self._hit(self.fault_log.begin(at, event), at, begins=True)
-
-    def _fault_ended(self, at: int, event: FaultEnded) -> None:
-        self._hit(self.fault_log.end(at, event.name), at, begins=False)
-
-    def _hit(self, fault: FaultRecord | None, at: int, *, begins: bool) -> None:
-        if fault is not None and fault.robot in self.robot_log.tracks:
-            track = self.robot_log.track(fault.robot, at)
-            hit(fault, track, begins=begins)
+    def _fault(self, at: int, event: FaultBegan | FaultEnded) -> None:
+        if event.robot in self.robot_log.tracks:
+            track = self.robot_log.track(event.robot, at)
+            track.condition.apply(event)
             track.settle(at)
 
     def _begun_anew(self, at: int, event: SimulationReset | WorldLoaded) -> None:
         self._anew = True
-        self.fault_log.going_on.clear()
-        self.order_log.begin_anew()
+        self.faults.begin_anew()
+        self.orders.begin_anew()
         self.robot_log.reset(at, event)

@@ -7,7 +7,7 @@ import io
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.report.model import STATES
+from hmrsim.history.robots import STATES
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -4,75 +4,19 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from hmrsim.geometry import distance
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.navigation.motion import Trapezoid
-from hmrsim.report.occurrence import Misfit
+from hmrsim.history.motion import INSTANT
+from hmrsim.history.robots import Condition
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.events.robots import MotionBegan
     from hmrsim.geometry import Point
+    from hmrsim.history.motion import Motion
+    from hmrsim.history.robots import State
     from hmrsim.report.goals import GoalRecord, WaitRecord
-    from hmrsim.report.model import State
-
-_INSTANT: Final = 5
-"""Nanoseconds within which two ends count as simultaneous, as stamps are rounded."""
-
-_MAX_SECONDS: Final = 1e9
-"""Maximum seconds of a segment."""
-
-
-@dataclass(slots=True)
-class Motion:
-    """A segment or a turn, with its start time."""
-
-    began: int
-    until: int
-    start: Point
-    end: Point
-    length: float
-    lane: tuple[str, str] | None
-    profile: Trapezoid | None
-    behind: float
-    goal: GoalRecord | None
-
-    @classmethod
-    def all_of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> list[Motion]:
-        """Return the segment of an event, and those after it.
-
-        Raises:
-            ValueError: It describes none.
-        """
-        events = [event, *(type(event).from_json({**fields, "robot": event.robot}) for fields in event.then)]
-        segments, seconds = [], 0.0
-        for each in events:
-            segments.append(cls._of(at + round(seconds * NANOSECONDS), each, goal))
-            seconds += each.duration
-        return segments
-
-    @classmethod
-    def _of(cls, at: int, event: MotionBegan, goal: GoalRecord | None) -> Motion:
-        start, end = event.from_[:2], event.to[:2]
-        if not 0 <= event.duration <= _MAX_SECONDS:
-            raise Misfit("duration out of range")
-        profile, behind = _profile(event.profile)
-        until = at + round(event.duration * NANOSECONDS)
-        length = 0.0 if event.ride or event.turned is not None else distance(start, end)
-        return cls(at, until, start, end, length, event.lane, profile, behind, goal)
-
-    def driven(self, at: int) -> float:
-        """Return the distance driven on it by some time."""
-        if at >= self.until - _INSTANT:
-            return self.length
-        elapsed = (at - self.began) / NANOSECONDS
-        if self.profile is None:
-            return self.length * elapsed * NANOSECONDS / (self.until - self.began)
-        before = self.profile.time(self.behind)
-        return min(self.length, max(0.0, self.profile.driven(before + elapsed) - self.behind))
 
 
 @dataclass(slots=True)
@@ -106,15 +50,14 @@ class Track:
     wait: WaitRecord | None = None
     queued: WaitRecord | None = None
     stood: list[WaitRecord] = field(default_factory=list)
-    disabled_reasons: set[str] = field(default_factory=set)
-    cut_off: set[str] = field(default_factory=set)
-    charging: bool = False
+    condition: Condition = field(default_factory=Condition)
     running: dict[str, GoalRecord] = field(default_factory=dict)
     lanes: dict[tuple[str, str] | None, LaneUse] = field(default_factory=lambda: defaultdict(LaneUse))
     paths: dict[tuple[Point, Point], int] = field(default_factory=lambda: defaultdict(int))
     _state: State = "idle"
     _since: int = 0
     _last: Motion | None = None
+    _pursued: GoalRecord | None = None
 
     def __post_init__(self) -> None:
         """Start at the point where it was added."""
@@ -163,14 +106,14 @@ class Track:
 
     def catch_up(self, at: int) -> None:
         """End the segments and states that have ended by some time without an event."""
-        while (motion := self.motion) is not None and motion.until <= at + _INSTANT:
+        while (motion := self.motion) is not None and motion.until <= at + INSTANT:
             if self.coming:
-                if motion.until >= at - _INSTANT:
+                if motion.until >= at - INSTANT:
                     # One that stops here does not begin the next.
                     return
-                self.go(*self.coming)
+                self._go(*self.coming)
                 continue
-            ended = at if motion.until >= at - _INSTANT else motion.until
+            ended = at if motion.until >= at - INSTANT else motion.until
             self.halt(ended, motion.end)
             self.settle(ended)
 
@@ -183,8 +126,8 @@ class Track:
         straight = motion.length > 0
         driven = min(motion.length, distance(motion.start, where)) if where and straight else motion.driven(at)
         self.distance += driven
-        if motion.goal is not None:
-            motion.goal.distance += driven
+        if self._pursued is not None:
+            self._pursued.distance += driven
         if straight:
             use = self.lanes[motion.lane]
             use.distance += driven
@@ -193,9 +136,15 @@ class Track:
     def drives(self, motion: Motion) -> bool:
         """Return whether it drives a segment already, judged by time and place."""
         known = self.motion
-        return known is not None and known.end == motion.end and abs(known.began - motion.began) <= _INSTANT
+        return known is not None and known.end == motion.end and abs(known.began - motion.began) <= INSTANT
 
-    def go(self, motion: Motion, *coming: Motion) -> None:
+    def drive(self, motions: Sequence[Motion]) -> None:
+        """Begin the segments of a motion for its goal; a current segment ends where they begin."""
+        self.halt(motions[0].began, motions[0].start)
+        self._pursued = self.goal
+        self._go(*motions)
+
+    def _go(self, motion: Motion, *coming: Motion) -> None:
         """Begin a segment, after which others come; a current one ends where this one begins."""
         self.halt(motion.began, motion.start)
         self.motion, self.coming = motion, coming
@@ -212,7 +161,9 @@ class Track:
 
     def settle(self, at: int) -> None:
         """Record its state from now on."""
-        state = self._now()
+        state = self.condition.state(
+            waits=self.wait is not None, moves=self.motion is not None, busy=bool(self.running)
+        )
         if state == self._state:
             return
         self._close(at)
@@ -234,16 +185,6 @@ class Track:
         else:
             self.spans.append((self._since, at, self._state))
 
-    def _now(self) -> State:
-        return state_of(
-            cut_off=bool(self.cut_off),
-            disabled=bool(self.disabled_reasons),
-            waits=self.wait is not None,
-            moves=self.motion is not None,
-            charging=self.charging,
-            busy=bool(self.running),
-        )
-
     def weigh(self, at: int, charge: float, share: float) -> None:
         """Record the charge of its battery."""
         if self.charge is not None:
@@ -256,27 +197,3 @@ class Track:
         """Record the remaining share of its battery."""
         if not self.curve or self.curve[-1] != (at, share):
             self.curve.append((at, share))
-
-
-def state_of(*, cut_off: bool, disabled: bool, waits: bool, moves: bool, charging: bool, busy: bool) -> State:
-    """Return the state of a robot: of all that applies what matters most."""
-    if cut_off:
-        return "offline"
-    if disabled:
-        return "stopped"
-    if waits:
-        return "waiting"
-    if moves:
-        return "driving"
-    if charging:
-        return "charging"
-    return "busy" if busy else "idle"
-
-
-def _profile(profile: tuple[float, float, float, float] | None) -> tuple[Trapezoid | None, float]:
-    if profile is None:
-        return None, 0.0
-    length, speed, acceleration, behind = profile
-    if length < 0 or speed <= 0 or acceleration <= 0:
-        raise Misfit("no profile")
-    return Trapezoid(length, speed, acceleration), behind

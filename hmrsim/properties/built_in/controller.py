@@ -11,7 +11,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.watcher import Watcher, cut_off
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.results import Ended, Tell, Verdict
 
 _DEATHS: Final = {

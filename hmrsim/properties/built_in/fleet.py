@@ -23,7 +23,7 @@ from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.watcher import Obligation, Obligations, Watcher
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.results import Ended, Tell, Verdict
 
 

@@ -11,15 +11,15 @@ from pydantic_core import to_json
 
 from hmrsim.events.goals import GoalAccepted, SendGoalRejected
 from hmrsim.events.simulation import ParticipantDropped
+from hmrsim.history.occurrence import Commanded
+from hmrsim.history.timeline import GoalSeen
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
-from hmrsim.properties.observing.timeline import GoalSeen
 from hmrsim.properties.watcher import Watcher
 from hmrsim.protocol.goal import Cause, GoalStatus
-from hmrsim.report.occurrence import Commanded
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
     from hmrsim.properties.results import Ended, Tell, Verdict
 
 _ACCEPTED, _SUCCEEDED, _ABORTED = int(GoalStatus.ACCEPTED), int(GoalStatus.SUCCEEDED), int(GoalStatus.ABORTED)

@@ -10,17 +10,15 @@ from hmrsim.events.robots import MotionBegan, Stopped
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Waiting
 from hmrsim.geometry import distance
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.properties.observing.crossings import Span, closest, spans_near
+from hmrsim.history.motion import Motion, Span, closest, motion_in, spans_near
+from hmrsim.history.occurrence import SceneSeen, point, records, text
+from hmrsim.history.timeline import Phase
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
-from hmrsim.properties.observing.timeline import Phase
-from hmrsim.report.occurrence import SceneSeen, number, point, records, text
-from hmrsim.report.track import Motion
 from hmrsim.simulation.demand import NEAR
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.properties.observing.timeline import Alarm, Timeline
+    from hmrsim.history.timeline import Alarm, Timeline
     from hmrsim.world.model import World
 
 
@@ -71,7 +69,7 @@ class Positions:
             if where is None:
                 return Signal()
             if robot in self._told:
-                self._go(robot, Motion.all_of(*self._told.pop(robot), None))
+                self._go(robot, Motion.all_of(*self._told.pop(robot)))
             near = places[place] = _Near(where)
             self._look(robot, near)
         return places[place].signal
@@ -116,7 +114,7 @@ class Positions:
 
     def _move(self, at: int, event: MotionBegan) -> None:
         if event.robot in self._near:
-            self._go(event.robot, Motion.all_of(at, event, None))
+            self._go(event.robot, Motion.all_of(at, event))
         else:
             # Nobody has asked where it is yet.
             self._told[event.robot] = at, event
@@ -167,11 +165,8 @@ class Positions:
             self._see_robot(at, robot)
 
     def _see_robot(self, at: int, robot: Mapping[str, Any]) -> None:
-        name, motion = text(robot, "name"), robot.get("motion")
-        if not isinstance(motion, dict):
-            self._stand(at, name, point(robot, "pose"))
-            return
-        since = round(number(motion, "began") * NANOSECONDS) if motion.get("began") is not None else at
-        # Simulated time goes on after a reset, and a motion has not begun before.
-        began = min(since, at)
-        self._go(name, Motion.all_of(began, MotionBegan.from_json({**motion, "robot": name}), None))
+        moving = motion_in(robot, at, self._timeline.offset)
+        if moving is None:
+            self._stand(at, text(robot, "name"), point(robot, "pose"))
+        else:
+            self._go(text(robot, "name"), Motion.all_of(*moving))

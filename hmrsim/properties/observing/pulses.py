@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.events import STATUSES, registry
 from hmrsim.events.goals import SendGoalRejected
+from hmrsim.history.timeline import GoalSeen, Phase
 from hmrsim.properties.observing.signal import Signal
-from hmrsim.properties.observing.timeline import GoalSeen, Phase
 
 if TYPE_CHECKING:
     from hmrsim.events import Event, EventPattern
-    from hmrsim.properties.observing.timeline import Timeline
+    from hmrsim.history.timeline import Timeline
 
 Fields = dict[str, Any]
 Matched = Callable[[int, Callable[[], Fields]], object]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.geometry import distance
+from hmrsim.history.robots import STATES
 from hmrsim.properties import Monitor, MonitorSink, Properties
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
-from hmrsim.report.model import STATES
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
 from hmrsim.settings.run import RunSettings
@@ -28,7 +28,7 @@ class _Comparing:
         self.monitor = Monitor(Properties(), world)
         seen = self.monitor.observations
         self.near = {(robot, place): seen.positions.near(robot, place) for robot in world.robots for place in places}
-        self.states = {(robot, state): seen.robots.is_(robot, state) for robot in world.robots for state in STATES}
+        self.states = {(robot, state): seen.robot_is(robot, state) for robot in world.robots for state in STATES}
         self.sink = MonitorSink(simulator, self.monitor)
         self.story = Story()
         self.report = ReportSink(simulator, self.story.take)

@@ -6,9 +6,9 @@ import pytest
 
 from hmrsim.errors import PropertyError
 from hmrsim.events import from_json
+from hmrsim.history.occurrence import Occurrence
 from hmrsim.properties import Ended, Monitor, properties_of
 from hmrsim.properties.results import ItemEnd, reference_of
-from hmrsim.report.occurrence import Occurrence
 from tests.watching import OFF, Feed, seconds, ward
 
 ARRIVED = {"item": "medicine", "at": "ward_a", "carried": False}

@@ -8,11 +8,11 @@ import pytest
 
 from hmrsim.events import Event
 from hmrsim.events.facilities import DoorClosed
+from hmrsim.history.occurrence import Occurrence, SceneSeen
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.protocol.commands import CallService
 from hmrsim.protocol.topics import Topic
 from hmrsim.report import of_recording, report_of
-from hmrsim.report.occurrence import Occurrence, SceneSeen
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
 from hmrsim.services import registry as services
@@ -159,7 +159,7 @@ def test_a_little_step_back_is_no_restart(back, restarts):
     for at in (1_000_000_000, 1_000_000_000 - back):
         story.take(Occurrence(at, DoorClosed("d")))
 
-    assert (restarts, 1_000_000_000) == (story.restarts, story.now)
+    assert (restarts, 1_000_000_000) == (story.timeline.restarts, story.now)
 
 
 def test_after_the_end_nothing_counts():

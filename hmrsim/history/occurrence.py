@@ -1,4 +1,4 @@
-"""The input of a report: timed occurrences, from any source."""
+"""The input of a history: timed occurrences, from any source."""
 
 from __future__ import annotations
 

@@ -6,8 +6,8 @@ import pytest
 
 from hmrsim.events import from_json
 from hmrsim.events.facilities import DoorOpened
-from hmrsim.properties.observing.timeline import Phase, Timeline
-from hmrsim.report.occurrence import BatterySeen, Occurrence
+from hmrsim.history.occurrence import BatterySeen, Occurrence
+from hmrsim.history.timeline import Phase, Timeline
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The time of a run: occurrences in order, alarms between them, and what is settled at the end of an instant."""
+"""The time of a run: occurrences in order, alarms between them, and work at the end of each instant."""
 
 from __future__ import annotations
 
@@ -9,24 +9,27 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.engine.sim_time import JITTER
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
-from hmrsim.report.occurrence import BatterySeen, SceneSeen
+from hmrsim.history.occurrence import BatterySeen, SceneSeen
 
 if TYPE_CHECKING:
-    from hmrsim.report.occurrence import Occurrence
+    from hmrsim.history.occurrence import Occurrence
 
 _SAMPLED: Final = (SceneSeen, BatterySeen)
 """Occurrences that may arrive late, so that they do not indicate a reset of time."""
 
+_UNSET: Final = 1
+"""The stamp of time 0, which ROS would read as unset."""
+
 Handler = Callable[[int, Any], object]
-"""Takes a time in nanoseconds, and what happens then."""
+"""Takes a time in nanoseconds and the event at that time."""
 
 
 class GoalSeen(NamedTuple):
-    """A goal has another status.
+    """A change of a goal's status.
 
     Attributes:
         status: Of action_msgs/msg/GoalStatus.
-        cause: Why it did not succeed, as an identifier; empty until then.
+        cause: The reason for a goal that did not succeed, as an identifier; otherwise empty.
     """
 
     robot: str
@@ -40,13 +43,13 @@ class Phase(IntEnum):
     """When an alarm rings within its instant."""
 
     CHANGE = 0
-    """Before all else: the state of the world changes."""
+    """Before all occurrences of the instant: the state of the world changes."""
     EXPIRY = 1
-    """After all else: what should have happened by then has not."""
+    """After all occurrences of the instant: a deadline has passed."""
 
 
 class Alarm:
-    """Calls a function at a time, unless it was canceled."""
+    """A function that is called at a time, unless the alarm is canceled."""
 
     __slots__ = ("_call",)
 
@@ -54,7 +57,7 @@ class Alarm:
         self._call: Callable[[int], object] | None = call
 
     def cancel(self) -> None:
-        """Do not ring."""
+        """Cancel the alarm."""
         self._call = None
 
     def ring(self, at: int) -> None:
@@ -64,40 +67,42 @@ class Alarm:
 
 
 class Timeline:
-    """Gives each occurrence to those that want its kind, in order of time; alarms ring in between.
+    """Dispatches occurrences to the handlers of their kinds, in order of time; alarms ring in between.
 
-    Time goes on after a reset, so all times are nanoseconds since the run began.
+    Time continues after a reset, so all times are nanoseconds since the run began.
 
     Attributes:
         now: The time of the last occurrence, or alarm.
-        handlers: Who wants what, by the type of the occurrence; `GoalSeen` is that of goals.
-        restarts: How often simulated time has begun anew.
+        began: When the run began; None before it.
+        offset: The time of the last reset, which is added to stamps of simulated time.
+        handlers: The handlers by the type of event; changes of goals have the type `GoalSeen`.
+        restarts: How often simulated time was reset.
     """
 
     def __init__(self) -> None:
         self.now = 0
         self.restarts = 0
         self.handlers: dict[type, tuple[Handler, ...]] = {}
-        self._offset = self._latest = 0
+        self.offset = self._latest = 0
         self._alarms: list[tuple[int, Phase, int, Alarm]] = []
         self._number = 0
         self._unsettled: dict[Callable[[int], object], None] = {}
-        self._begun = False
+        self.began: int | None = None
         self._of_robots: dict[str, list[Handler]] = {}
 
     def begin(self, stamp: int) -> bool:
-        """Let the run begin at a stamp, unless it has begun; return whether it has not."""
-        begins, self._begun = not self._begun, True
-        if begins:
-            self.now = self._latest = _time_of(stamp)
-        return begins
+        """Begin the run at a stamp, unless it has begun; return whether it begins now."""
+        if self.began is not None:
+            return False
+        self.began = self.now = self._latest = 0 if stamp == _UNSET else stamp
+        return True
 
     def on(self, kind: type, handler: Handler) -> None:
-        """Call a handler with each occurrence of a kind from now on, after those that were there before."""
+        """Call a handler with each later occurrence of a kind, after the earlier handlers."""
         self.handlers[kind] = (*self.handlers.get(kind, ()), handler)
 
     def on_reset(self, scopes: int, call: Callable[[int], object]) -> None:
-        """Call a function with the time of each reset of any of some scopes of ResetSimulation, or of a new world."""
+        """Call a function with the time of each reset with any of some scopes of ResetSimulation, or of a new world."""
 
         def reset(at: int, event: SimulationReset) -> None:
             if not event.scope or event.scope & scopes:
@@ -107,7 +112,7 @@ class Timeline:
         self.on(WorldLoaded, lambda at, _event: call(at))
 
     def on_goals_of(self, robot: str, handler: Handler) -> None:
-        """Call a handler with the changes of a robot's goals from now on."""
+        """Call a handler with each later change of a robot's goals."""
         if not self._of_robots:
             self.on(GoalSeen, self._goal)
         self._of_robots.setdefault(robot, []).append(handler)
@@ -117,7 +122,7 @@ class Timeline:
             handler(at, goal)
 
     def alarm(self, at: int, phase: Phase, call: Callable[[int], object]) -> Alarm:
-        """Return an alarm that rings at a time, or at once when time goes on if that is over."""
+        """Return an alarm that rings at a time, or with the next occurrence if that time has passed."""
         alarm = Alarm(call)
         self._number += 1
         heapq.heappush(self._alarms, (at, phase, self._number, alarm))
@@ -128,7 +133,7 @@ class Timeline:
         self._unsettled[call] = None
 
     def take(self, occurrence: Occurrence) -> None:
-        """Give an occurrence to those that want it."""
+        """Process an occurrence."""
         event = occurrence.event
         handlers = self.handlers.get(type(event))
         if handlers is not None:
@@ -137,39 +142,39 @@ class Timeline:
             self.look(occurrence.at)
 
     def give(self, stamp: int, event: Any, handlers: tuple[Handler, ...]) -> None:
-        """Let time go on to a stamp, and call some handlers."""
-        at = max(stamp + self._offset, self.now) if isinstance(event, _SAMPLED) else self._look(stamp)
+        """Advance to a stamp and call some handlers."""
+        at = (0 if stamp == _UNSET else stamp) + self.offset if isinstance(event, _SAMPLED) else self._look(stamp)
         if at > self.now:
             self.advance(at)
         for handler in handlers:
             handler(self.now, event)
 
     def look(self, stamp: int) -> None:
-        """Take note of a stamp of something that nothing wants; what is due before rings."""
+        """Process the stamp of an event without handlers: alarms that are due before it ring."""
         at = self._look(stamp)
         if self._alarms and self._alarms[0][0] < at and at > self.now:
             self.advance(at)
 
     def restart(self, ended: int) -> None:
-        """Take note that simulated time begins anew, at a stamp of the time before."""
-        at = max(ended + self._offset, self.now)
+        """Process a reset of simulated time at a stamp of the time before."""
+        at = max(ended + self.offset, self.now)
         self.advance(at)
-        self._offset = self._latest = at
+        self.offset = self._latest = at
         self.restarts += 1
 
     def _look(self, stamp: int) -> int:
-        """Return the time of a stamp since the run began; one that is earlier than the last begins time anew."""
-        at = _time_of(stamp) + self._offset
+        """Return the time of a stamp since the run began; an earlier stamp than the last one indicates a reset."""
+        at = (0 if stamp == _UNSET else stamp) + self.offset
         if at >= self._latest:
             self._latest = at
         elif at < self._latest - JITTER:
-            self._offset += self._latest - at
+            self.offset += self._latest - at
             self.restarts += 1
             at = self._latest
         return at
 
     def advance(self, at: int) -> None:
-        """Let time go on: what is due before rings, and instants that are over are settled."""
+        """Advance to a time: alarms that are due before it ring, and each instant that is over is settled."""
         alarms = self._alarms
         while True:
             if self._unsettled and self.now < at and not self._changes_now():
@@ -189,8 +194,8 @@ class Timeline:
         return bool(alarms) and alarms[0][0] <= self.now and alarms[0][1] is Phase.CHANGE
 
     def end(self, at: int | None) -> None:
-        """Let time go on to the end of the run, and settle its last instant; what is due then rings."""
-        until = self._latest if at is None else at + self._offset
+        """Advance to the end of the run, ring the alarms that are due then, and settle the last instant."""
+        until = self._latest if at is None else max(self._latest, at + self.offset)
         if until > self.now:
             self.advance(until)
         self._settle()
@@ -200,7 +205,7 @@ class Timeline:
             self._settle()
 
     def close(self) -> None:
-        """Take nothing any more."""
+        """Ignore all later occurrences."""
         for left in (self.handlers, self._alarms, self._unsettled):
             left.clear()
 
@@ -209,8 +214,3 @@ class Timeline:
             calls, self._unsettled = self._unsettled, {}
             for call in calls:
                 call(self.now)
-
-
-def _time_of(stamp: int) -> int:
-    """Return the time of a stamp: one nanosecond stands for time 0, which ROS reads as unset."""
-    return 0 if stamp == 1 else stamp
