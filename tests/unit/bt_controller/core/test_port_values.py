@@ -13,7 +13,7 @@ from bt_controller.core.node import Control, Decoration, Leaf, PortError
 from bt_controller.core.port_values import node
 from bt_controller.core.ports import DOUBLE, INT, POSE, input_port, output_port
 from bt_controller.nodes import registry
-from bt_controller.nodes.controls.recovery_node import RecoveryNode
+from bt_controller.nodes.controls.nav2 import RecoveryNode
 from hmrsim_zenoh.client.places import pose_at
 
 

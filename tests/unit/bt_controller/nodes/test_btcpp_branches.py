@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.nodes import registry
-from bt_controller.nodes.controls.branches import IfThenElse, WhileDoElse
-from bt_controller.nodes.controls.try_catch import TryCatch
+from bt_controller.nodes.controls.branches import IfThenElse, TryCatch, WhileDoElse
 
 NEVER = float("inf")
 

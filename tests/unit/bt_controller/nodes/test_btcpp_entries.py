@@ -6,10 +6,9 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.entries import Script, SetBlackboard, UnsetBlackboard
-from bt_controller.nodes.actions.outcomes import AlwaysFailure, AlwaysSuccess
-from bt_controller.nodes.conditions.entries import ScriptCondition, WasEntryUpdated
-from bt_controller.nodes.decorators.entry_updates import SkipUnlessUpdated, WaitValueUpdate
+from bt_controller.nodes.actions.btcpp import AlwaysFailure, AlwaysSuccess, Script, SetBlackboard, UnsetBlackboard
+from bt_controller.nodes.conditions.blackboard import ScriptCondition, WasEntryUpdated
+from bt_controller.nodes.decorators.gates import SkipUnlessUpdated, WaitValueUpdate
 from bt_controller.scripting.parser import ScriptError, parse
 
 NEVER = float("inf")

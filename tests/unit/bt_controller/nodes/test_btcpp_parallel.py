@@ -6,7 +6,7 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes.controls.parallel import Parallel, ParallelAll
-from bt_controller.nodes.controls.sequence import Sequence
+from bt_controller.nodes.controls.sequences import Sequence
 
 
 @pytest.fixture

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.nodes.controls.fallback import AsyncFallback, Fallback, ReactiveFallback
-from bt_controller.nodes.controls.sequence import AsyncSequence, ReactiveSequence, Sequence, SequenceWithMemory
+from bt_controller.nodes.controls.sequences import (
+    AsyncFallback,
+    AsyncSequence,
+    Fallback,
+    ReactiveFallback,
+    ReactiveSequence,
+    Sequence,
+    SequenceWithMemory,
+)
 
 SEQUENCES = [Sequence, AsyncSequence, SequenceWithMemory, ReactiveSequence]
 FALLBACKS = [Fallback, AsyncFallback, ReactiveFallback]

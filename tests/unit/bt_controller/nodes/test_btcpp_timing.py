@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.actions.sleep import Sleep
-from bt_controller.nodes.controls.sequence import ReactiveSequence
-from bt_controller.nodes.decorators.timing import Delay, Timeout
+from bt_controller.nodes.actions.btcpp import Sleep
+from bt_controller.nodes.controls.sequences import ReactiveSequence
+from bt_controller.nodes.decorators.gates import Delay, Timeout
 
 NEVER = float("inf")
 

@@ -8,15 +8,20 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
-from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
-from bt_controller.nodes.actions.manipulation import Pickup, Place
-from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
+from bt_controller.nodes.actions.manipulation import DockRobot, Pickup, Place, UndockRobot
+from bt_controller.nodes.actions.navigation import (
+    BackUp,
+    DriveOnHeading,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
 from bt_controller.nodes.actions.paths import ComputePathThroughPoses, ComputePathToPose, FollowPath, SmoothPath
 from bt_controller.nodes.actions.routes import ComputeAndTrackRoute, ComputeRoute
-from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
-from bt_controller.nodes.controls.sequence import ReactiveSequence
+from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
+from bt_controller.nodes.controls.nav2 import PipelineSequence
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration

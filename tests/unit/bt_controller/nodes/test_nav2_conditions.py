@@ -12,7 +12,7 @@ from bt_controller.errors import TreeError
 from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
-from bt_controller.nodes.conditions.error_codes import (
+from bt_controller.nodes.conditions.blackboard import (
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
     WouldAPlannerRecoveryHelp,
@@ -26,10 +26,16 @@ from bt_controller.nodes.conditions.goals import (
     GoalUpdated,
     IsGoalNearby,
 )
-from bt_controller.nodes.conditions.localisation import InitialPoseReceived, TransformAvailable
-from bt_controller.nodes.conditions.motion import DistanceTraveled, IsStopped, IsStuck
-from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
-from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
+from bt_controller.nodes.conditions.motion import (
+    DistanceTraveled,
+    InitialPoseReceived,
+    IsStopped,
+    IsStuck,
+    PathExpiringTimer,
+    TimeExpired,
+    TransformAvailable,
+)
+from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.client.places import pose_at

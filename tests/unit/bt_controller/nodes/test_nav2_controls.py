@@ -6,9 +6,13 @@ import math
 
 from py_trees.common import Status
 
-from bt_controller.nodes.controls.nav2_sequences import NonblockingSequence, PersistentSequence, PipelineSequence
-from bt_controller.nodes.controls.recovery_node import RecoveryNode
-from bt_controller.nodes.controls.round_robin import RoundRobin
+from bt_controller.nodes.controls.nav2 import (
+    NonblockingSequence,
+    PersistentSequence,
+    PipelineSequence,
+    RecoveryNode,
+    RoundRobin,
+)
 
 
 class TestRecoveryNode:

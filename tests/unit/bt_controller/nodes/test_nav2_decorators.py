@@ -7,18 +7,18 @@ import math
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.controls.fallback import ReactiveFallback
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
+from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.parallel import Parallel
-from bt_controller.nodes.decorators.controllers import (
+from bt_controller.nodes.controls.sequences import ReactiveFallback
+from bt_controller.nodes.decorators.gates import SingleTrigger
+from bt_controller.nodes.decorators.nav2 import (
     DistanceController,
     GoalUpdatedController,
+    GoalUpdater,
+    PathLongerOnApproach,
     RateController,
     SpeedController,
 )
-from bt_controller.nodes.decorators.goal_updater import GoalUpdater
-from bt_controller.nodes.decorators.once import SingleTrigger
-from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
 from hmrsim_zenoh.client.places import pose_at
 
 

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.cancels import CancelControl
-from bt_controller.nodes.actions.path_parts import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
+from bt_controller.nodes.actions.navigation import CancelControl
+from bt_controller.nodes.actions.paths import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
 from bt_controller.nodes.actions.poses import (
     AppendGoalPoseToGoals,
     GetCurrentPose,
@@ -17,8 +17,8 @@ from bt_controller.nodes.actions.poses import (
     RemovePassedGoals,
 )
 from bt_controller.nodes.actions.routes import ExtractRouteNodesAsGoals
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
-from bt_controller.nodes.controls.sequence import ReactiveSequence
+from bt_controller.nodes.controls.nav2 import PipelineSequence
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
 from bt_controller.world.directory import Directory
 from hmrsim.interfaces.geometry_msgs import Point

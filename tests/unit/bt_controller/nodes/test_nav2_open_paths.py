@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from bt_controller.nodes.conditions.path_validity import IsPathValid, ValidatePath
-from bt_controller.nodes.controls.sequence import ReactiveSequence
+from bt_controller.nodes.conditions.paths import IsPathValid, ValidatePath
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import RequestTimeout

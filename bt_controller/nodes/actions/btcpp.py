@@ -1,14 +1,15 @@
-"""BehaviorTree.CPP's actions on the blackboard: SetBlackboard, UnsetBlackboard, Script."""
+"""BehaviorTree.CPP's actions: blackboard entries, scripts, constant results and sleep."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.core.node import Leaf, PortError
-from bt_controller.core.ports import ANY, input_port, output_port
+from bt_controller.core.node import EACH_PERIOD, Leaf, PortError
+from bt_controller.core.ports import ANY, UNSIGNED, input_port, output_port
+from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.scripting.ports import Scripted
 
@@ -54,4 +55,41 @@ class Script(Scripted, Leaf):
         return Status.SUCCESS
 
 
-FAMILY = Family.of("entries", SetBlackboard, UnsetBlackboard, Script)
+class AlwaysSuccess(Leaf):
+    """Succeeds."""
+
+    def update(self) -> Status:
+        """Return the status."""
+        return Status.SUCCESS
+
+
+class AlwaysFailure(Leaf):
+    """Fails."""
+
+    def update(self) -> Status:
+        """Return the status."""
+        return Status.FAILURE
+
+
+_MILLISECONDS: Final = 1000
+
+
+class Sleep(Leaf):
+    """Runs for a duration, and then succeeds."""
+
+    INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds")}
+
+    def initialise(self) -> None:
+        """Begin to sleep."""
+        self._ends = now() + self.read("msec") / _MILLISECONDS
+
+    def next_tick_time(self) -> float:
+        """Return the end of the duration; a node that has ended sleeps again when it is ticked again."""
+        return self._ends if self.status is Status.RUNNING else EACH_PERIOD
+
+    def update(self) -> Status:
+        """Check the time."""
+        return Status.SUCCESS if reached(self._ends) else Status.RUNNING
+
+
+FAMILY = Family.of("btcpp", SetBlackboard, UnsetBlackboard, Script, AlwaysSuccess, AlwaysFailure, Sleep)

@@ -1,4 +1,4 @@
-"""Nav2's controllers: a child that is ticked again by time, distance, speed, or when the goal has changed."""
+"""Nav2's decorators: a child that is ticked by time, distance, speed or a changed goal, or once."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import EACH_PERIOD, Decoration, PortError, Ticks
-from bt_controller.core.ports import FINITE, POSITIVE, input_port
+from bt_controller.core.ports import FINITE, PATH, POSE, POSES, POSITIVE, input_port, output_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.nodes.goals import GOAL_PORTS, goals_of
-from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
-from bt_controller.nodes.paths import apart
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, GOAL_PORTS, Located, goals_of
+from bt_controller.nodes.paths import apart, length_of
+from hmrsim.interfaces.nav_msgs import Path
 
 
 class _Controller(Decoration):
@@ -170,4 +170,68 @@ class SpeedController(_Controller, Located):
         return 1.0 / (1.0 / longest + min(max(share, 0.0), 1.0) * (1.0 / shortest - 1.0 / longest))
 
 
-FAMILY = Family.of("controllers", DistanceController, GoalUpdatedController, RateController, SpeedController)
+class GoalUpdater(Decoration):
+    """Copies its input goals to its output ports at each tick, and returns its child's status.
+
+    A node that has another goal for the robot writes it to the entry of ``input_goal``.
+    """
+
+    INPUTS: ClassVar = {
+        "input_goal": input_port(POSE, "The goal", required=False),
+        "input_goals": input_port(POSES, "The goals", required=False),
+    }
+    OUTPUTS: ClassVar = {"output_goal": output_port(POSE, "The goal"), "output_goals": output_port(POSES, "The goals")}
+
+    def advance(self) -> Ticks:
+        """Copy the goals, and tick the child."""
+        for what in ("goal", "goals"):
+            value = self.read(f"input_{what}")
+            if value is not None:
+                self.write(f"output_{what}", value)
+        return (yield from self.tick_child())
+
+
+class PathLongerOnApproach(Decoration):
+    """Ticks its child when a new path to the same goal is much longer than the previous, short one.
+
+    The previous path has to be shorter than ``prox_len``, in the world's unit of length, and the new one more than
+    ``length_factor`` times as long. Otherwise the node succeeds at once.
+    """
+
+    INPUTS: ClassVar = {
+        "path": input_port(PATH, "The path", required=False),
+        "prox_len": input_port(FINITE, "Largest length of the previous path", default=3.0),
+        "length_factor": input_port(FINITE, "Smallest ratio of the lengths", default=2.0),
+    }
+
+    _old = Path()
+
+    def advance(self) -> Ticks:
+        """Compare the path with the previous one, and tick the child if it is much longer."""
+        new = self.read("path") or Path()
+        if self.child.status is not Status.RUNNING and not self._is_detour(new):
+            self._old = new
+            return Status.SUCCESS
+        status = yield from self.tick_child()
+        if status is not Status.RUNNING:
+            self._old = new
+        return status
+
+    def _is_detour(self, new: Path) -> bool:
+        old = self._old
+        if not (old.poses and new.poses) or old.poses[-1].pose != new.poses[-1].pose:
+            return False
+        before = length_of(old)
+        detour: bool = before < self.read("prox_len") and length_of(new) > self.read("length_factor") * before
+        return detour
+
+
+FAMILY = Family.of(
+    "nav2",
+    DistanceController,
+    GoalUpdatedController,
+    RateController,
+    SpeedController,
+    GoalUpdater,
+    PathLongerOnApproach,
+)

@@ -1,4 +1,4 @@
-"""Nav2's conditions on error codes, which tell whether a recovery may help."""
+"""Conditions on the blackboard: BehaviorTree.CPP's scripts and updates of entries, Nav2's error codes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,32 @@ from typing import ClassVar
 from py_trees.common import Status
 
 from bt_controller.core.node import Condition
-from bt_controller.core.ports import INT, INTS, input_port
+from bt_controller.core.ports import ANY, INT, INTS, input_port
 from bt_controller.nodes import Family
+from bt_controller.nodes.located import Watching
+from bt_controller.scripting.ports import Scripted
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, ComputeRoute, FollowPath, SmoothPath
+
+
+class ScriptCondition(Scripted, Condition):
+    """Runs a script; succeeds if its value is true, and fails otherwise."""
+
+    SCRIPTS: ClassVar = ("code",)
+
+    def update(self) -> Status:
+        """Run the script."""
+        return Status.SUCCESS if self.holds("code") else Status.FAILURE
+
+
+class WasEntryUpdated(Watching, Condition):
+    """Succeeds if an entry was written since the last tick, even with the same value; else fails."""
+
+    INPUTS: ClassVar = {"entry": input_port(ANY, "Key of the entry, with or without braces")}
+
+    def update(self) -> Status:
+        """Check the entry."""
+        return Status.SUCCESS if self.updated() else Status.FAILURE
+
 
 _ERROR_CODE = input_port(INT, "The error code; none before one is written", required=False)
 
@@ -84,7 +107,9 @@ class WouldARouteRecoveryHelp(_WouldARecoveryHelp):
 
 
 FAMILY = Family.of(
-    "error_codes",
+    "blackboard",
+    ScriptCondition,
+    WasEntryUpdated,
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
     WouldAPlannerRecoveryHelp,
