@@ -11,11 +11,11 @@ from py_trees.common import Status
 
 from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
+from bt_controller.core.directory import NotServed
 from bt_controller.core.node import EACH_PERIOD, Control, PortError, Ticks
 from bt_controller.core.ports import SHARE, input_port
 from bt_controller.core.sim_time import now, reached, time_behind
-from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
-from bt_controller.world.directory import NotServed
+from bt_controller.core.subtrees import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.sensor_msgs import BatteryState

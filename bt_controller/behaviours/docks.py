@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.behaviours.action_clients import FromConstant
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.actions import dock_robot, undock_robot
 from hmrsim.interfaces.nav2_msgs import DockRobot, UndockRobot
 from hmrsim_zenoh.errors import Unreachable

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.diagnostics import shown
 from hmrsim.interfaces.nav2_msgs import NavigateToPose

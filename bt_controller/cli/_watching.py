@@ -11,10 +11,9 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_controller.watching.display import JsonDisplay, PlainDisplay
+from bt_controller.watching.display import JsonDisplay, PlainDisplay, Transitions
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
-from bt_controller.watching.transitions import Transitions
 from hmrsim.program.files import STDOUT, TextOutput, check_outputs, unwritable
 
 if TYPE_CHECKING:

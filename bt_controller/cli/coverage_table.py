@@ -12,9 +12,8 @@ from rich.text import Text
 
 from bt_controller.cli._codes import DONE
 from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.files import check_format, read_coverage, write_coverage
-from bt_controller.coverage.outcomes import ABORTED, ENDINGS, WORDS
-from bt_controller.coverage.summary import goal_ends, share_of, summary
+from bt_controller.coverage.files import check_format, goal_ends, read_coverage, share_of, summary, write_coverage
+from bt_controller.coverage.node_coverage import ABORTED, ENDINGS, WORDS
 from hmrsim.errors import printable
 from hmrsim.program.files import check_outputs
 

@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="extend",
         nargs="+",
         default=[],
-        type=partial(_checked, Later("bt_controller.running.selection", "check_selector")),
+        type=partial(_checked, Later("bt_controller.core.directory", "check_selector")),
         metavar="SELECTOR",
         help="all robots of a kind, by name: all, type:TYPE, action:ACTION, component:COMPONENT; repeatable",
     )

@@ -20,15 +20,13 @@ from bt_controller.cli._watching import (
     draw,
     watching,
 )
+from bt_controller.core.directory import Directory, selected
 from bt_controller.errors import TreeError
-from bt_controller.running.clocks import clock_for
+from bt_controller.running.clocks import STOP, Mailbox, clock_for
 from bt_controller.running.interruption import on_interrupt
-from bt_controller.running.mailbox import STOP, Mailbox
 from bt_controller.running.mission import missions_for, prepare
 from bt_controller.running.runner import Runner
-from bt_controller.running.selection import selected
 from bt_controller.running.snapshot import nodes_of
-from bt_controller.world.directory import Directory
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim.program.signals import exit_code_of
 from hmrsim_zenoh.client.client import Client

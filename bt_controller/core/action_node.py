@@ -11,9 +11,9 @@ from py_trees.common import Status
 from pydantic import ValidationError
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
-from bt_controller.world.directory import Directory
 from hmrsim.errors import GoalRejected
 from hmrsim.program.users_code import field_errors
 from hmrsim.protocol.goal import GoalStatus

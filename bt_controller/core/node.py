@@ -86,30 +86,30 @@ class Connections(NamedTuple):
     written: Sequence[str]
 
     @classmethod
-    def of(cls, kind: type[Node], own: str, remappings: Mapping[str, str], namespace: str) -> Connections:
+    def of(
+        cls, kind: type[Node], own: str, keys: Mapping[str, str], texts: Mapping[str, str], namespace: str
+    ) -> Connections:
         """Return the connections of a node.
 
         Args:
             kind: Its class.
             own: A name that no other node of the tree has.
-            remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out has
-                a key of its own.
+            keys: The keys of ports. A port without a key and a text has its own key.
+            texts: The texts of ports.
             namespace: What keys without a slash are below.
         """
         below = Blackboard.absolute_name(namespace, _NO_NAME.sub("_", own))
-        keys, texts = {}, {}
-        shared: tuple[list[str], list[str]] = ([], [])
-        for ports, there in zip((kind.INPUTS, kind.OUTPUTS), shared, strict=True):
-            for port in ports:
-                if port not in remappings:
-                    keys[port] = f"{below}/{port}"
-                elif CONST_PREFIX in remappings[port]:
-                    keys[port] = f"{below}/{port}__const"
-                    texts[keys[port]] = decode_const_value(remappings[port])
-                else:
-                    keys[port] = Blackboard.absolute_name(namespace, remappings[port])
-                    there.append(keys[port])
-        return cls(namespace, keys, texts, *shared)
+        found = {port: Blackboard.absolute_name(namespace, key) for port, key in keys.items()}
+        for port in (*kind.INPUTS, *kind.OUTPUTS):
+            if port not in found:
+                found[port] = f"{below}/{port}__const" if port in texts else f"{below}/{port}__own"
+        return cls(
+            namespace,
+            found,
+            {found[port]: text for port, text in texts.items()},
+            [found[port] for port in kind.INPUTS if port in keys],
+            [found[port] for port in kind.OUTPUTS if port in keys],
+        )
 
 
 class Node(PortsMixin):
@@ -162,8 +162,12 @@ class Node(PortsMixin):
             logger: What nodes may log to; the node's own if left out.
         """
         self._ports_logger = logger
+        keys, texts = dict(port_remappings or {}), {}
+        for port, key in [*keys.items()]:
+            if CONST_PREFIX in key:
+                texts[port] = decode_const_value(keys.pop(port))
         own = f"{self.name}_{self.id}"
-        self.connect(Connections.of(type(self), own, port_remappings or {}, subtree_namespace))
+        self.connect(Connections.of(type(self), own, keys, texts, subtree_namespace))
 
     def connect(self, connections: Connections) -> None:
         """Connect the ports with the blackboard in use."""

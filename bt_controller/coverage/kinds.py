@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import repeat
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from py_trees.composites import Selector
 from py_trees.composites import Sequence as SequenceOfPyTrees
 
-from bt_controller.coverage.outcomes import FAILURE, RUNNING, SKIPPED, SUCCESS
-from bt_controller.scripting.conditions import ScriptConditions
+from bt_controller.coverage.node_coverage import CANCELED, FAILURE, RECOVERED, RUNNING, SKIPPED, SUCCESS
+from bt_controller.scripting.scripted import ScriptConditions
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -179,7 +180,7 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("py_trees.decorators", Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
-            ("bt_controller.xml.translation", Kind(_whole), "SubTree"),
+            ("bt_controller.loading.builder", Kind(_whole), "SubTree"),
             ("bt_controller.behaviours.charging", Kind(halts=_all), "BatteryGuard"),
             ("bt_controller.nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
             ("bt_controller.nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
@@ -262,3 +263,55 @@ def _known(kind: type[Behaviour]) -> tuple[Kind, bool]:
         if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
             return found, issubclass(kind, (SequenceOfPyTrees, Selector))
     return _UNKNOWN, False
+
+
+_CANCELED: Final = frozenset({CANCELED})
+_RECOVERED: Final = frozenset({RECOVERED})
+
+
+def possible_outcomes(root: Behaviour) -> dict[Behaviour, Outcomes]:
+    """Return what can happen to each node of a tree; parents come first."""
+    returned: dict[Behaviour, Outcomes] = {}
+    _returns(root, returned)
+    found: dict[Behaviour, Outcomes] = {}
+    _mark(root, returned, found, halted=False, recovered=False)
+    return found
+
+
+def recovers(node: Behaviour) -> bool:
+    """Return whether a node makes up for a failure of one of its children."""
+    count = len(node.children)
+    return count > 0 and any(map(kind_of(node).recovers, range(count), repeat(count)))
+
+
+def _mark(
+    node: Behaviour,
+    returned: Mapping[Behaviour, Outcomes],
+    found: dict[Behaviour, Outcomes],
+    *,
+    halted: bool,
+    recovered: bool,
+) -> None:
+    """Find what can happen to a node and those below it, by what can happen above it."""
+    outcomes = returned[node]
+    if halted and RUNNING in outcomes:
+        outcomes |= _CANCELED
+    if recovered and FAILURE in outcomes:
+        outcomes |= _RECOVERED
+    found[node] = outcomes
+    if not (count := len(node.children)):
+        return
+    kind = kind_of(node)
+    for index, child in enumerate(node.children):
+        may_halt = halted or kind.halts(index, count)
+        may_recover = kind.recovers(index, count) or (recovered and not kind.swallows(index, count))
+        _mark(child, returned, found, halted=may_halt, recovered=may_recover)
+
+
+def _returns(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
+    if node.children:
+        found = kind_of(node).returns([_returns(child, returned) for child in node.children])
+    else:
+        found = outcomes_of_leaf(type(node))
+    returned[node] = found
+    return found

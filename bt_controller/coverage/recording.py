@@ -15,19 +15,19 @@ from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Node
-from bt_controller.core.tree_paths import paths
-from bt_controller.coverage.node_coverage import NodeCoverage
-from bt_controller.coverage.outcomes import (
+from bt_controller.core.subtrees import paths
+from bt_controller.coverage.kinds import possible_outcomes, recovers
+from bt_controller.coverage.node_coverage import (
     CANCELED,
     FAILURE,
     RECOVERED,
     RUNNING,
     SKIPPED,
     SUCCESS,
+    NodeCoverage,
     ended_with_run,
     ending_of,
 )
-from bt_controller.coverage.possible import possible_outcomes, recovers
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

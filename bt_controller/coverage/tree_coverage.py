@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from bt_controller.coverage.node_coverage import NodeCoverage
-from bt_controller.coverage.outcomes import RECOVERED
+from bt_controller.coverage.node_coverage import RECOVERED, NodeCoverage
 from bt_controller.coverage.recording import Recorder, watched
 from hmrsim.errors import HmrsimError
 

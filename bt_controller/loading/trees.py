@@ -117,9 +117,8 @@ def load(
         TreeError: There is no such file, module or function, or something is wrong with it.
     """
     if _is_xml(name):
-        # A tree in Python needs neither all nodes nor py_trees' parser, which take 100 ms to load.
-        from bt_controller.xml.file_tree import load_file  # noqa: PLC0415
-        from bt_controller.xml.vocabulary import vocabulary  # noqa: PLC0415
+        # A tree in Python does not need all nodes, which take 100 ms to load.
+        from bt_controller.loading.file_tree import load_file, vocabulary  # noqa: PLC0415
 
         known = vocabulary(nodes)
         found, unset, doubts = load_file(name, known, tree=tree, values=values)

@@ -15,8 +15,8 @@ from py_trees.common import Status
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
+from bt_controller.running.schedule import Due, due
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
-from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
 from hmrsim_zenoh.client.action_client import for_client

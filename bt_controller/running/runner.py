@@ -19,18 +19,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
 
+from bt_controller.core.directory import Directory
 from bt_controller.core.topics import Topics
-from bt_controller.running.alarms import Alarms
-from bt_controller.running.mailbox import RESET, STOP
+from bt_controller.running.clocks import RESET, STOP
+from bt_controller.running.schedule import Alarms, Due, TimerQueue, next_period
 from bt_controller.running.snapshot import nodes_of, reasons, tip
-from bt_controller.running.tick_schedule import Due, next_period
-from bt_controller.running.timer_queue import TimerQueue
-from bt_controller.world.directory import Directory
 from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from bt_controller.running.clocks import Clock
-    from bt_controller.running.mailbox import Mailbox
+    from bt_controller.running.clocks import Clock, Mailbox
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.conditions import Condition

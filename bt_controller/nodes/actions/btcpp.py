@@ -11,7 +11,7 @@ from bt_controller.core.node import EACH_PERIOD, Leaf, PortError
 from bt_controller.core.ports import ANY, UNSIGNED, input_port, output_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.scripting.ports import Scripted
+from bt_controller.scripting.scripted import Scripted
 
 
 class SetBlackboard(Leaf):

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
+from bt_controller.core.directory import Directory
 from bt_controller.core.node import Leaf
 from bt_controller.core.ports import BOOL, FINITE, POSE, POSES, STRING, input_port
 from bt_controller.nodes import Family
-from bt_controller.world.directory import Directory
 from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces import nav2_msgs

@@ -11,7 +11,7 @@ from bt_controller.behaviours.docks import Dock, Undock
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.interfaces import moveit_msgs, nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim_zenoh.client.places import pose_at

@@ -19,10 +19,10 @@ from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory
 from bt_controller.core.node import PortError
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.tick_schedule import due
-from bt_controller.world.directory import Directory
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
 from hmrsim.interfaces.nav_msgs import Odometry

@@ -11,8 +11,8 @@ from py_trees.composites import Sequence
 from bt_controller.behaviours.docks import Dock
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory, NotServed
 from bt_controller.core.node import PortError
-from bt_controller.world.directory import Directory, NotServed
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped

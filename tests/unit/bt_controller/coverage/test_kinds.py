@@ -14,8 +14,7 @@ from py_trees.timers import Timer
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.wait import Wait
-from bt_controller.coverage.kinds import _LEAVES, _PARENTS
-from bt_controller.coverage.possible import possible_outcomes
+from bt_controller.coverage.kinds import _LEAVES, _PARENTS, possible_outcomes
 
 
 def possible(root, name):

@@ -10,7 +10,7 @@ from py_trees.decorators import Inverter, Retry
 
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.node import Decoration
-from bt_controller.core.suspension import suspend
+from bt_controller.core.subtrees import suspend
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission

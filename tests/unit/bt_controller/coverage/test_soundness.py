@@ -16,7 +16,7 @@ from bt_controller.core.node import Condition
 from bt_controller.core.port_values import node
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.outcomes import ENDINGS, RUNNING
+from bt_controller.coverage.node_coverage import ENDINGS, RUNNING
 from bt_controller.nodes import registry
 
 if TYPE_CHECKING:

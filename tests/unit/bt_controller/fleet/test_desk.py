@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.fleet.allocation import PendingTask, Robot, TaskQueue
-from bt_controller.fleet.tasks import Task
+from bt_controller.fleet.allocation import PendingTask, Robot, Task, TaskQueue
 
 CAN = ("navigate_to_pose", "pickup", "place")
 

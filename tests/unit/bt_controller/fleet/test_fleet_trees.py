@@ -9,12 +9,11 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import NotServed
 from bt_controller.loading.trees import Plan, load
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
-from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.fleet.tasks import Task, arrivals
+from bt_controller.fleet.allocation import Task, arrivals
 
 TASKS = tuple(Task(item, "a", "b") for item in ("tea", "milk", "rice"))
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Decoration, Leaf
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.tick_schedule import due
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry, Path

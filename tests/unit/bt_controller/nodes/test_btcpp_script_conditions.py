@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
+from bt_controller.scripting.scripted import conditioned
 
 
 @pytest.fixture

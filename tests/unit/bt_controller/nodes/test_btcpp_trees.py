@@ -9,10 +9,10 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from bt_controller.errors import TreeError
+from bt_controller.loading.file_tree import load_file
 from bt_controller.nodes import registry
-from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
-from bt_controller.xml.file_tree import load_file
+from bt_controller.scripting.scripted import conditioned
 from tests.profiles import examples
 
 _CONTROLS = {

@@ -7,6 +7,7 @@ import math
 import pytest
 from py_trees.common import Status
 
+from bt_controller.core.directory import NotServed
 from bt_controller.core.node import PortError
 from bt_controller.nodes.actions.manipulation import DockRobot, Pickup, Place, UndockRobot
 from bt_controller.nodes.actions.navigation import (
@@ -22,7 +23,6 @@ from bt_controller.nodes.actions.routes import ComputeAndTrackRoute, ComputeRout
 from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
 from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.sequences import ReactiveSequence
-from bt_controller.world.directory import NotServed
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from bt_controller.core.directory import Directory
 from bt_controller.nodes import registry
 from bt_controller.nodes.actions.navigation import CancelControl
 from bt_controller.nodes.actions.paths import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
@@ -20,7 +21,6 @@ from bt_controller.nodes.actions.routes import ExtractRouteNodesAsGoals
 from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.sequences import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
-from bt_controller.world.directory import Directory
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path

@@ -14,7 +14,7 @@ from py_trees.timers import Timer
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.nodes.actions.btcpp import Sleep
-from bt_controller.running.tick_schedule import due
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.nav2_msgs import Wait
 
 NEVER = math.inf

@@ -13,13 +13,12 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import NotServed
 from bt_controller.examples import go_to_pose
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.clocks import STOP, Mailbox, clock_for
 from bt_controller.running.mission import Mission, TreeCrashed
 from bt_controller.running.runner import Runner
-from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim_zenoh.errors import SimulatorGone
 

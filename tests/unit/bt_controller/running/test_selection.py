@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.running.selection import check_selector, completions, selected
-from bt_controller.world.directory import Directory, NotServed
+from bt_controller.core.directory import Directory, NotServed, check_selector, completions, selected
 
 WARD = Directory.from_info(
     {

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_controller.running.timer_queue import TimerQueue
+from bt_controller.running.schedule import TimerQueue
 
 
 @pytest.fixture

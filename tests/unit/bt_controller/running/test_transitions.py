@@ -12,10 +12,10 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
-from bt_controller.core.tree_paths import paths
+from bt_controller.core.subtrees import paths
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
-from bt_controller.watching.transitions import Transitions
+from bt_controller.watching.display import Transitions
 
 
 class Log:
@@ -111,7 +111,7 @@ def test_siblings_of_one_name_are_numbered():
 
 def test_people_read_it_in_the_log(caplog):
     """With --log-level info it is on stderr."""
-    caplog.set_level(logging.INFO, "bt_controller.watching.transitions")
+    caplog.set_level(logging.INFO, "bt_controller.watching.display")
     mission = Mission("wall_e", Plan("test", lambda: Running("Root"), takes_robot=False, confirmed=False))
     mission.root.feedback_message = "on its way"
     transitions = Transitions(None, [mission])
@@ -125,6 +125,6 @@ def test_people_read_it_in_the_log(caplog):
 @pytest.mark.parametrize(("level", "wanted"), [(logging.INFO, True), (logging.WARNING, False)])
 def test_transitions_are_watched_only_if_they_are_logged(caplog, level, wanted):
     """Watching has a cost for each behaviour that is ticked."""
-    caplog.set_level(level, "bt_controller.watching.transitions")
+    caplog.set_level(level, "bt_controller.watching.display")
 
     assert wanted == Transitions.wanted()

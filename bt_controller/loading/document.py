@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
-    from bt_controller.xml.faults import Faults
-    from bt_controller.xml.source import Element
+    from bt_controller.loading.source import Element, Faults
 
 _ROOT_ATTRIBUTES: Final = ("BTCPP_format", "main_tree_to_execute")
 _PORTS: Final = ("input_port", "output_port", "inout_port")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bt_controller.errors import TreeError
-from bt_controller.xml.source import MAX_BYTES, MAX_LETTERS, MAX_NODES, read
+from bt_controller.loading.source import MAX_BYTES, MAX_LETTERS, MAX_NODES, read
 from hmrsim.safe_xml import MAX_DEPTH
 
 
@@ -98,7 +98,7 @@ class TestInclude:
         changed = files.load(main, tree="A")
 
         assert first is again
-        assert ["one", "two"] == [found.labels[0][0] for found in (first, changed)]
+        assert ["one", "two"] == [found.blueprint.children[0].name for found in (first, changed)]
 
     @pytest.mark.parametrize("form", ['include path="sub/b.xml"', 'Import src="sub/b.xml"', 'Include file="sub/b.xml"'])
     def test_trees_come_from_the_included_file(self, files, form):

@@ -1,21 +1,25 @@
-"""A node in a file, checked against its class."""
+"""A node in a file, checked against its class, and its references to the blackboard.
+
+A reference is ``{key}``, ``{=}`` for the port's own name, or ``{@key}`` for the main tree's entry.
+"""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
+from py_trees.ports import CONST_PREFIX, DOT_REPLACEMENT
 
-from bt_controller.xml.keys import is_key, reference
 from hmrsim.diagnostics import shown
 
 if TYPE_CHECKING:
+    from bt_controller.loading.source import Origin
     from bt_controller.scripting.parser import Script
-    from bt_controller.xml.faults import Origin
 
 
 @dataclass(frozen=True)
@@ -93,3 +97,37 @@ def shared(name: str, text: str) -> str:
         raise ValueError("not a valid key; expected letters, digits, '_' and '-'")
     key = reference(name, text)
     return text if key is None else f"{{{key}}}"
+
+
+_KEY: Final = re.compile(r"@?[\w-]+")
+_TAKEN: Final = ("name", "ID", "@name", "@ID")
+"""The attributes that py_trees reserves."""
+
+
+def reference(port: str, text: str) -> str | None:
+    """Return the key that a text refers to; None if it is a value.
+
+    Raises:
+        ValueError: The text is neither, or has a special meaning in py_trees.
+    """
+    inner = text.strip()
+    if not (inner.startswith("{") and inner.endswith("}") and len(inner) > len("{}")):
+        if "{" in text or "}" in text:
+            raise ValueError(f"{shown(text)} is not a value; braces enclose keys of the blackboard: {{key}}")
+        if CONST_PREFIX in text or DOT_REPLACEMENT in text:
+            raise ValueError(
+                f"{shown(text)} is not a value; {CONST_PREFIX!r} and {DOT_REPLACEMENT!r} are reserved by py_trees"
+            )
+        return None
+    key = port if inner == "{=}" else inner[1:-1].strip()
+    if not is_key(key):
+        wanted = "the name is reserved" if key in _TAKEN else "expected letters, digits, '_' and '-'"
+        raise ValueError(f"{shown(text)} is not a key of the blackboard; {wanted}")
+    return key
+
+
+def is_key(text: str) -> bool:
+    """Return whether a text can be a key."""
+    return (
+        bool(_KEY.fullmatch(text)) and text not in _TAKEN and CONST_PREFIX not in text and DOT_REPLACEMENT not in text
+    )

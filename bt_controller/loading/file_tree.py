@@ -1,33 +1,32 @@
-"""The tree of a file: read and checked once, made for each robot."""
+"""The tree of a file, read and checked once and built for each robot, and the nodes that a file may use."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
+from py_trees.ports import PortsMixin
 
 from bt_controller.core.blackboards import Board
 from bt_controller.errors import TreeError
-from bt_controller.xml.check import check
-from bt_controller.xml.document import document
-from bt_controller.xml.draft import drafted
-from bt_controller.xml.faults import Faults
-from bt_controller.xml.source import Element, read
-from bt_controller.xml.translation import SUBTREE, in_order, translate
-from bt_controller.xml.wiring import examine, unread
+from bt_controller.loading.builder import check_subtrees, plan
+from bt_controller.loading.check import check
+from bt_controller.loading.document import document
+from bt_controller.loading.named_functions import imported
+from bt_controller.loading.source import Element, Faults, read
+from bt_controller.loading.wiring import examine, unread
+from bt_controller.nodes import registry
 from hmrsim.file_cache import FileCache
 from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
-    from py_trees.behaviour import Behaviour
-
-    from bt_controller.xml.draft import Draft
-    from bt_controller.xml.faults import Origin
-    from bt_controller.xml.translation import Translation
+    from bt_controller.loading.builder import Blueprint
 
 
 @dataclass(frozen=True)
@@ -35,14 +34,12 @@ class FileTree:
     """A tree of a file.
 
     Attributes:
-        draft: What py_trees has read.
-        labels: The name and the origin of each node, in the order of py_trees' ``iterate``.
+        blueprint: Its root.
         texts: The initial blackboard entries of its subtrees.
         files: The files that it was read from.
     """
 
-    draft: Draft
-    labels: tuple[tuple[str, Origin], ...]
+    blueprint: Blueprint
     texts: Mapping[str, str]
     files: tuple[str, ...]
 
@@ -50,7 +47,7 @@ class FileTree:
         """Return the root of a new tree, on the blackboard in use."""
         for key, text in self.texts.items():
             Blackboard.set(key, text)
-        root: Behaviour = self.draft.made()
+        root: Behaviour = self.blueprint.build()
         return root
 
 
@@ -89,33 +86,13 @@ def _load(path: str, nodes: Mapping[str, type[Any]], tree: str | None, values: M
     faults = Faults()
     found = document(root, faults, tree=tree)
     calls = check(found, nodes, faults)
-    in_order(calls, faults)
-    faults.raise_any()
-    translation = translate(calls, faults)
+    check_subtrees(calls, faults)
     faults.raise_any()
     files = dict.fromkeys(element.origin.file for element in root.iter() if isinstance(element, Element))
-    try:
-        result = _labelled(found.main, translation, tuple(files))
-    except Exception as error:  # whatever py_trees' parser can't take
-        raise TreeError(f"{path}: {described(error)}") from error
+    result = FileTree(*plan(found.main, calls), tuple(files))
     unset, unknown = _tried(path, result, values, faults)
     faults.raise_any()
     return _Loaded(result, unset, (*faults.warnings, *unknown))
-
-
-def _labelled(main: str, translation: Translation, files: tuple[str, ...]) -> FileTree:
-    labels = []
-    texts = {}
-    for part, namespace in translation.parts(main):
-        if part.tag == SUBTREE:
-            texts.update({f"{namespace}{key}": text for key, text in part.texts.items()})
-        else:
-            labels.append((part.shown, part.origin))
-    draft = drafted(main, translation)
-    drafts: Iterable[Any] = draft.iterate()
-    for each, (name, origin) in zip(drafts, labels, strict=True):
-        each.label(name, str(origin))
-    return FileTree(draft, tuple(labels), texts, files)
 
 
 def _tried(
@@ -129,12 +106,40 @@ def _tried(
             root = tree.build()
         except TreeError as error:
             raise TreeError(f"{path}: {error}") from error
-        except Exception as error:  # such as a value that is none of its port's
+        except Exception as error:  # such as a value that its port does not take
             raise TreeError(f"{path}: {described(error)}") from error
-        unset = examine(zip(_named(root), (origin for _, origin in tree.labels), strict=True), faults)
+        # A guard adds a drive back, which no file names.
+        nodes = [node for node in root.iterate() if not getattr(node, "implied", False)]
+        unset = examine(zip(nodes, tree.blueprint.origins(), strict=True), faults)
         return unset, unread(values)
 
 
-def _named(root: Behaviour) -> list[Behaviour]:
-    """Return the nodes of the file, without the drive back that a guard adds."""
-    return [node for node in root.iterate() if not getattr(node, "implied", False)]
+def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
+    """Return all nodes by tag.
+
+    Args:
+        modules: The user's modules; each public subclass of Node is a node with its name as the tag.
+
+    Raises:
+        TreeError: A module can't be imported, has no nodes, or defines an existing tag.
+    """
+    found: dict[str, type[Any]] = dict(registry())
+    for name in modules:
+        module = imported(f"--nodes {name}".rstrip(), name)
+        classes = {
+            tag: value
+            for tag, value in vars(module).items()
+            if inspect.isclass(value) and value.__module__ == module.__name__ and _is_node(tag, value)
+        }
+        if not classes:
+            raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.core.node.Node")
+        for tag, value in classes.items():
+            if found.setdefault(tag, value) is not value:
+                where = found[tag].__module__
+                raise TreeError(f"--nodes {name}: node {tag!r} exists already, in {where}; rename the class")
+    return found
+
+
+def _is_node(tag: str, value: type[Any]) -> bool:
+    has_ports = hasattr(value, "INPUT_PORTS") and hasattr(value, "OUTPUT_PORTS")
+    return not tag.startswith("_") and has_ports and issubclass(value, PortsMixin) and issubclass(value, Behaviour)

@@ -7,18 +7,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.ports import CHILDREN
+from bt_controller.loading.calls import Call, children_of, connection, counted, is_a, is_key, reference, shared
 from bt_controller.nodes import UNSUPPORTED
-from bt_controller.scripting.conditions import ATTRIBUTES, conditioned
 from bt_controller.scripting.parser import ScriptError, parse
-from bt_controller.xml.call import Call, children_of, connection, counted, is_a, shared
-from bt_controller.xml.keys import is_key, reference
+from bt_controller.scripting.scripted import ATTRIBUTES, conditioned
 from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
+    from bt_controller.loading.document import Document
+    from bt_controller.loading.source import Element, Faults, Origin
     from bt_controller.scripting.parser import Script
-    from bt_controller.xml.document import Document
-    from bt_controller.xml.faults import Faults, Origin
-    from bt_controller.xml.source import Element
 
 _IGNORED: Final = ("_description", "_fullpath", "_uid")
 """The attributes of editors, which are ignored."""

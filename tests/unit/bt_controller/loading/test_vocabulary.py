@@ -7,9 +7,9 @@ import sys
 import pytest
 
 from bt_controller.errors import TreeError
+from bt_controller.loading.file_tree import vocabulary
 from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
-from bt_controller.xml.vocabulary import vocabulary
 
 MODULE = '''
 from py_trees.behaviour import Behaviour
@@ -85,7 +85,7 @@ def test_modules_without_nodes_are_refused(module, error):
 def test_a_module_that_an_entry_point_has_given_already(monkeypatch):
     """The class is the same, so that nothing has to be renamed."""
     known = vocabulary(["bt_test_nodes"])
-    monkeypatch.setattr("bt_controller.xml.vocabulary.registry", lambda: known)
+    monkeypatch.setattr("bt_controller.loading.file_tree.registry", lambda: known)
 
     assert known == vocabulary(["bt_test_nodes"])
 

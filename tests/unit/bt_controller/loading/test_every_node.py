@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from bt_controller.loading.calls import children_of
 from bt_controller.nodes import registry
-from bt_controller.xml.call import children_of
 
 NODES = registry()
 

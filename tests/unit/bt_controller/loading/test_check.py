@@ -212,14 +212,6 @@ class TestSize:
         with pytest.raises(TreeError, match=r"'T10' would be more than 100 levels deep"):
             files.load(text)
 
-    def test_keys_have_an_end(self, files):
-        """Those that subtrees share count for the tree that shares them."""
-        nodes = "".join(f'<Put value="1" to="k{number}"/>' for number in range(1001))
-        text = f'<BehaviorTree ID="A"><SubTree ID="B" _autoremap="1"/></BehaviorTree><BehaviorTree ID="B"><All>{nodes}'
-
-        with pytest.raises(TreeError, match="'B' would use more than 1000 keys, with its subtrees"):
-            files.load(f'<root main_tree_to_execute="A">{text}</All></BehaviorTree></root>')
-
     def test_a_tree_of_the_greatest_depth_can_be_run(self, files):
         """py_trees goes down by recursion."""
         trees = "".join(

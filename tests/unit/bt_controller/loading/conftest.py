@@ -13,8 +13,8 @@ from py_trees.common import Status
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Control, Decoration, Leaf
 from bt_controller.core.ports import ANY, DOUBLE, INT, POSE, STRING, input_port, output_port
+from bt_controller.loading.file_tree import load_file
 from bt_controller.nodes import registry
-from bt_controller.xml.file_tree import load_file
 
 if TYPE_CHECKING:
     from collections.abc import Generator

@@ -1,17 +1,42 @@
-"""Suspending a subtree, and resuming it.
+"""Operations on subtrees: their paths, and their suspension.
 
-No behaviour is stopped: composites keep their current child, decorators their counts. Only the goals are canceled, and
-the parent does not tick the subtree until it resumes it; then leaves send their unfinished goals again.
+A suspended subtree is not stopped: composites keep their current child, decorators their counts. Only the goals are
+canceled, and the parent does not tick the subtree until it resumes it. Then leaves send their unfinished goals again.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.action_leaf import ActionLeaf
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
+
+
+def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
+    """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
+    todo = [(root, root.name)]
+    while todo:
+        node, path = todo.pop()
+        yield node, path
+        names = [child.name for child in node.children]
+        if len(names) != len({*names}):
+            names = _numbered(names)
+        todo += [*zip(node.children, [f"{path}/{name}" for name in names], strict=True)][::-1]
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Return names with their numbers, of those that are there more than once."""
+    alike, seen = Counter(names), Counter[str]()
+    numbered = []
+    for name in names:
+        seen[name] += 1
+        numbered.append(f"{name}[{seen[name]}]" if alike[name] > 1 else name)
+    return numbered
+
 
 _DRIVES: Final = ("navigate_to_pose", "navigate_through_poses", "follow_waypoints", "dock_robot")
 

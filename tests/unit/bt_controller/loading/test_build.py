@@ -9,9 +9,9 @@ from py_trees.common import Status
 
 from bt_controller.core.blackboards import Board
 from bt_controller.errors import TreeError
+from bt_controller.loading import file_tree
 from bt_controller.nodes import registry
 from bt_controller.running.snapshot import nodes_of
-from bt_controller.xml import draft
 
 
 def _main(body, *others, **attributes):
@@ -72,9 +72,9 @@ class TestNodes:
         assert not {*tree.build().iterate()} & {*tree.build().iterate()}
 
     def test_a_file_is_parsed_once_for_all_robots(self, files, monkeypatch):
-        """What py_trees has read does for every tree."""
-        parsed = Mock(wraps=draft.build_tree_from_xml)
-        monkeypatch.setattr(draft, "build_tree_from_xml", parsed)
+        """Later trees are built without reading it again."""
+        parsed = Mock(wraps=file_tree.read)
+        monkeypatch.setattr(file_tree, "read", parsed)
         tree = files.load("<BehaviorTree ID='A'><Say/></BehaviorTree>")
         for _ in range(3):
             with Board().in_use():

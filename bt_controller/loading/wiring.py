@@ -10,13 +10,14 @@ from py_trees.blackboard import Blackboard
 from py_trees.ports import PortsMixin
 
 from bt_controller.core.blackboards import GENERATED
+from bt_controller.core.node import Node
 from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.ports import Kind
-    from bt_controller.xml.faults import Faults, Origin
+    from bt_controller.loading.source import Faults, Origin
 
 _LOOSE: Final = (object, str)
 """The types that match every kind: text is parsed by the port that reads it."""
@@ -88,16 +89,23 @@ def unread(keys: Iterable[str]) -> tuple[str, ...]:
 
 
 def _ends(node: PortsMixin, origin: Origin) -> Iterator[_End]:
-    client = node.blackboard_client
     names = {name for script in getattr(node, "scripts", {}).values() for name in script.names}
     needed: set[str] = set()
     for ports, written in ((node.input_ports(), False), (node.output_ports(), True)):
         for name, port in ports.items():
-            key = client.remappings[client.absolute_name(name)]
+            key = _key_of(node, name)
             if needs := not written and port.required and port.default_value is None:
                 needed.add(key)
             renewed = written and key in needed
             yield _End(origin, name, key, getattr(port, "kind", None), written, needs, name in names, renewed)
+
+
+def _key_of(node: PortsMixin, port: str) -> str:
+    if isinstance(node, Node):
+        return node.key_of(port)
+    client = node.blackboard_client
+    key: str = client.remappings[client.absolute_name(port)]
+    return key
 
 
 def _compare(ends: Iterable[_End], faults: Faults) -> None:

@@ -1,9 +1,14 @@
-"""The time of the next tick of a tree without events of its goals."""
+"""The schedule of ticks: when a tree has to be ticked without an event of its goals, and the queue of those times.
+
+In lockstep, the simulator also stops time for conditions that trees wait for, so that no tree is ticked in between.
+"""
 
 from __future__ import annotations
 
 import math
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from py_trees import decorators
@@ -19,7 +24,10 @@ from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
+    from bt_controller.core.topics import Topics
     from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.errors import RequestError
 
 
 class Due(NamedTuple):
@@ -127,3 +135,72 @@ def next_period(now: float, period: float) -> float:
     """Return when the next period of simulated time begins."""
     step = nanoseconds(period)
     return (nanoseconds(now) // step + 1) * step / NANOSECONDS
+
+
+class TimerQueue:
+    """A time for each number, in simulated seconds; infinite for never, the initial value."""
+
+    def __init__(self) -> None:
+        self._times: dict[int, int] = {}
+        # All times that were ever put; replaced ones are skipped when they come up.
+        self._heap: list[tuple[int, int]] = []
+
+    def put(self, who: int, time: float) -> None:
+        """Set the time of a number, replacing any earlier one."""
+        if time == math.inf:
+            self._times.pop(who, None)
+        elif self._times.get(who) != (whole := nanoseconds(time)):
+            self._times[who] = whole
+            heappush(self._heap, (whole, who))
+
+    @property
+    def earliest(self) -> float:
+        """The earliest time."""
+        while self._heap and self._times.get(self._heap[0][1]) != self._heap[0][0]:
+            heappop(self._heap)
+        return self._heap[0][0] / NANOSECONDS if self._heap else math.inf
+
+    def pop_due(self, now: float) -> list[int]:
+        """Return and remove the numbers that are due."""
+        come = []
+        while self.earliest <= nanoseconds(now) / NANOSECONDS:
+            come.append(heappop(self._heap)[1])
+            del self._times[come[-1]]
+        return come
+
+
+class Alarms:
+    """What each tree waits for.
+
+    Args:
+        lockstep: Has conditions watched.
+        topics: Learns which can't be.
+        wake: Called with a tree's name when a condition of its own is met, or can't be watched.
+    """
+
+    def __init__(self, lockstep: Lockstep, topics: Topics, wake: Callable[[str], None]) -> None:
+        self._lockstep = lockstep
+        self._topics = topics
+        self._wake = wake
+        self._waiting: dict[str, dict[Condition, Callable[[], None]]] = {}
+
+    def set(self, name: str, conditions: Iterable[Condition]) -> None:
+        """Wake a tree for these conditions and no others; the simulator is told with the next advance."""
+        waiting = self._waiting.setdefault(name, {})
+        wanted = dict.fromkeys(conditions)
+        for needless in [condition for condition in waiting if condition not in wanted]:
+            waiting.pop(needless)()
+        for condition in wanted:
+            if condition not in waiting:
+                waiting[condition] = self._lockstep.watch(condition, partial(self._end, name, condition))
+
+    def clear(self) -> None:
+        """Wake no tree; after a reset they wait for something else."""
+        for name in self._waiting:
+            self.set(name, ())
+
+    def _end(self, name: str, condition: Condition, error: RequestError | None) -> None:
+        self._waiting[name].pop(condition, None)
+        if error is not None:
+            self._topics.poll(condition.key)
+        self._wake(name)

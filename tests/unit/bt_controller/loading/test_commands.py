@@ -15,7 +15,7 @@ from bt_controller.core.node import PortError
 from bt_controller.running.runner import Outcome
 from tests.paths import TESTS
 
-FIXTURES = TESTS / "unit" / "bt_controller" / "xml" / "data"
+FIXTURES = TESTS / "unit" / "bt_controller" / "loading" / "data"
 
 NAVIGATE = """\
 <root BTCPP_format="4" main_tree_to_execute="Go">
