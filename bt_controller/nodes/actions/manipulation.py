@@ -10,8 +10,7 @@ from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, Action
 from bt_controller.core.node import PortError
 from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
-from hmrsim.interfaces import moveit_msgs, nav2_msgs
-from hmrsim.interfaces.geometry_msgs import PoseStamped
+from hmrsim.interfaces import moveit_msgs
 from hmrsim.interfaces.message import unbuilt
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, PlaceLocation
 
@@ -61,7 +60,15 @@ class Place(_MoveItNode):
 _SUCCESS = output_port(BOOL, "Whether the action succeeded")
 
 
-class DockRobot(ActionNode):
+class _DockNode(ActionNode):
+    """An action whose result says whether it succeeded."""
+
+    def clear_result(self) -> None:
+        """Write that the action did not succeed."""
+        self.write("success", value=False)
+
+
+class DockRobot(_DockNode):
     """Drives to a dock and stays there: the dock ``dock_id``, or with ``use_dock_id="false"`` the one at a pose."""
 
     ACTION = "dock_robot"
@@ -93,28 +100,8 @@ class DockRobot(ActionNode):
         if isinstance(dock, str) and dock and (why := missing_dock(dock, kwargs.get("places"))):
             raise PortError(f"{self.located}: port 'dock_id': {why}")
 
-    def goal(self) -> nav2_msgs.DockRobot.Goal:
-        """Return the goal of the input ports."""
-        return nav2_msgs.DockRobot.Goal(
-            use_dock_id=self.read("use_dock_id"),
-            dock_id=self.read("dock_id"),
-            dock_pose=self.read("dock_pose") or PoseStamped(),
-            dock_type=self.read("dock_type"),
-            max_staging_time=self.read("max_staging_time"),
-            navigate_to_staging_pose=self.read("navigate_to_staging_pose"),
-        )
 
-    def write_result(self, result: Any) -> None:
-        """Write that the action succeeded."""
-        self.write("success", result.success)
-        self.write("num_retries", result.num_retries)
-
-    def clear_result(self) -> None:
-        """Write that the action did not succeed."""
-        self.write("success", value=False)
-
-
-class UndockRobot(ActionNode):
+class UndockRobot(_DockNode):
     """Leaves the dock."""
 
     ACTION = "undock_robot"
@@ -124,20 +111,6 @@ class UndockRobot(ActionNode):
         "max_undocking_time": input_port(FINITE, "Time limit in seconds", default=30.0),
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
-
-    def goal(self) -> nav2_msgs.UndockRobot.Goal:
-        """Return the goal of the input ports."""
-        return nav2_msgs.UndockRobot.Goal(
-            dock_type=self.read("dock_type"), max_undocking_time=self.read("max_undocking_time")
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write that the action succeeded."""
-        self.write("success", result.success)
-
-    def clear_result(self) -> None:
-        """Write that the action did not succeed."""
-        self.write("success", value=False)
 
 
 FAMILY = Family.of("manipulation", Pickup, Place, DockRobot, UndockRobot)

@@ -18,15 +18,12 @@ from bt_controller.core.ports import BOOL, FINITE, POSE, POSES, STRING, input_po
 from bt_controller.nodes import Family
 from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError
-from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point
-from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
-from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
-from hmrsim.interfaces.nav_msgs import Goals
 
 if TYPE_CHECKING:
     from bt_controller.core.ports import Port
+    from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.action_client import ActionClient
 
 _TREE = input_port(STRING, "Sent with the goal and ignored: simulated robots have no trees", default="")
@@ -36,22 +33,16 @@ class NavigateToPose(ActionNode):
     """Drives to ``goal``."""
 
     ACTION = "navigate_to_pose"
+    FIELDS: ClassVar = {"goal": "pose"}
     INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Destination"), "behavior_tree": _TREE}
-
-    def goal(self) -> ToPose.Goal:
-        """Return the goal of the input ports."""
-        return ToPose.Goal(pose=self.read("goal"), behavior_tree=self.read("behavior_tree"))
 
 
 class NavigateThroughPoses(ActionNode):
     """Drives through ``goals`` to the last of them."""
 
     ACTION = "navigate_through_poses"
+    FIELDS: ClassVar = {"goals": "poses"}
     INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Destinations in order"), "behavior_tree": _TREE}
-
-    def goal(self) -> ThroughPoses.Goal:
-        """Return the goal of the input ports."""
-        return ThroughPoses.Goal(poses=Goals(goals=self.read("goals")), behavior_tree=self.read("behavior_tree"))
 
 
 _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
@@ -68,15 +59,8 @@ class Spin(ActionNode):
     """Turns in place."""
 
     ACTION = "spin"
+    FIELDS: ClassVar = {"spin_dist": "target_yaw"}
     INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "Angle in radians", default=1.57)}
-
-    def goal(self) -> nav2_msgs.Spin.Goal:
-        """Return the goal of the input ports."""
-        return nav2_msgs.Spin.Goal(
-            target_yaw=self.read("spin_dist"),
-            time_allowance=Duration.from_seconds(self.read("time_allowance")),
-            disable_collision_checks=self.read("disable_collision_checks"),
-        )
 
 
 class Wait(ActionNode):
@@ -85,29 +69,25 @@ class Wait(ActionNode):
     ACTION = "wait"
     INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "Duration in seconds", default=1.0)}
 
-    def goal(self) -> nav2_msgs.Wait.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        return nav2_msgs.Wait.Goal(time=Duration.from_seconds(abs(self.read("wait_duration"))))
+        return self.goal_with(time=Duration.from_seconds(abs(self.read("wait_duration"))))
 
 
 class BackUp(ActionNode):
     """Drives straight back."""
 
     ACTION = "back_up"
+    FIELDS: ClassVar = {"backup_speed": "speed"}
     INPUTS: ClassVar = {
         **_MANEUVER_INPUTS,
         "backup_dist": input_port(FINITE, "Distance", default=0.15),
         "backup_speed": input_port(FINITE, "Speed", default=0.025),
     }
 
-    def goal(self) -> nav2_msgs.BackUp.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        return nav2_msgs.BackUp.Goal(
-            target=Point(x=self.read("backup_dist")),
-            speed=self.read("backup_speed"),
-            time_allowance=Duration.from_seconds(self.read("time_allowance")),
-            disable_collision_checks=self.read("disable_collision_checks"),
-        )
+        return self.goal_with(target=Point(x=self.read("backup_dist")))
 
 
 class DriveOnHeading(ActionNode):
@@ -120,14 +100,9 @@ class DriveOnHeading(ActionNode):
         "speed": input_port(FINITE, "Speed", default=0.025),
     }
 
-    def goal(self) -> nav2_msgs.DriveOnHeading.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        return nav2_msgs.DriveOnHeading.Goal(
-            target=Point(x=self.read("dist_to_travel")),
-            speed=self.read("speed"),
-            time_allowance=Duration.from_seconds(self.read("time_allowance")),
-            disable_collision_checks=self.read("disable_collision_checks"),
-        )
+        return self.goal_with(target=Point(x=self.read("dist_to_travel")))
 
 
 class _Cancel(Leaf):

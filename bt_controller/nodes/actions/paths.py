@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
@@ -29,15 +29,12 @@ from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, Located
 from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
 from hmrsim.geometry import SAME_PLACE, heading
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.interfaces.nav2_msgs import ComputePathThroughPoses as ComputeThrough
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose as Compute
-from hmrsim.interfaces.nav2_msgs import FollowPath as Follow
-from hmrsim.interfaces.nav2_msgs import SmoothPath as Smooth
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
-from hmrsim.interfaces.nav_msgs import Goals, Path
+from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.client.places import pose_at
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
 
 _PLANNER_ID = input_port(PLANNER, "The planner: GridBased, or empty", default="")
 
@@ -49,6 +46,7 @@ class ComputePathToPose(ActionNode):
     """
 
     ACTION = "compute_path_to_pose"
+    CLEARED = ("path",)
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "goal": input_port(POSE, "Destination"),
@@ -59,23 +57,9 @@ class ComputePathToPose(ActionNode):
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": output_port(PATH, "The path")}
 
-    def goal(self) -> Compute.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        start = self.read("start")
-        return Compute.Goal(
-            goal=self.read("goal"),
-            start=start or PoseStamped(),
-            use_start=start is not None and self.read("use_start"),
-            planner_id=self.read("planner_id"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("path", result.path)
-
-    def clear_result(self) -> None:
-        """Write a path without poses."""
-        self.write("path", Path())
+        return self.goal_with(use_start=self.read("start") is not None and self.read("use_start"))
 
 
 class ComputePathThroughPoses(ActionNode):
@@ -85,6 +69,7 @@ class ComputePathThroughPoses(ActionNode):
     """
 
     ACTION = "compute_path_through_poses"
+    CLEARED = ("path", "last_reached_index")
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "goals": input_port(POSES, "Destinations in order"),
@@ -97,31 +82,16 @@ class ComputePathThroughPoses(ActionNode):
         "last_reached_index": output_port(INT, "-1: a path leads to all goals, or there is none"),
     }
 
-    def goal(self) -> ComputeThrough.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        start = self.read("start")
-        return ComputeThrough.Goal(
-            goals=Goals(goals=self.read("goals")),
-            start=start or PoseStamped(),
-            use_start=start is not None,
-            planner_id=self.read("planner_id"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("path", result.path)
-        self.write("last_reached_index", result.last_reached_index)
-
-    def clear_result(self) -> None:
-        """Write a path without poses."""
-        self.write("path", Path())
-        self.write("last_reached_index", ComputeThrough.Result.ALL_GOALS)
+        return self.goal_with(use_start=self.read("start") is not None)
 
 
 class SmoothPath(ActionNode):
     """Smooths a path: poses that repeat a place are removed, and each pose but the last one faces the next."""
 
     ACTION = "smooth_path"
+    FIELDS: ClassVar = {"unsmoothed_path": "path", "smoothed_path": "path"}
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "unsmoothed_path": input_port(PATH, "The path"),
@@ -135,21 +105,6 @@ class SmoothPath(ActionNode):
         "smoothing_duration": output_port(DOUBLE, "Duration in seconds"),
         "was_completed": output_port(BOOL, "Whether the path is as smooth as it can be"),
     }
-
-    def goal(self) -> Smooth.Goal:
-        """Return the goal of the input ports."""
-        return Smooth.Goal(
-            path=self.read("unsmoothed_path"),
-            smoother_id=self.read("smoother_id"),
-            max_smoothing_duration=Duration.from_seconds(self.read("max_smoothing_duration")),
-            check_for_collisions=self.read("check_for_collisions"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("smoothed_path", result.path)
-        self.write("smoothing_duration", result.smoothing_duration.to_seconds())
-        self.write("was_completed", result.was_completed)
 
 
 class FollowPath(ActionNode):
@@ -173,15 +128,6 @@ class FollowPath(ActionNode):
     }
     FEEDBACK_OUTPUTS = ("tracking_feedback",)
 
-    def goal(self) -> Follow.Goal:
-        """Return the goal of the input ports."""
-        return Follow.Goal(
-            path=self.read("path"),
-            controller_id=self.read("controller_id"),
-            goal_checker_id=self.read("goal_checker_id"),
-            progress_checker_id=self.read("progress_checker_id"),
-        )
-
     def write_feedback(self, feedback: Any) -> None:
         """Write how the robot keeps to its path; each write lets the tree be ticked again."""
         if self.wants_feedback:
@@ -198,7 +144,7 @@ class FollowPath(ActionNode):
 
     def should_replace_goal(self) -> bool:
         """Return whether the goal of the input ports differs from the active one."""
-        goal = self.goal()
+        goal: Any = self.goal()
         return bool(goal.path.poses) and goal != self._sent
 
 
