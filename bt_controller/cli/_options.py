@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.errors import printable
+
+if TYPE_CHECKING:
+    from bt_controller.loading.trees import Plan
 
 _ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
@@ -76,3 +82,19 @@ def _value(text: str) -> tuple[str, str]:
     if not (equals and _KEY.fullmatch(key)):
         raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as goal=kitchen")
     return key, value
+
+
+def tree_of(args: argparse.Namespace) -> Plan:
+    """Return the tree that the options select; its warnings go to stderr.
+
+    Raises:
+        TreeError: There is no such tree, or it is invalid.
+    """
+    from bt_controller.core.ports import Given
+    from bt_controller.loading.trees import load
+
+    values = {key: Given(text, key) for key, text in args.values}
+    plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
+    for line in plan.doubts:
+        print(f"bt-controller: warning: {printable(line)}", file=sys.stderr)
+    return plan

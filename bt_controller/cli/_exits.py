@@ -1,8 +1,11 @@
-"""The exit codes of the commands."""
+"""The exit codes of the commands, and the help texts that several of them share."""
 
 from __future__ import annotations
 
 from typing import Final
+
+from bt_controller.errors import TreeError
+from hmrsim.errors import HmrsimError, OutputError
 
 DONE: Final = 0
 FAILED: Final = 1
@@ -27,3 +30,28 @@ TREE is an XML file of BehaviorTree.CPP version 4 with the nodes that `bt-contro
 MODULE:FUNCTION or FILE.py:FUNCTION; modules are searched in the current folder, too. The function takes the
 robot's name or nothing, and returns the root of a py_trees tree; what else it takes is given by name:
 'missions.py:deliver(code=7)'. Each robot has its own tree and blackboard."""
+
+
+def exit_code(error: Exception) -> int | None:
+    """Return the exit code of an error with a user-readable text; None for a bug."""
+    from bt_controller.core.node import PortError
+    from bt_controller.coverage import CoverageError
+    from hmrsim_zenoh.errors import (
+        BadOptions,
+        ConnectionDenied,
+        NameTaken,
+        PortTaken,
+        RequestTimeout,
+        SimulationEnded,
+        SimulatorGone,
+        SimulatorNotFound,
+        Unreachable,
+    )
+
+    if isinstance(error, (TreeError, PortError, CoverageError, BadOptions, OutputError, PortTaken, NameTaken)):
+        return WRONG_USE
+    if isinstance(error, (ConnectionDenied, SimulationEnded)):
+        return FAILED
+    if isinstance(error, (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)):
+        return NO_SIMULATOR
+    return FAILED if isinstance(error, HmrsimError) else None
