@@ -89,7 +89,7 @@ class BatteryGuard(Control):
         super().__init__(name, children=[*children, back], behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the robot's battery.
+        """Watch the robot's battery, and check the ports.
 
         Raises:
             PortError: A port's value in the file is invalid.
@@ -120,7 +120,7 @@ class BatteryGuard(Control):
         self._stood = 0.0
 
     def advance(self) -> Ticks:
-        """Tick the current child."""
+        """Tick the current child, and choose the next one."""
         mission, _, back = self.children
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")
         if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):

@@ -44,7 +44,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
 
 
 def missing_dock(dock: str, places: Places | None) -> str:
-    """Return why there is no such dock; empty if there is one, or if nobody knows, as of a real robot."""
+    """Return why a dock does not exist; empty if it exists or if that is unknown, as for a real robot."""
     if places is None:
         return ""
     try:
@@ -57,7 +57,7 @@ def missing_dock(dock: str, places: Places | None) -> str:
 
 
 class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feedback]):
-    """Undocks the robot.
+    """A leaf that undocks the robot.
 
     Args:
         robot: The robot that serves the action; None for the one that the tree is run for.

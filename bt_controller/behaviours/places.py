@@ -30,7 +30,7 @@ class ToBlackboard(Behaviour):
             self.blackboard.register_key(key, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look up the places.
+        """Look up the poses of the places.
 
         Raises:
             NotServed: There is no such place.

@@ -118,19 +118,19 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads what this one writes of its feedback."""
+        """True if a node of the tree reads the feedback that this leaf writes."""
         return False
 
     @property
     def is_unfinished(self) -> bool:
-        """Whether the leaf was suspended and has to send its goal again."""
+        """True if the leaf was suspended and has to send its goal again."""
         return self._suspended and self._handle is not None and self._is_undone(self._handle)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up.
+        """Look up the action and the places in the goal.
 
         Args:
-            **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, whom the tree is run for; *directory*,
+            **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, that of the tree; *directory*,
                 what the simulator serves (asked for if left out); *places*, those of the world by name; *wake*, called
                 from any thread when the leaf should be ticked; *resume*, under which name goals are found again in the
                 next life of the controller (not at all if left out).
@@ -160,7 +160,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             self._resumption = Resumption(f"{kwargs['resume']}/{place_of(self)}", robot, action)
 
     def initialise(self) -> None:
-        """Send the goal."""
+        """Send the goal, if there is one."""
         self._handle = None
         self._suspended = False
         goal = self._next_goal()

@@ -116,7 +116,7 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads what this one writes of its feedback."""
+        """True if a node of the tree reads the feedback that this node writes."""
         return bool(self.FEEDBACK_OUTPUTS) and any(self.is_read(port) for port in self.FEEDBACK_OUTPUTS)
 
     def clear_result(self) -> None:

@@ -35,7 +35,7 @@ EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
 
 _NO_NAME: Final = re.compile(r"[^A-Za-z0-9_-]")
-"""What can't be a part of a key."""
+"""Characters that can't be part of a key."""
 
 Ticks: TypeAlias = "Generator[Behaviour, None, Status]"
 """The ticks of a node's children; the value is the node's status."""
@@ -72,7 +72,7 @@ class Connections(NamedTuple):
     """The blackboard keys of a node's ports, the same for each node that is made of one element of a file.
 
     Attributes:
-        namespace: What keys without a slash are below.
+        namespace: The namespace of keys without a slash.
         keys: The key of each port.
         texts: The values in the file, by key.
         read: The keys of input ports that other nodes may write.
@@ -96,7 +96,7 @@ class Connections(NamedTuple):
             own: A name that no other node of the tree has.
             keys: The keys of ports. A port without a key and a text has its own key.
             texts: The texts of ports.
-            namespace: What keys without a slash are below.
+            namespace: The namespace of keys without a slash.
         """
         below = Blackboard.absolute_name(namespace, _NO_NAME.sub("_", own))
         found = {port: Blackboard.absolute_name(namespace, key) for port, key in keys.items()}
@@ -157,9 +157,9 @@ class Node(PortsMixin):
 
         Args:
             port_remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out
-                has a key of its own.
-            subtree_namespace: What keys without a slash are below.
-            logger: What nodes may log to; the node's own if left out.
+                has its own key.
+            subtree_namespace: The namespace of keys without a slash.
+            logger: The logger of the node; by default its own.
         """
         self._ports_logger = logger
         keys, texts = dict(port_remappings or {}), {}
@@ -338,7 +338,7 @@ class _Parent(Node):
         return [child for child in self.children if child.status is Status.RUNNING]
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the node."""
+        """Tick the node, and halt its children when it ends."""
         if self.status is not Status.RUNNING:
             self._reset_children()
             self.initialise()
@@ -381,7 +381,7 @@ class Decoration(_Parent, Decorator):
 
     @property
     def child(self) -> Behaviour:
-        """The child."""
+        """The only child of the decorator."""
         child: Behaviour = self.decorated
         return child
 

@@ -58,7 +58,7 @@ def finds_its_way(root: Behaviour) -> bool:
 
 
 def repeat(root: Behaviour) -> None:
-    """Let a subtree adopt the active goals of an earlier run and repeat those that have ended."""
+    """Make a subtree adopt the active goals of an earlier run and repeat those that have ended."""
     for leaf in _leaves(root):
         leaf.repeat()
 

@@ -1,4 +1,4 @@
-"""What is known of classes of nodes without running them: what they can return, and what they do with their children.
+"""Knowledge about classes of nodes without running them: their outcomes, and their effects on their children.
 
 It is known what the leaves of py_trees and of this package can return; of others, anything is taken as possible.
 """
@@ -106,10 +106,10 @@ def _becomes(**statuses: str) -> Callable[[Sequence[Outcomes]], Outcomes]:
 
 @dataclass(frozen=True)
 class Kind:
-    """What is known of a composite or a decorator.
+    """The effects of a composite or a decorator on its children.
 
     Attributes:
-        returns: What it can return, by what its children can.
+        returns: Its possible outcomes, given those of its children.
         halts: Which children it may halt while they run.
         recovers: Of which children it makes up for a failure.
         swallows: For which children a failure does not let it fail.

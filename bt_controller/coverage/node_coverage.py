@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass
 class NodeCoverage:
-    """What happened to a node, in all trees that have it at this path.
+    """The counts of a node, in all trees that have it at this path.
 
     Attributes:
         place: Which child of each parent, from the root.
         path: The names from the root; siblings of one name are numbered, and the robot's own name is ``{robot}``.
         kind: Its class.
         origin: File and line, if it comes from a file.
-        possible: What can happen to it, as far as that is known without running it.
+        possible: Its possible outcomes, as far as they are known without running it.
         counts: How often each outcome was seen: statuses by ticks, the other outcomes each time that they happen.
     """
 
@@ -58,17 +58,17 @@ class NodeCoverage:
 
     @property
     def seen(self) -> dict[str, int]:
-        """How often each outcome was seen, in order; those that were not are left out."""
+        """The count of each outcome that was seen, in order."""
         return {outcome: count for outcome, count in sorted(self.counts.items()) if count}
 
     @property
     def ends(self) -> dict[str, int]:
-        """`seen` without RUNNING."""
+        """The counts of `seen` without RUNNING."""
         return {outcome: count for outcome, count in self.seen.items() if outcome != RUNNING}
 
     @property
     def never(self) -> list[str]:
-        """What it has never done, although it can: ``ticked``, or `WORDS`."""
+        """The possible events that never happened: ``ticked``, or `WORDS`."""
         return [*([] if self.ticks else [TICKED]), *(WORDS[outcome] for outcome in self.missing)]
 
     def merge(self, other: NodeCoverage) -> None:

@@ -50,7 +50,7 @@ class _Tree:
 
 
 class TreeCoverage:
-    """What happened to the nodes of trees, by the trees' names; empty at first.
+    """The coverage of trees by name; empty at first.
 
     Trees of one name are counted together: those of several robots, and of several runs.
     """

@@ -14,7 +14,7 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class PendingTask:
-    """An unassigned task.
+    """A task that waits for a robot.
 
     Attributes:
         at: The item's position, in the world's unit of length.
@@ -65,7 +65,7 @@ class Assignment:
 
 
 class Policy(Protocol):
-    """An allocation policy."""
+    """A function that assigns the waiting tasks of a fleet to its robots."""
 
     def __call__(self, waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
         """Assign robots to tasks; no task and no robot twice.
@@ -107,7 +107,7 @@ class Given:
 
     @property
     def task(self) -> Task:
-        """The task."""
+        """The task that the robot has."""
         return self.waiting.task
 
 
@@ -122,7 +122,7 @@ class TaskQueue:
         done: The tasks that are done.
         lost: The items of the tasks that were given up, with the reasons.
         loaded: The robots that hold an item of a task that was given up.
-        closed: Whether no more tasks will appear, and none waits or is assigned.
+        closed: Whether all tasks have appeared, and none waits or is assigned.
     """
 
     policy: Policy = nearest

@@ -170,7 +170,7 @@ class _Step(ActionLeaf[Any, Any, Any]):
     """A leaf of a robot that may lack the action; such a robot never gets a task that needs it."""
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up."""
+        """Look up the action, if the robot has it."""
         with suppress(NotServed):
             super().setup(**kwargs)
 

@@ -36,7 +36,7 @@ class SubTree(Decoration):
     """Runs another tree with its own blackboard, and returns its status."""
 
     def advance(self) -> Ticks:
-        """Tick the tree."""
+        """Tick the root of the other tree."""
         return (yield from self.tick_child())
 
 

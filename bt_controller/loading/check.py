@@ -28,7 +28,7 @@ _TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 def check(document: Document, nodes: Mapping[str, type[Any]], faults: Faults) -> dict[str, Call]:
-    """Return the root of each tree by ID; trees with mistakes are incomplete."""
+    """Return the root of each tree by ID; trees with errors are incomplete."""
     checker = _Checker(document, nodes, faults)
     return {tree: checker.call(child) for tree, root in document.trees.items() for child in root}  # type: ignore[arg-type]
 
@@ -104,7 +104,7 @@ class _Checker:
             self._faults.add(origin, f"has {counted(count)}; expected {wanted if most else 'none'}")
 
     def _conditions(self, origin: Origin, attributes: dict[str, str]) -> tuple[type[Any] | None, dict[str, Script]]:
-        """Process the common attributes."""
+        """Process the attributes that every node may have."""
         for name in [name for name in attributes if name.startswith("_") and name not in ATTRIBUTES]:
             del attributes[name]
             if name not in _IGNORED:

@@ -36,7 +36,7 @@ def document(root: Element, faults: Faults, *, tree: str | None = None) -> Docum
 
     Args:
         root: The root element.
-        faults: Collects the mistakes; invalid elements are left out.
+        faults: Collects the errors; invalid elements are left out.
         tree: The ID of the tree to run; by default the file's main tree.
     """
     if root.tag != "root":

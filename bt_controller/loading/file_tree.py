@@ -63,7 +63,7 @@ def load_file(
         values: The initial texts on each blackboard.
 
     Raises:
-        TreeError: The file is invalid; the text has one line for each mistake.
+        TreeError: The file is invalid; the text has one line for each error.
     """
     key = (path, Path(path).absolute(), frozenset(nodes.items()), tree, frozenset(values.items()))
     # To check a tree takes ten times as long as to build it.

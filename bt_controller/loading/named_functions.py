@@ -31,8 +31,8 @@ class NamedFunction:
     Attributes:
         name: As the user wrote it.
         function: The function itself.
-        arguments: What the user wants it to be called with.
-        files: Where it comes from.
+        arguments: The arguments that the user gives.
+        files: The files that it was read from.
     """
 
     name: str

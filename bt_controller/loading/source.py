@@ -105,7 +105,7 @@ class _Reader:
                 root.append(child)
 
     def _included_if_right(self, element: Element, path: Path) -> list[Any]:
-        """Return the trees of an included file; its mistakes are reported after all files have been read."""
+        """Return the trees of an included file; its errors are reported after all files have been read."""
         try:
             return self._included(element, path)
         except TreeError as error:
@@ -184,7 +184,7 @@ class Origin:
 
 
 class Faults:
-    """The mistakes found so far."""
+    """The errors found so far."""
 
     def __init__(self) -> None:
         self._lines: dict[str, None] = {}
@@ -196,7 +196,7 @@ class Faults:
         return tuple(self._warnings)
 
     def add(self, origin: Origin, text: str) -> None:
-        """Add a mistake; duplicates count once.
+        """Add an error; duplicates count once.
 
         Raises:
             TreeError: There are too many to go on.
@@ -211,7 +211,7 @@ class Faults:
             self._warnings[origin.says(text)] = None
 
     def raise_any(self) -> None:
-        """Raise an error if there are mistakes.
+        """Raise an error if there were any.
 
         Raises:
             TreeError: Something was; a line each.

@@ -32,7 +32,7 @@ _TREE: Final = (
 
 @dataclass(frozen=True)
 class Plan:
-    """How a tree is built, once for each robot.
+    """A tree that can be built, once for each robot.
 
     Attributes:
         name: The name that the user gave.
@@ -157,10 +157,10 @@ def plan_of(
 
     Args:
         function: Returns the root; takes the robot's name as *robot*, the names of all as *robots*, or nothing.
-        name: What it is called.
+        name: The tree's name.
         values: Texts that are on each robot's blackboard from the start.
-        arguments: What it takes beside the robots.
-        files: Where it comes from.
+        arguments: Its arguments other than the robots.
+        files: The files that it was read from.
 
     Raises:
         TreeError: It takes something else.

@@ -69,7 +69,7 @@ def examine(nodes: Iterable[tuple[Behaviour, Origin]], faults: Faults) -> tuple[
         if end.scripted:
             faults.warn(end.origin, f"nothing writes {_shown(end.key)!r}, which a script reads")
         elif not GENERATED.search(end.key):
-            # A port with a default: it is no mistake unless another key of the same tree was meant.
+            # A port with a default: this is no error unless another key of the same tree was intended.
             tree, _, key = end.key.rpartition("/")
             near = [name for place, _, name in outputs if place == tree]
             if key != end.port and (alike := meant(key, near)):

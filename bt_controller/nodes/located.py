@@ -25,7 +25,7 @@ class Located(Node):
     """A node that reads its robot's pose."""
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the robot's odometry.
+        """Watch the topic of the robot's odometry.
 
         Raises:
             NotServed: The robot has gone.
@@ -48,7 +48,7 @@ class Located(Node):
 
     @property
     def here(self) -> PoseStamped:
-        """The robot's pose."""
+        """The robot's pose in the map frame."""
         odometry = self.odometry
         return PoseStamped(header=odometry.header, pose=odometry.pose.pose)
 

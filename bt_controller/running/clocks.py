@@ -50,8 +50,8 @@ class Clock(Protocol):
             until: The value of `elapsed` to wait for; None for no limit.
 
         Raises:
-            SimulatorGone: Nothing will come any more.
-            Idle, Dropped, SimulatorNotFound: Likewise, in lockstep.
+            SimulatorGone: The simulator sends no further events.
+            Idle, Dropped, SimulatorNotFound: The same, in lockstep.
         """
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
@@ -133,7 +133,7 @@ class RealtimeClock:
                 return
 
     def close(self) -> None:
-        """Unsubscribe from the clock."""
+        """Unsubscribe from the clock messages."""
         self._clock.close()
 
     def _on_time(self, now: float) -> None:
@@ -177,7 +177,7 @@ class LockstepClock:
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds."""
+        """Simulated seconds since the last reset."""
         return self._lockstep.now if self._successor is None else self._successor.now
 
     @property
@@ -203,7 +203,7 @@ class LockstepClock:
         return self._mailbox.wait(0.0)
 
     def _look_back(self) -> None:
-        """Take note if time has gone back."""
+        """Request a reset if time has gone back."""
         before, self._before = self._before, self._lockstep.now
         if self._before < before:
             self._set_back += before - self._before
@@ -222,7 +222,7 @@ class LockstepClock:
                     self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the lockstep, so that the others go on."""
         self._lockstep.close()
         if self._successor is not None:
             self._successor.close()

@@ -84,27 +84,27 @@ class Mission:
 
     @property
     def over(self) -> bool:
-        """Whether the tree needs no further tick."""
+        """True if the tree needs no further tick."""
         return self._over
 
     @property
     def status(self) -> Status:
-        """The root's status."""
+        """The status of the tree's root."""
         return self.root.status
 
     @property
     def changed_entries(self) -> bool:
-        """Whether the last tick changed the blackboard, so that another tick may have another result."""
+        """True if the last tick changed the blackboard, so that another tick may have another result."""
         return self._board.changes != self._changes
 
     @property
     def open_goals(self) -> bool:
-        """Whether a goal of the tree is still under way."""
+        """True if a goal of the tree has not ended."""
         return any(leaf.open_goals for leaf in self._leaves())
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads feedback that another one writes."""
+        """True if a node of the tree reads feedback that another node writes."""
         with self._board.in_use():
             return any(leaf.wants_feedback for leaf in self._leaves())
 
@@ -115,12 +115,12 @@ class Mission:
         return {leaf.action.name: leaf.action for leaf in leaves if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
-        """Set up all behaviours.
+        """Set up all behaviors of the tree.
 
         Args:
             client: The connection to the simulator.
             wake: Called in any thread when the tree should be ticked.
-            **known: What all trees share: *directory*, *topics*, *places*.
+            **known: The arguments that all trees share: *directory*, *topics*, *places*.
 
         Raises:
             NotServed: The simulator lacks the robot, an action or a topic.
@@ -137,7 +137,7 @@ class Mission:
 
         Raises:
             TreeCrashed: A behaviour raised an error.
-            SimulatorNotFound, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
+            SimulatorNotFound, SimulatorGone: A behavior sent a request, and the simulator has gone.
         """
         self._ticks += 1
         self._count_at(now)
@@ -178,7 +178,7 @@ class Mission:
             )
 
     def end_coverage(self) -> None:
-        """Count nothing of the tree any more: what ends now ends with the run."""
+        """Stop counting: behaviors that end now end with the run."""
         if self._recorder is not None:
             self._recorder.end()
 
@@ -201,7 +201,7 @@ class Mission:
             leaf.cancel()
 
     def shutdown(self) -> None:
-        """Shut down the behaviours."""
+        """Shut down all behaviors of the tree."""
         with self._board.in_use():
             for node in self._nodes():
                 node.shutdown()

@@ -44,7 +44,7 @@ _LAST_WORDS: Final = 0.5
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the trees ended.
+    """The outcome of a run of trees.
 
     Attributes:
         statuses: By robot, the root's status; RUNNING where the tree was stopped.
@@ -63,7 +63,7 @@ class Outcome:
 
     @property
     def succeeded(self) -> bool:
-        """Whether every tree succeeded."""
+        """True if every tree succeeded."""
         return all(status is Status.SUCCESS for status in self.statuses.values())
 
     def why(self, robot: str) -> str:
@@ -203,7 +203,7 @@ class Runner:
     def _tick(self, numbers: Iterable[int]) -> None:
         """Tick trees. Their time does not go back: a timer waits for as long as it says."""
         now, time = self._clock.now, self._clock.elapsed
-        # What was granted since may have changed something, also if no time has gone by.
+        # Events since then may have changed a topic, even if no time has passed.
         self._topics.forget()
         self._timed = time is not None
         for number in numbers:

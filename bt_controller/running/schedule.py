@@ -80,7 +80,7 @@ def due(root: Behaviour, now: float, period: float) -> Due:
 
 
 class _Kind(NamedTuple):
-    """What a class of behaviours is, which takes a while to find out of classes as py_trees' are.
+    """The properties of a class of behaviors, since checking classes of py_trees takes a while.
 
     Attributes:
         xml: Whether it is a node of XML trees, which says itself when it has to be ticked.
@@ -155,7 +155,7 @@ class TimerQueue:
 
     @property
     def earliest(self) -> float:
-        """The earliest time."""
+        """The earliest time of all numbers."""
         while self._heap and self._times.get(self._heap[0][1]) != self._heap[0][0]:
             heappop(self._heap)
         return self._heap[0][0] / NANOSECONDS if self._heap else math.inf
@@ -170,12 +170,12 @@ class TimerQueue:
 
 
 class Alarms:
-    """What each tree waits for.
+    """The conditions that each tree waits for.
 
     Args:
         lockstep: Has conditions watched.
         topics: Learns which can't be.
-        wake: Called with a tree's name when a condition of its own is met, or can't be watched.
+        wake: Called with a tree's name when one of its conditions is met, or can't be watched.
     """
 
     def __init__(self, lockstep: Lockstep, topics: Topics, wake: Callable[[str], None]) -> None:
@@ -185,7 +185,7 @@ class Alarms:
         self._waiting: dict[str, dict[Condition, Callable[[], None]]] = {}
 
     def set(self, name: str, conditions: Iterable[Condition]) -> None:
-        """Wake a tree for these conditions and no others; the simulator is told with the next advance."""
+        """Wake a tree for these conditions and no others; the next advance tells the simulator."""
         waiting = self._waiting.setdefault(name, {})
         wanted = dict.fromkeys(conditions)
         for needless in [condition for condition in waiting if condition not in wanted]:

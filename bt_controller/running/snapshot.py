@@ -46,11 +46,11 @@ _OTHER_CONTROL: Final = "{*}"
 
 
 class NodeCounts(NamedTuple):
-    """What has happened to a node, in all trees with this node.
+    """The counts of a node, in all trees with this node.
 
     Attributes:
         counts: How often each outcome was seen, without RUNNING.
-        never: What it has never done, although it can.
+        never: The possible events that never happened.
     """
 
     counts: tuple[tuple[str, int], ...]
@@ -58,14 +58,14 @@ class NodeCounts(NamedTuple):
 
 
 class Node(NamedTuple):
-    """One behaviour.
+    """A behavior in a snapshot of its tree.
 
     Attributes:
         depth: 0 for the root.
         symbol: py_trees' symbol for its kind, such as ``{-}`` for a sequence with memory.
         message: Its feedback message; empty while it is not active.
         origin: File and line, if it comes from a file.
-        coverage: What has happened to it so far, if that is counted.
+        coverage: Its counts so far, if there are any.
     """
 
     depth: int
@@ -127,7 +127,7 @@ class Snapshot:
 
     @property
     def status(self) -> Status:
-        """The root's status."""
+        """The status of the tree's root."""
         return self.nodes[0].status
 
     def differs(self, other: Snapshot | None) -> bool:

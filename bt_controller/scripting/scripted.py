@@ -135,7 +135,7 @@ class ScriptConditions(Scripted, Decoration):
         return status
 
     def terminate(self, new_status: Status) -> None:
-        """Halt the child."""
+        """Halt the child, and run ``_onHalted``."""
         if new_status is Status.INVALID:
             self._halt()
 

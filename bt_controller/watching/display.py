@@ -24,7 +24,7 @@ _UTF_8: Final = "utf-8"
 
 
 class Watcher(Protocol):
-    """A display of ticks."""
+    """A display of ticks of trees."""
 
     def ticked(self, mission: Mission, now: float | None) -> None:
         """Process a tick of a tree at a simulated time."""
@@ -85,10 +85,10 @@ _log = logging.getLogger(__name__)
 
 
 class Writer(Protocol):
-    """Takes text: whole lines."""
+    """An output that takes whole lines of text."""
 
     def write(self, text: str, /) -> object:
-        """Take some."""
+        """Write a text of whole lines."""
 
 
 class Transitions:

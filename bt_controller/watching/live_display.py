@@ -56,7 +56,7 @@ class LiveDisplay:
 
     @property
     def empty(self) -> bool:
-        """Whether there was nothing to show."""
+        """True if there was nothing to show."""
         return not self._ticked
 
     def ticked(self, mission: Mission, now: float | None) -> None:
@@ -67,7 +67,7 @@ class LiveDisplay:
         self._ticked[mission.robot] = tick
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Draw what fits."""
+        """Draw the trees that fit the terminal."""
         yield self.text(console.size.height)
 
     def text(self, height: int) -> Text:

@@ -71,7 +71,7 @@ class Publisher:
             self._declared.pop().undeclare()
 
     def _mark_changed(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Have the next tick check for subscribers; from any thread."""
+        """Make the next tick check for subscribers; from any thread."""
         self._matching_changed = True
 
     def _has_subscribers(self) -> bool:

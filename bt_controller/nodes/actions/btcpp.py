@@ -80,7 +80,7 @@ class Sleep(Leaf):
     INPUTS: ClassVar = {"msec": input_port(UNSIGNED, "Simulated milliseconds")}
 
     def initialise(self) -> None:
-        """Begin to sleep."""
+        """Start the duration of the sleep."""
         self._ends = now() + self.read("msec") / _MILLISECONDS
 
     def next_tick_time(self) -> float:

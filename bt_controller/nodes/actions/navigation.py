@@ -114,7 +114,7 @@ class _Cancel(Leaf):
     INPUTS: ClassVar = ACTION_INPUTS
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up.
+        """Look up the action, by the name that the file gives it.
 
         Raises:
             NotServed: There is no such robot, or it has no such action.

@@ -134,7 +134,7 @@ class FollowPath(ActionNode):
             self.write("tracking_feedback", feedback.tracking_feedback)
 
     def write_result(self, _result: Any) -> None:
-        """Write that the robot follows no path any more."""
+        """Write that the robot follows no path."""
         self.clear_result()
 
     def clear_result(self) -> None:
@@ -161,7 +161,7 @@ class TruncatePath(Leaf):
     OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The truncated path")}
 
     def update(self) -> Status:
-        """Cut the path."""
+        """Write the path without its end."""
         path = self.read("input_path") or _NONE
         if path.poses:
             end = path.poses[-1]
@@ -202,7 +202,7 @@ class TruncatePathLocal(Located, Leaf):
         self._trail = Trail()
 
     def update(self) -> Status:
-        """Cut the path."""
+        """Write the part of the path around the robot."""
         path = self.read("input_path") or _NONE
         if path.poses:
             at = self._trail.reached(
@@ -228,7 +228,7 @@ class ConcatenatePaths(Leaf):
     OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The concatenation")}
 
     def update(self) -> Status:
-        """Join the paths."""
+        """Write the second path after the first one."""
         first, second = (self.read(port) or _NONE for port in self.INPUTS)
         if not first.poses and not second.poses:
             self.feedback_message = "there are no poses"

@@ -123,7 +123,7 @@ class ComputeAndTrackRoute(_RouteNode):
             self.write(port, getattr(feedback, port))
 
     def write_result(self, result: Any) -> None:
-        """Write that the robot is on no route any more."""
+        """Write that the robot is on no route, and the duration."""
         self.clear_result()
         self.write("execution_duration", result.execution_duration)
 

@@ -103,7 +103,7 @@ class ArePosesNear(Condition):
     }
 
     def update(self) -> Status:
-        """Compare the poses."""
+        """Compare the distance of the poses with the tolerance."""
         return _if(apart(self.read("ref_pose"), self.read("target_pose")) <= self.read("tolerance"))
 
 

@@ -60,7 +60,7 @@ class IsStopped(Located, Condition):
     _until: float | None = None
 
     def initialise(self) -> None:
-        """Begin to count."""
+        """Start the duration at the next tick."""
         self._until = None
 
     def update(self) -> Status:

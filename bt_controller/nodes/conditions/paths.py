@@ -52,7 +52,7 @@ class IsPathValid(Condition):
     OUTPUTS: ClassVar = {"collision_poses": output_port(POSES, "The poses after which the path is closed")}
 
     def setup(self, **kwargs: Any) -> None:
-        """Query the lanes.
+        """Query the lanes that are open now.
 
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.
@@ -129,7 +129,7 @@ class OpenLanes:
         self.look()
 
     def look(self) -> None:
-        """Query the open lanes.
+        """Query the open lanes, and remember them.
 
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: The simulator does not answer.

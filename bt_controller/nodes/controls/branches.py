@@ -20,13 +20,13 @@ class IfThenElse(Control):
     """Ticks its second child if the first succeeds, its third if the first fails, and returns that child's status.
 
     The first child is not ticked again while another is RUNNING. Without a third child the node fails if the first
-    does. If the first child is skipped, so is the node.
+    does. If the first child is skipped, the node is skipped.
     """
 
     least, most = 2, 3
 
     def initialise(self) -> None:
-        """Begin with the condition."""
+        """Start with the condition, not with a branch."""
         self._branch = 0
 
     def advance(self) -> Ticks:
@@ -87,7 +87,7 @@ class Switch(Control):
         return EACH_PERIOD
 
     def advance(self) -> Ticks:
-        """Tick the selected child."""
+        """Tick the selected child, and halt the others."""
         meant = self._meant()
         for child in self.children:
             if child is not meant:
@@ -122,7 +122,7 @@ class TryCatch(Control):
     """Ticks all children except the last as a sequence. When one of them fails, ticks the last one, and then fails.
 
     The node fails whatever the status of the last child. Skipped children are ignored; if all except the last are
-    skipped, so is the node. With *catch_on_halt* the last child is also ticked once if the node is halted.
+    skipped, the node is skipped. With *catch_on_halt* the last child is also ticked once if the node is halted.
     """
 
     INPUTS: ClassVar = {"catch_on_halt": input_port(BOOL, "Whether a halt counts as a failure", default=False)}

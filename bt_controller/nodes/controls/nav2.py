@@ -22,7 +22,7 @@ class NonblockingSequence(Control):
     """Ticks all its children at each tick, including those that have ended.
 
     Fails as soon as one fails, and halts the others; succeeds when all succeed in one tick; else it is RUNNING. If all
-    children are skipped, so is the node.
+    children are skipped, the node is skipped.
     """
 
     def next_ticked(self) -> Sequence[Behaviour]:
@@ -30,7 +30,7 @@ class NonblockingSequence(Control):
         return self.children if self.status is Status.RUNNING else ()
 
     def advance(self) -> Ticks:
-        """Tick all children."""
+        """Tick all children, also those that have ended."""
         for child in self.children:
             yield from child.tick()
             if child.status is Status.FAILURE:
@@ -77,7 +77,7 @@ class PipelineSequence(Control):
     """Ticks its children in order, up to the last one that was reached, including those that have ended.
 
     A RUNNING child does not block the following ones if one of them was reached before. Fails when a child fails;
-    succeeds when the last child does and none before it has failed. If all children are skipped, so is the node.
+    succeeds when the last child does and none before it has failed. If all children are skipped, the node is skipped.
     """
 
     def initialise(self) -> None:
@@ -108,8 +108,8 @@ class RecoveryNode(Control):
     """Succeeds when its first child does. When that fails, ticks the second, and if that succeeds, the first again.
 
     Fails when the second child fails or is skipped, or when the first has failed once more than the number of retries.
-    If the first child is skipped, so is the node. A halt resets the number of retries. After a thousand retries at one
-    instant the next one follows a period later.
+    If the first child is skipped, the node is skipped. A halt resets the number of retries. After a thousand retries at
+    one instant the next one follows a period later.
     """
 
     INPUTS: ClassVar = {"number_of_retries": input_port(INT, "Number of retries", default=1)}
@@ -126,7 +126,7 @@ class RecoveryNode(Control):
         return super().next_tick_time() if self.next_ticked() else EACH_PERIOD
 
     def advance(self) -> Ticks:
-        """Tick the current child."""
+        """Tick the first child, or the recovery after its failure."""
         first, second = self.children
         while True:
             child = second if self._recovers else first

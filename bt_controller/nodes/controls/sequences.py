@@ -75,8 +75,8 @@ class Reactive(Control):
 class Sequence(InOrder):
     """Ticks its children in order; succeeds if all succeed. Fails with the first that fails, and then starts over.
 
-    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, so is the
-    sequence.
+    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, the
+    sequence is skipped.
     """
 
     passes = Status.SUCCESS
@@ -112,7 +112,7 @@ class ReactiveSequence(Reactive):
     """Ticks its children from the first at each tick; succeeds if all succeed. Fails with the first failure.
 
     So conditions are evaluated again at each tick. When a child is RUNNING or fails, the following ones are halted.
-    Skipped children are ignored; if all are skipped, so is the sequence.
+    Skipped children are ignored; if all are skipped, the sequence is skipped.
     """
 
     passes: ClassVar = Status.SUCCESS
@@ -121,8 +121,8 @@ class ReactiveSequence(Reactive):
 class Fallback(InOrder):
     """Ticks its children in order until one succeeds; fails if all fail.
 
-    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, so is the
-    fallback.
+    A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, the
+    fallback is skipped.
     """
 
     passes = Status.FAILURE
@@ -136,7 +136,7 @@ class ReactiveFallback(Reactive):
     """Ticks its children from the first at each tick until one succeeds; fails if all fail in one tick.
 
     So conditions are evaluated again at each tick. When a child is RUNNING or succeeds, the following ones are halted.
-    Skipped children are ignored; if all are skipped, so is the fallback.
+    Skipped children are ignored; if all are skipped, the fallback is skipped.
     """
 
     passes: ClassVar = Status.FAILURE

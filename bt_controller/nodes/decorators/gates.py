@@ -45,7 +45,7 @@ class WaitValueUpdate(SkipUnlessUpdated):
 
 
 class RunOnce(Decoration):
-    """Ticks its child until it has ended once, and returns its status; after that the child is not ticked any more.
+    """Ticks its child until it has ended once, and returns its status; after that the child is never ticked again.
 
     With *then_skip*, the default, the node is then skipped; otherwise it returns the child's last status. A child that
     is halted or skipped has not ended.

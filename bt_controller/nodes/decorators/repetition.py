@@ -35,7 +35,7 @@ class _Again(Decoration):
 
     @property
     def rests(self) -> bool:
-        """Whether the child must not start again before time has advanced."""
+        """True if the child must not start again before time has advanced."""
         return self._instant and now() == self._began
 
     def take_turn(self) -> Ticks:
@@ -62,7 +62,7 @@ class _Counted(_Again):
     again: ClassVar[Status]
 
     def initialise(self) -> None:
-        """Begin to count."""
+        """Start counting the repetitions at zero."""
         super().initialise()
         self._count = 0
 
@@ -114,7 +114,7 @@ class KeepRunningUntilFailure(_Again):
     """Runs until its child fails, and then fails; a child that has ended otherwise starts again at the next tick."""
 
     def advance(self) -> Ticks:
-        """Tick the child."""
+        """Tick the child, unless it rests at this instant."""
         if self.rests:
             return Status.RUNNING
         status = yield from self.take_turn()

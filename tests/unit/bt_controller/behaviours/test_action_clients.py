@@ -56,7 +56,7 @@ class TestFromBlackboard:
         assert [GOAL] == [goal.goal for goal in client.goals]
 
     def test_without_a_goal_it_fails(self, client, equip):
-        """And sends nothing."""
+        """A leaf without a goal sends no request."""
         leaf = equip(FromBlackboard("Wait", "wait", "next"))
         leaf.tick_once()
 

@@ -1,4 +1,4 @@
-"""Trees as pictures."""
+"""Pictures of trees in Graphviz's language and as SVG."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_each_robot_has_its_graph():
 
 
 def test_any_name_is_quoted():
-    """What means something to Graphviz means nothing in a name."""
+    """Characters with a meaning in Graphviz have none in a name."""
     assert r'label="a:\"b\"\\n{c}", ' in dot({"x": nodes_of(Success(r'a:"b"\n{c}'))})
 
 

@@ -1,4 +1,4 @@
-"""What can happen to a node at its place."""
+"""The possible outcomes of a node at its place in a tree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said to be impossible does not happen, in trees of any shape."""
+"""Outcomes that are impossible by analysis never happen, in trees of any shape."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def above(children: st.SearchStrategy[Callable[[], Behaviour]]) -> st.SearchStra
 @settings(max_examples=100, deadline=None)
 @given(st.recursive(leaves(), above, max_leaves=8))
 def test_what_is_impossible_does_not_happen(tree: Callable[[], Behaviour]) -> None:
-    """Each outcome that is seen was said to be possible."""
+    """Each outcome that is seen is possible by analysis."""
     Blackboard.clear()
     coverage = TreeCoverage()
     root = tree()

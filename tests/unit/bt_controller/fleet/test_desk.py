@@ -62,7 +62,7 @@ def test_what_a_robot_holds_stays_with_it(task_queue):
 
 
 def test_a_robot_that_holds_a_given_up_item_gets_nothing(task_queue):
-    """Its gripper is full."""
+    """The gripper of this robot is full."""
     task_queue.give_up("ann", "ann holds it")
 
     assert [] == task_queue.hand_out([robot("ann")])

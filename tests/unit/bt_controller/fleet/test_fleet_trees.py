@@ -67,7 +67,7 @@ def test_a_leaf_that_names_no_robot_is_an_error(run):
 
 
 def test_all_leaves_share_a_blackboard(run):
-    """What one robot writes, the others read."""
+    """An entry that one robot writes is read by the others."""
     seen = []
 
     def tree(robots):

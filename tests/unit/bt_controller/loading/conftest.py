@@ -23,42 +23,42 @@ if TYPE_CHECKING:
 
 
 class All(Control):
-    """Ticks all its children."""
+    """A control that ticks all its children."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick them."""
+        """Tick all children and succeed."""
         for child in self.children:
             yield from child.tick()
         return Status.SUCCESS
 
 
 class Two(All):
-    """Has two children."""
+    """A control with exactly two children."""
 
     least = most = 2
 
 
 class Same(Decoration):
-    """Does as its child."""
+    """A decorator that returns the status of its child."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick it."""
+        """Tick the child and return its status."""
         return (yield from self.tick_child())
 
 
 class Say(Leaf):
-    """Says what it reads."""
+    """A leaf whose message is the text that it reads."""
 
     INPUTS: ClassVar = {"text": input_port(STRING, default="nothing")}
 
     def update(self) -> Status:
-        """Say it."""
+        """Read the text into the message."""
         self.feedback_message = self.read("text")
         return Status.SUCCESS
 
 
 class Go(Leaf):
-    """Needs a goal."""
+    """A leaf with a required goal."""
 
     INPUTS: ClassVar = {
         "goal": input_port(POSE),
@@ -68,13 +68,13 @@ class Go(Leaf):
     OUTPUTS: ClassVar = {"code": output_port(INT), "where": output_port(POSE)}
 
     def update(self) -> Status:
-        """Look at the ports."""
+        """Write the code and succeed."""
         self.write("code", 7)
         return Status.SUCCESS
 
 
 class Put(Leaf):
-    """Writes an entry."""
+    """A leaf that writes an entry."""
 
     INPUTS: ClassVar = {"value": input_port(ANY)}
     OUTPUTS: ClassVar = {"to": output_port(ANY)}

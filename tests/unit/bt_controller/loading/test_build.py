@@ -1,4 +1,4 @@
-"""What becomes of a file: nodes with names and places, and keys that lead where BehaviorTree.CPP's would."""
+"""The trees that are built from files: names and origins of nodes, and keys as in BehaviorTree.CPP."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _tree(tree_id, body):
 
 
 class TestNodes:
-    """Names, kinds, places."""
+    """The nodes have the names, kinds and origins of the file."""
 
     TEXT = _main(
         '\n<All name="first">\n<Say/><Say name="hi/there. you"/>\n'
@@ -110,7 +110,7 @@ class TestNodes:
 
 
 class TestPorts:
-    """Values and keys."""
+    """Ports have the values and keys of the file."""
 
     @pytest.mark.parametrize("text", ["", "a", "1.5", "a/b.c", "ü; x", " ", "'", "__const", "None"])
     def test_a_value_is_read_as_it_is_written(self, files, text):
@@ -142,14 +142,14 @@ class TestPorts:
             assert client.remappings[client.absolute_name("note")] == "/note"
 
     def test_values_are_there_from_the_start(self, files):
-        """--set."""
+        """The option --set provides them."""
         text = _main('<All><Say name="s" text="{x}"/></All>')
 
         assert files.ticked(text, values={"x": "given"})[1] == {"s": "given"}
 
 
 class TestSubtrees:
-    """A subtree has a blackboard of its own; shared entries are declared."""
+    """A subtree has its own blackboard and shares the declared entries."""
 
     MOVE = _tree(
         "MoveRobot",
@@ -193,7 +193,7 @@ class TestSubtrees:
         )
 
     def test_autoremap_reaches_through_subtrees(self, files):
-        """What the inner one shares is a key of the outer one."""
+        """A key that the inner subtree shares is also a key of the outer one."""
         inner = _tree("I", '<All><Put value="1" to="x"/><Put value="2" to="y"/></All>')
         outer = _tree("O", '<SubTree ID="I" _autoremap="1" y="{z}"/>')
 
@@ -208,7 +208,7 @@ class TestSubtrees:
         assert entries == {"/O/x": "1"}
 
     def test_equals_sign_shares_a_port_by_its_name(self, files):
-        """{=}."""
+        """The text {=} stands for the name of the port."""
         entries, _ = files.ticked(_main('<SubTree ID="S" x="{=}"/>', _tree("S", '<Put value="1" to="x"/>')))
 
         assert entries == {"/x": "1"}
@@ -240,7 +240,7 @@ class TestSubtrees:
         assert (entries, said) == ({"/S/a": "9", "/c": "x", "/S/d": "2"}, {"s": "9", "t": "2"})
 
     def test_scripts_around_a_subtree_are_of_the_parent_tree(self, files):
-        """_skipIf and the like."""
+        """Attributes such as _skipIf read the entries of the parent tree."""
         body = '<All><Script code="x := 1"/><SubTree ID="S" name="S" _skipIf="x == 1"/></All>'
         with files.built(_main(body, _tree("S", '<Put value="0" to="x"/>'))) as root:
             for node in root.iterate():

@@ -1,4 +1,4 @@
-"""Wrong files: a line for each mistake, with its place and what would do."""
+"""Invalid files: one line for each error, with its place and a remedy."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ DOCUMENTS = [
 
 @pytest.mark.parametrize(("text", "error"), DOCUMENTS)
 def test_a_wrong_file_is_reported_in_one_line(files, text, error):
-    """A mistake that concerns the whole file has a place, too."""
+    """An error that concerns the whole file names the file."""
     with pytest.raises(TreeError) as caught:
         files.load(text)
 
@@ -147,7 +147,7 @@ def test_all_mistakes_are_reported_at_once(files):
 
 
 def test_there_is_an_end_of_mistakes(files):
-    """More than fifty mistakes are of no use."""
+    """The report stops after fifty errors."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
 
@@ -156,7 +156,7 @@ def test_there_is_an_end_of_mistakes(files):
 
 
 def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
-    """What is in the file may be."""
+    """Texts from the file are shortened."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree(f'<Go goal="1;2" speed="{"9" * 5000}x"/>'))
 
@@ -176,7 +176,7 @@ def test_the_tree_to_run_can_be_chosen(files):
 
 @pytest.mark.parametrize("form", ["<Say/>", '<Action ID="Say"/>', '<Condition ID="Say"/>', '<Say _description="hm"/>'])
 def test_a_format_that_is_not_said_and_the_long_forms_of_nodes_are_read(files, form):
-    """Also what editors add."""
+    """Attributes of editors are ignored."""
     with files.built(f"<root>{_tree(form)}</root>") as root:
         assert (root.name, root.origin) == ("Say", "tree.xml:1")
 
@@ -193,7 +193,7 @@ class TestSize:
         return f'<root main_tree_to_execute="T0">{trees}<BehaviorTree ID="T{levels}"><Say/></BehaviorTree></root>'
 
     def test_subtrees_that_double_and_double_are_refused(self, files):
-        """Without unrolling them."""
+        """The size is computed without building the subtrees."""
         with pytest.raises(TreeError, match=r"'T\d+' would have more than 10000 nodes, with its subtrees"):
             files.load(self._doubling(49))
 
@@ -306,7 +306,7 @@ def test_a_file_without_a_format_is_doubted(files):
 
 
 def test_no_main_tree_hides_no_recursion(files):
-    """Both mistakes are reported."""
+    """The report has both errors."""
     with pytest.raises(TreeError) as caught:
         files.load(RING.replace(' main_tree_to_execute="A"', ""))
 
@@ -324,13 +324,13 @@ def test_a_tree_without_an_id_is_one_mistake(files):
 
 
 def test_an_empty_id_is_that_of_no_tree(files):
-    """--tree ''."""
+    """The option --tree '' selects no tree."""
     with pytest.raises(TreeError, match="<root>: unknown tree ''; there are A"):
         files.load(_tree("<Say/>"), tree="")
 
 
 def test_a_long_value_is_shortened(files):
-    """What would do can be seen."""
+    """The remedy remains visible."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree(f'<Go goal="1;2" speed="{"9x" * 1000}"/>'))
 

@@ -38,10 +38,10 @@ def tree(files):
 
 
 class TestCheck:
-    """bt-controller check."""
+    """The command bt-controller check prints a tree or its errors."""
 
     def test_a_good_file_is_printed(self, capsys):
-        """Entries that still need a value are listed on stderr, and are no mistake."""
+        """Entries that still need a value are listed on stderr, and the file is valid."""
         assert main(["check", "tree.xml"]) == 0
         out, err = capsys.readouterr()
         assert ("{*} Drive\n    --> NavigateToPose\n    --> Sleep\n", UNSET) == (out, err)
@@ -80,17 +80,17 @@ class TestCheck:
         assert second == "bt-controller: warning: nothing reads 'gaol'; did you mean 'goal'?"
 
     def test_an_empty_module_is_wrong_use(self, capsys):
-        """In our words."""
+        """The message is one line without a traceback."""
         assert main(["check", "tree.xml", "--nodes", ""]) == 2
         assert capsys.readouterr().err == "bt-controller: --nodes: '' is not a module name\n"
 
     def test_the_tree_can_be_chosen(self, capsys):
-        """--tree."""
+        """The option --tree selects it."""
         assert main(["check", "tree.xml", "--tree", "Stay"]) == 0
         assert capsys.readouterr().out == "--> Rest\n"
 
     def test_a_file_as_json(self, capsys):
-        """As other trees."""
+        """The JSON is the same as that of other trees."""
         main(["check", "tree.xml", "--json"])
 
         assert [node["name"] for node in json.loads(capsys.readouterr().out)["nodes"]] == [
@@ -139,7 +139,7 @@ class TestCheck:
 
 
 class TestRun:
-    """bt-controller run."""
+    """The command bt-controller run runs a tree."""
 
     def test_nothing_begins_while_something_is_missing(self, capsys):
         """Before a simulator is looked for."""

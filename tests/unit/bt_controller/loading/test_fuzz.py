@@ -31,7 +31,7 @@ _WORDS = st.sampled_from([*_SIGNS.split(), b"<!DOCTYPE a>", b"<include path='tre
 
 
 def _load(files, data):
-    """Load a file; anything but a TreeError is a mistake of ours."""
+    """Load a file; any error other than a TreeError is a bug."""
     (files.folder / "tree.xml").write_bytes(data)
     files.nodes = registry()
     with suppress(TreeError):
@@ -50,7 +50,7 @@ def test_the_file_that_is_changed_is_a_tree(files):
 @given(data=st.binary(max_size=300))
 @_MANY
 def test_any_bytes_are_a_tree_or_a_tree_error(files, data):
-    """Never a traceback."""
+    """Loading never ends with another error."""
     _load(files, data)
 
 

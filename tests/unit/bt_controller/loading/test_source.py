@@ -15,7 +15,7 @@ from hmrsim.safe_xml import MAX_DEPTH
 
 
 def test_elements_know_file_line_tag_and_name(files):
-    """A mistake in an element is reported with its place."""
+    """An error in an element is reported with its place."""
     path = files.write('<root>\n  <BehaviorTree ID="A">\n\n    <Say\n name="hello"/></BehaviorTree></root>')
 
     origin = read(path)[0][0].origin
@@ -65,7 +65,7 @@ def test_entities_that_blow_up_are_refused_at_once(files):
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
 def test_encodings_that_a_file_names_are_read(files, encoding):
-    """Names keep their letters."""
+    """Names in such a file keep their letters."""
     text = f'<?xml version="1.0" encoding="{codecs.lookup(encoding).name}"?><root><Say name="Küche"/></root>'
     (files.folder / "tree.xml").write_bytes(text.encode(encoding))
 
@@ -79,7 +79,7 @@ def test_a_missing_file_is_one_line():
 
 
 def test_a_path_through_a_loop_of_links_is_one_line(files):
-    """Nothing is there."""
+    """The message is that of a missing file."""
     (files.folder / "loop").symlink_to("loop")
 
     with pytest.raises(TreeError, match=r"^loop/tree\.xml: no such file$"):
@@ -87,7 +87,7 @@ def test_a_path_through_a_loop_of_links_is_one_line(files):
 
 
 class TestInclude:
-    """<include path="…"/>."""
+    """Elements such as <include path="…"/> insert the trees of another file."""
 
     def test_a_file_that_has_changed_is_read_again(self, files):
         """Also where only an included file has; a tree is kept from one run to the next otherwise."""
@@ -139,7 +139,7 @@ class TestInclude:
             read("tree.xml")
 
     def test_a_link_does_not_lead_out_of_the_folder(self, files, tmp_path_factory):
-        """Where it leads is what counts."""
+        """The target of the link counts."""
         elsewhere = tmp_path_factory.mktemp("elsewhere") / "secret.xml"
         elsewhere.write_text("<root/>")
         (files.folder / "link.xml").symlink_to(elsewhere)

@@ -77,7 +77,7 @@ def test_public_classes_with_ports_are_nodes_by_their_names():
     ],
 )
 def test_modules_without_nodes_are_refused(module, error):
-    """The line says why."""
+    """The message gives the reason in one line."""
     with pytest.raises(TreeError, match=error):
         vocabulary([module])
 
@@ -108,7 +108,7 @@ def test_a_value_that_py_trees_cannot_read_is_one_line(files):
 
 
 def test_load_knows_them(files):
-    """As --nodes says."""
+    """The function load takes the modules of --nodes."""
     path = files.write('<BehaviorTree ID="A"><Greet whom="eve"/></BehaviorTree>')
 
     assert load(path, nodes=["bt_test_nodes"]).build("wall_e").name == "Greet"

@@ -1,4 +1,4 @@
-"""What does not fit together, and what is missing."""
+"""Mismatched and missing connections between ports."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_given_value_has_to_be_what_its_ports_take(files):
 
 
 def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
-    """Which ports those are, py_trees finds out."""
+    """The ports are found inside the subtree."""
     with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is not a pose"):
         files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))
 
@@ -94,7 +94,7 @@ def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
     ],
 )
 def test_what_is_shared_with_a_subtree_under_another_name_is_doubted(files, shared, doubts):
-    """It says where the mistake is, beside what is missing because of it."""
+    """The warning names the line of the subtree, in addition to the entry that is missing."""
     subtree = '<BehaviorTree ID="S"><Go goal="{goal}"/></BehaviorTree>'
     files.load(_tree(f'<SubTree ID="S" {shared}/>', subtree).replace("<root", '<root BTCPP_format="4"'))
 

@@ -138,7 +138,7 @@ def test_a_file_uses_them(written, tree, board):
 
 
 def test_what_is_not_here_says_what_to_do(written):
-    """In one line."""
+    """The message is one line with a remedy."""
     text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><SequenceStar/></BehaviorTree></root>'
 
     with pytest.raises(TreeError, match="<SequenceStar>: unsupported node: version 4 has SequenceWithMemory"):

@@ -52,7 +52,7 @@ def test_a_goal_needs_no_tick(leaf):
 
 
 def test_a_timer_is_due_at_its_end():
-    """Not a period later."""
+    """The next period does not matter."""
     assert due_after_a_tick(Timer("T", 3.5)) == 13.75
 
 

@@ -1,4 +1,4 @@
-"""Which robots a selector is about."""
+"""Selectors of robots."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_selector_that_matches_no_robot_says_what_there_is(selector, error):
 
 
 def test_a_world_without_robots_has_none_to_select():
-    """All of none is a mistake, too."""
+    """The selector all is also an error in such a world."""
     with pytest.raises(NotServed, match="there are no robots"):
         selected(Directory.from_info({}), ["all"])
 
@@ -60,7 +60,7 @@ def test_a_malformed_selector_is_refused(selector):
 
 
 def test_shell_completion_offers_what_there_is():
-    """Each candidate comes once."""
+    """Each candidate is listed once."""
     assert [
         "all",
         "action:pickup",

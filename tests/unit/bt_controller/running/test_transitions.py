@@ -1,4 +1,4 @@
-"""The log of transitions."""
+"""The log of changes of statuses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Log:
         self.transitions = Transitions(self.out, [self.mission])
 
     def tick(self, now):
-        """Tick the tree."""
+        """Tick the tree at a time."""
         self.mission.tick(now)
         self.transitions.ticked(self.mission, now)
 
@@ -73,7 +73,7 @@ def test_what_is_reset_within_a_tick_is_logged():
 
 
 def test_what_fails_and_is_tried_again_is_logged_each_time():
-    """The decorator runs meanwhile."""
+    """The decorator is RUNNING meanwhile."""
     log = Log(lambda: Retry("Root", Sequence("Try", memory=True, children=[Success("A"), Failure("B")]), 2))
     log.tick(1.0)
     log.tick(2.0)

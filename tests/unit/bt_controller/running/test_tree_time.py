@@ -1,4 +1,4 @@
-"""Simulated time for py_trees."""
+"""Simulated time for the timers of py_trees."""
 
 from __future__ import annotations
 
