@@ -1,4 +1,4 @@
-"""The nodes of XML trees: py_trees behaviours with ports and with BehaviorTree.CPP's semantics.
+"""The nodes of XML trees: py_trees behaviors with ports and with BehaviorTree.CPP's semantics.
 
 The differences to py_trees:
 
@@ -46,10 +46,10 @@ class PortError(HmrsimError):
 
 
 class QuietBehaviour(Behaviour):
-    """A behaviour without children and without py_trees' debug log, which takes longer than the tick itself."""
+    """A behavior without children and without py_trees' debug log, which takes longer than the tick itself."""
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the behaviour, as py_trees does."""
+        """Tick the behavior, as py_trees does."""
         if self.status is not Status.RUNNING:
             self.initialise()
         status = self.update()
@@ -63,7 +63,7 @@ class QuietBehaviour(Behaviour):
         yield self
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End the behaviour with a status, or interrupt it with INVALID."""
+        """End the behavior with a status, or interrupt it with INVALID."""
         self.terminate(new_status)
         self.status = new_status
 
@@ -210,7 +210,7 @@ class Node(PortsMixin):
         """Keep the places, and check the ports' texts early.
 
         Args:
-            **kwargs: *places*, a `Places`, and the arguments of other behaviours.
+            **kwargs: *places*, a `Places`, and the arguments of other behaviors.
 
         Raises:
             PortError: A port's value in the file is invalid.

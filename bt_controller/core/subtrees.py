@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
-    """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
+    """Yield all behaviors with the names from the root to each; siblings of one name are numbered, from 1."""
     todo = [(root, root.name)]
     while todo:
         node, path = todo.pop()

@@ -4,7 +4,7 @@ One thread ticks all trees of a runner, one after the other. Other threads, whic
 clock, only wake it. The runner's clock moves time. The trees with an event at one instant are ticked in the missions'
 order, and no other tree is touched: the cost of a thousand robots is that of their events.
 
-A thing of py_trees to know: a ``Parallel`` whose policy does not synchronise ticks finished children again, so that
+A thing of py_trees to know: a ``Parallel`` whose policy does not synchronize ticks finished children again, so that
 their goals are sent again.
 """
 
@@ -39,7 +39,7 @@ _MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
 
 _LAST_WORDS: Final = 0.5
-"""Wall seconds that canceled goals have to end when a behaviour blocks."""
+"""Wall seconds that canceled goals have to end when a behavior blocks."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Outcome:
         interrupted: Whether the user stopped it.
         gone: Whether it was given up because the simulator is gone.
         left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
-        reasons: By robot whose tree failed, the behaviours that made it fail; where it had not ended, the one that was
+        reasons: By robot whose tree failed, the behaviors that made it fail; where it had not ended, the one that was
             running. Each with its ``node``, its ``message`` and, if it comes from a file, its ``origin`` there.
     """
 
@@ -129,7 +129,7 @@ class Runner:
         Raises:
             NotServed: The simulator lacks a robot or an action.
             SimulatorNotFound, SimulatorGone, Unreachable: It does not say what it has.
-            TreeCrashed: A behaviour raised an error.
+            TreeCrashed: A behavior raised an error.
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without this client.
         """
@@ -150,7 +150,7 @@ class Runner:
         return self._with_left(outcome)
 
     def give_up(self) -> Outcome:
-        """Cancel the goals while a behaviour keeps the trees' own thread from it; from another thread."""
+        """Cancel the goals while a behavior keeps the trees' own thread from it; from another thread."""
         for mission in self._missions:
             mission.cancel()
         # The mailbox may still hold reasons, such as the one that requested the end.

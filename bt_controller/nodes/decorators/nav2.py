@@ -59,7 +59,7 @@ class DistanceController(_Controller, Located):
             self._start = self.here
 
     def advance(self) -> Ticks:
-        """Tick the child if the robot has travelled far enough."""
+        """Tick the child if the robot has traveled far enough."""
         far = apart(self._start, self.here) >= self.read("distance")
         if not (self._first or self.child.status is Status.RUNNING or far):
             return Status.RUNNING

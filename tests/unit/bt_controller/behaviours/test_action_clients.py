@@ -45,7 +45,7 @@ class TestFromConstant:
 
 
 class TestFromBlackboard:
-    """A goal that another behaviour has put there."""
+    """A goal that another behavior has put there."""
 
     def test_it_sends_what_is_there(self, client, equip):
         """At the moment at which it begins."""

@@ -159,7 +159,7 @@ def test_a_tree_that_was_stopped_is_shown_as_it_was():
 
 
 class Prints(Behaviour):
-    """Has the terminal drawn anew while it is ticked, as a behaviour that prints does."""
+    """Has the terminal drawn anew while it is ticked, as a behavior that prints does."""
 
     def __init__(self, display):
         super().__init__("Prints")

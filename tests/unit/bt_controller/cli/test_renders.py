@@ -36,7 +36,7 @@ def test_a_graph_has_the_shapes_and_colours_of_py_trees():
 
 
 def test_a_graph_may_tell_how_trees_ended():
-    """The border has the colour of the status, and the message is below the name."""
+    """The border has the color of the status, and the message is below the name."""
     root = Failure("Root")
     root.tick_once()
 
@@ -60,7 +60,7 @@ def test_any_name_is_quoted():
 
 @pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz's dot is not installed")
 def test_graphviz_draws_it():
-    """Each behaviour is in the picture, and it is the same each time."""
+    """Each behavior is in the picture, and it is the same each time."""
     drawn = svg(dot({"Tür": nodes_of(tree())}))
 
     assert all(f">{text}</text>" in drawn for text in ("Tür", "{&#45;} Root", "[o] Choice", "Not", "A"))

@@ -155,7 +155,7 @@ class TestInitialise:
         assert client.goals[0].goal == WAIT
 
     def test_the_goal_may_come_from_the_blackboard(self, client):
-        """Another behaviour has put it there."""
+        """Another behavior has put it there."""
         leaf = ActionLeaf("Wait", "wait", "next_goal")
         leaf.setup(client=client, robot="wall_e")
         Blackboard.set("next_goal", WAIT)
@@ -194,7 +194,7 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.SUCCESS, "successfully completed")
 
     def test_success_is_written_on_the_blackboard(self, client):
-        """Other behaviours can look whether it was done."""
+        """Other behaviors can look whether it was done."""
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()

@@ -328,7 +328,7 @@ class TestEnds:
         assert (outcome.gone, outcome.succeeded) == (True, False)
 
     def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
-        """The error names the robot, the behaviour and the place; no goal is left behind."""
+        """The error names the robot, the behavior and the place; no goal is left behind."""
 
         def tree():
             policy = ParallelPolicy.SuccessOnAll()

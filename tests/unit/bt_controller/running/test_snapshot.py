@@ -22,7 +22,7 @@ from hmrsim_zenoh.wire.tree_state import TreeState
 
 
 def ticked(root):
-    """Return the behaviours of a tree after a tick."""
+    """Return the behaviors of a tree after a tick."""
     root.tick_once()
     return nodes_of(root)
 
@@ -91,7 +91,7 @@ class TestReasons:
 
     @staticmethod
     def of(root):
-        """Return the names of the behaviours that made a tree fail."""
+        """Return the names of the behaviors that made a tree fail."""
         return [node.name for node in reasons(ticked(root))]
 
     def test_the_step_that_failed_is_the_reason(self):

@@ -102,7 +102,7 @@ def test_what_is_stopped_after_the_last_tick_is_logged():
 
 
 def test_siblings_of_one_name_are_numbered():
-    """A path means one behaviour."""
+    """A path means one behavior."""
     inner = Sequence("B", memory=True, children=[Success("C")])
     root = Sequence("A", memory=True, children=[Success("B"), inner, Success("C")])
 
@@ -124,7 +124,7 @@ def test_people_read_it_in_the_log(caplog):
 
 @pytest.mark.parametrize(("level", "wanted"), [(logging.INFO, True), (logging.WARNING, False)])
 def test_transitions_are_watched_only_if_they_are_logged(caplog, level, wanted):
-    """Watching has a cost for each behaviour that is ticked."""
+    """Watching has a cost for each behavior that is ticked."""
     caplog.set_level(level, "bt_controller.watching.display")
 
     assert wanted == Transitions.wanted()
