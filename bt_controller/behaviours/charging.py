@@ -109,7 +109,7 @@ class BatteryGuard(Control):
     def initialise(self) -> None:
         """Start with the mission."""
         self._phase = _Phase.MISSION
-        self._told: _Phase | None = None
+        self._shown: _Phase | None = None
         self._ended = -1
         self._in_vain = 0
         self._where: NavigateToPose.Goal | None = None
@@ -134,8 +134,8 @@ class BatteryGuard(Control):
             return Status.FAILURE
         if self._phase is _Phase.RETURN and not (yield from self._return()):
             return Status.FAILURE
-        if self._told is not self._phase:
-            self._told = self._phase
+        if self._shown is not self._phase:
+            self._shown = self._phase
             self.feedback_message = f"{self._phase.value}, battery {battery.percentage:.0%}"
         if self._phase is not _Phase.MISSION:
             return Status.RUNNING

@@ -56,8 +56,8 @@ def check(args: argparse.Namespace) -> int:
     if args.json:
         wanted = ("depth", "symbol", "kind", "name")
         plain = {name: [{key: getattr(node, key) for key in wanted} for node in nodes] for name, nodes in trees.items()}
-        told = {"nodes": next(iter(plain.values()))} if len(trees) == 1 else {"robots": plain}
-        print(json.dumps({"tree": args.tree, **told}))
+        shown = {"nodes": next(iter(plain.values()))} if len(trees) == 1 else {"robots": plain}
+        print(json.dumps({"tree": args.tree, **shown}))
         return DONE
     for name, nodes in trees.items():
         if len(trees) > 1:

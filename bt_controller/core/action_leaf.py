@@ -91,7 +91,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         self._suspended = False
         self.verdicts = 0
         self._resumption: Resumption | None = None
-        self._wake: Callable[[], None] = _let_be
+        self._wake: Callable[[], None] = _do_nothing
         if self._on_success or isinstance(goal, str):
             self._blackboard = self.attach_blackboard_client()
             for key in self._on_success:
@@ -146,7 +146,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         robot, name = directory.resolve(self._robot or kwargs["robot"], wanted)
         action = _named(name) if isinstance(self._action, str) else self._action
         self._client = client.action_client(robot, action)
-        self._wake = kwargs.get("wake") or _let_be
+        self._wake = kwargs.get("wake") or _do_nothing
         self._place_pose = kwargs["places"].pose if kwargs.get("places") is not None else None
         if isinstance(self._goal, Mapping):
             try:
@@ -303,5 +303,5 @@ def _plain_fields(feedback: Message) -> str:
     return ", ".join(shown)
 
 
-def _let_be() -> None:
+def _do_nothing() -> None:
     """Do nothing: the default of *wake*."""

@@ -218,5 +218,5 @@ def summary(coverage: TreeCoverage) -> dict[str, Any]:
 
 
 def _plain(node: NodeCoverage) -> dict[str, Any]:
-    told = {"path": node.path, "kind": node.kind, "ticks": node.ticks, "counts": node.seen, "never": node.never}
-    return {**told, "origin": node.origin} if node.origin else told
+    values = {"path": node.path, "kind": node.kind, "ticks": node.ticks, "counts": node.seen, "never": node.never}
+    return {**values, "origin": node.origin} if node.origin else values

@@ -120,10 +120,10 @@ class TreeCoverage:
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any] | str | bytes) -> Self:
-        """Return the coverage that `to_json` has told, of its values or of their text.
+        """Return the coverage of the values of `to_json`, or of their text.
 
         Raises:
-            CoverageError: It has told something else.
+            CoverageError: They are no coverage of trees.
         """
         try:
             if isinstance(values, (str, bytes)):
@@ -169,10 +169,10 @@ class _File(_Part):
 
 
 def _plain(node: NodeCoverage) -> dict[str, Any]:
-    told: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
+    values: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
     if node.origin:
-        told["origin"] = node.origin
-    return {**told, "possible": sorted(node.possible), "counts": node.seen}
+        values["origin"] = node.origin
+    return {**values, "possible": sorted(node.possible), "counts": node.seen}
 
 
 def _reason(error: ValidationError) -> str:

@@ -165,7 +165,7 @@ class FleetManager(Leaf):
         for robot in robots:
             if robot.idle:
                 self._check_charge(robot.name, robot.charge)
-        self._news += [_told(each) for each in self.task_queue.hand_out(robots)]
+        self._news += [_assigned(each) for each in self.task_queue.hand_out(robots)]
 
     def _check_charge(self, robot: str, charge: float) -> None:
         if charge < self.task_queue.least:
@@ -204,7 +204,7 @@ class FleetManager(Leaf):
         self._wake()
 
 
-def _told(assignment: Assignment) -> str:
+def _assigned(assignment: Assignment) -> str:
     return f"{assignment.robot} gets {assignment.task.item}, {assignment.distance:.1f} away"
 
 

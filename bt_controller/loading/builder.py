@@ -46,12 +46,14 @@ class Blueprint:
 
     Attributes:
         node: Its class.
+        place: File and line of its origin.
         name: Its name, also in messages.
         connections: Its connections; of a class that is no `Node`, the arguments of ``setup_ports``.
     """
 
     node: type[Any]
     origin: Origin
+    place: str
     name: str
     connections: Connections | Mapping[str, Any]
     children: Sequence[Blueprint] = ()
@@ -74,7 +76,7 @@ class Blueprint:
             raise TreeError(f"<{self.origin.tag}>: {described(error)}") from error
         if isinstance(self.connections, Connections):
             node.connect(self.connections)
-            node.origin = str(self.origin)
+            node.origin = self.place
         else:
             node.setup_ports(**self.connections)
         return node
@@ -186,7 +188,7 @@ class _Planner:
         else:
             encoded = {port: f"{CONST_PREFIX}{text.replace('.', DOT_REPLACEMENT)}" for port, text in texts.items()}
             connections = {"port_remappings": keys | encoded, "subtree_namespace": scope.namespace}
-        return Blueprint(node, origin, name, connections, children)
+        return Blueprint(node, origin, str(origin), name, connections, children)
 
 
 def _script_ports(node: type[Any], scripts: Mapping[str, Script]) -> dict[str, str]:

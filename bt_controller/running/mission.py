@@ -154,7 +154,7 @@ class Mission:
             # An error of ours names what it is about itself.
             at = "" if isinstance(error, HmrsimError) else _ticked(error)
             where = f" at {at!r}" if at else ""
-            raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {told(error)}") from error
+            raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {described_error(error)}") from error
         if self.status is Status.SUCCESS:
             self._successes_due -= 1
             self._over = self._successes_due == 0
@@ -191,7 +191,7 @@ class Mission:
                 if not self._over:
                     self.root.stop(Status.INVALID)
             except Exception as error:  # noqa: BLE001 - whatever a behavior raises, the goals are canceled
-                _log.error("the tree of %r broke while it was stopped: %s", self.robot, told(error))
+                _log.error("the tree of %r broke while it was stopped: %s", self.robot, described_error(error))
             # A tree that broke does not know of all that it has begun.
             self.cancel()
 
@@ -251,7 +251,7 @@ def _sends_goals(kind: type[Behaviour]) -> bool:
     return issubclass(kind, ActionLeaf)
 
 
-def told(error: Exception) -> str:
+def described_error(error: Exception) -> str:
     """Return an error as one line; with the place, unless it is one of ours."""
     return str(error) if isinstance(error, HmrsimError) else described(error)
 

@@ -68,8 +68,8 @@ class Outcome:
 
     def why(self, robot: str) -> str:
         """Return what made the tree of a robot fail, or what was running, in words; empty if it has succeeded."""
-        told = self.reasons.get(robot, ())
-        return "; ".join(map(_in_words, told))
+        reasons = self.reasons.get(robot, ())
+        return "; ".join(map(_in_words, reasons))
 
     def to_json(self) -> dict[str, Any]:
         """Return the outcome as JSON values."""

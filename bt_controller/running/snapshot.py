@@ -91,14 +91,14 @@ class Node(NamedTuple):
 
     def to_json(self) -> dict[str, Any]:
         """Return the behavior as JSON values."""
-        told = {**self._asdict(), "status": self.status.value}
+        values = {**self._asdict(), "status": self.status.value}
         if not self.origin:
-            del told["origin"]
+            del values["origin"]
         if self.coverage is None:
-            del told["coverage"]
+            del values["coverage"]
         else:
-            told["coverage"] = {"counts": dict(self.coverage.counts), "never": list(self.coverage.never)}
-        return told
+            values["coverage"] = {"counts": dict(self.coverage.counts), "never": list(self.coverage.never)}
+        return values
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class Snapshot:
 
     def to_json(self) -> dict[str, Any]:
         """Return the snapshot as JSON values."""
-        told = {
+        values = {
             "robot": self.robot,
             "sim_time": self.sim_time,
             "tick": self.tick,
@@ -146,7 +146,7 @@ class Snapshot:
             "ended": self.ended,
             "nodes": [node.to_json() for node in self.nodes],
         }
-        return told if self.blackboard is None else {**told, "blackboard": dict(self.blackboard)}
+        return values if self.blackboard is None else {**values, "blackboard": dict(self.blackboard)}
 
 
 def nodes_of(root: Behaviour, covered: Callable[[Behaviour], NodeCoverage] | None = None) -> tuple[Node, ...]:
@@ -231,10 +231,10 @@ def _one_line(text: str) -> str:
 
 def board_values(storage: Mapping[str, Any]) -> dict[str, Any]:
     """Return the user's entries of a blackboard, ordered by key; values without a JSON form are left out."""
-    return dict(_said(storage))
+    return dict(_json_entries(storage))
 
 
-def _said(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _json_entries(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key in sorted(storage):
         if not GENERATED.search(key):
             try:
