@@ -28,8 +28,7 @@ from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
 from bt_controller.behaviours.nav_to_pose import pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.clocks import STOP, Mailbox, clock_for
 from bt_controller.running.mission import missions_for, prepare
 from bt_controller.running.runner import Runner
 from hmrsim.interfaces.builtin_interfaces import Duration

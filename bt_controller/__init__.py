@@ -1,4 +1,4 @@
-"""Behaviour trees that control robots: a client of the simulator in a separate process.
+"""Behavior trees that control robots: a client of the simulator in a separate process.
 
 The exports serve authors of trees in Python: leaves for the robots' actions, and base classes for custom nodes, also of
 XML trees. Each export is loaded when it is first used.

@@ -1,4 +1,4 @@
-"""Errors of the controller."""
+"""The errors of trees and of the controller."""
 
 from __future__ import annotations
 

@@ -116,7 +116,8 @@ def _loaded() -> dict[str, Callable[[], int]]:
     """Return the programs' main functions, when what they use is loaded and made."""
     # Only the server needs them, and loading them takes its time.
     import bt_controller.__main__  # noqa: PLC0415
-    import bt_controller.cli.run_trees  # noqa: PLC0415
+    import bt_controller.cli._watching  # noqa: PLC0415
+    import bt_controller.running.run_tree  # noqa: PLC0415
     import hmrsim.cli  # noqa: PLC0415
     import hmrsim.cli.event_log  # noqa: PLC0415
     import hmrsim.cli.goal_text  # noqa: PLC0415

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class FromConstant(ActionLeaf[G, R, F]):
-    """Sends a constant goal.
+    """A leaf that sends a constant goal.
 
     Args:
         generate_feedback_message: Formats feedback as the feedback message; None for its plain fields.
@@ -41,7 +41,7 @@ class FromConstant(ActionLeaf[G, R, F]):
 
 
 class FromBlackboard(ActionLeaf[G, R, F]):
-    """Sends the goal that is on the blackboard upon initialise; fails if there is none.
+    """A leaf that sends the goal that is on the blackboard upon initialise; fails if there is none.
 
     A preceding `WaitForBlackboardVariable` of py_trees waits for one.
 

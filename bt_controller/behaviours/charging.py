@@ -1,4 +1,4 @@
-"""The control that suspends a mission to charge: the base of the Python behaviour and of the XML node."""
+"""The control that suspends a mission to charge: the base of the Python behavior and of the XML node."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from py_trees.common import Status
 
 from bt_controller.behaviours.battery import is_charging, is_full
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
+from bt_controller.core.directory import NotServed
 from bt_controller.core.node import EACH_PERIOD, Control, PortError, Ticks
 from bt_controller.core.ports import SHARE, input_port
 from bt_controller.core.sim_time import now, reached, time_behind
-from bt_controller.core.suspension import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
-from bt_controller.world.directory import NotServed
+from bt_controller.core.subtrees import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.sensor_msgs import BatteryState
@@ -89,7 +89,7 @@ class BatteryGuard(Control):
         super().__init__(name, children=[*children, back], behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the robot's battery.
+        """Watch the robot's battery, and check the ports.
 
         Raises:
             PortError: A port's value in the file is invalid.
@@ -109,7 +109,7 @@ class BatteryGuard(Control):
     def initialise(self) -> None:
         """Start with the mission."""
         self._phase = _Phase.MISSION
-        self._told: _Phase | None = None
+        self._shown: _Phase | None = None
         self._ended = -1
         self._in_vain = 0
         self._where: NavigateToPose.Goal | None = None
@@ -120,7 +120,7 @@ class BatteryGuard(Control):
         self._stood = 0.0
 
     def advance(self) -> Ticks:
-        """Tick the current child."""
+        """Tick the current child, and choose the next one."""
         mission, _, back = self.children
         battery: BatteryState = self._topics.latest(self._robot, "battery_state")
         if self._phase in (_Phase.MISSION, _Phase.RETURN) and battery.percentage < self.read("below"):
@@ -134,8 +134,8 @@ class BatteryGuard(Control):
             return Status.FAILURE
         if self._phase is _Phase.RETURN and not (yield from self._return()):
             return Status.FAILURE
-        if self._told is not self._phase:
-            self._told = self._phase
+        if self._shown is not self._phase:
+            self._shown = self._phase
             self.feedback_message = f"{self._phase.value}, battery {battery.percentage:.0%}"
         if self._phase is not _Phase.MISSION:
             return Status.RUNNING

@@ -1,11 +1,11 @@
-"""Behaviours that dock and undock the robot."""
+"""Behaviors that dock and undock the robot."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.behaviours.action_clients import FromConstant
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.actions import dock_robot, undock_robot
 from hmrsim.interfaces.nav2_msgs import DockRobot, UndockRobot
 from hmrsim_zenoh.errors import Unreachable
@@ -20,7 +20,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
     Args:
         max_staging_time: Simulated seconds within which the robot has to reach the dock, including the wait for
             other robots to leave; 0 for no limit.
-        name: The behaviour's name; says the dock if left out.
+        name: The behavior's name; says the dock if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """
 
@@ -44,7 +44,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
 
 
 def missing_dock(dock: str, places: Places | None) -> str:
-    """Return why there is no such dock; empty if there is one, or if nobody knows, as of a real robot."""
+    """Return why a dock does not exist; empty if it exists or if that is unknown, as for a real robot."""
     if places is None:
         return ""
     try:
@@ -57,7 +57,7 @@ def missing_dock(dock: str, places: Places | None) -> str:
 
 
 class Undock(FromConstant[UndockRobot.Goal, UndockRobot.Result, UndockRobot.Feedback]):
-    """Undocks the robot.
+    """A leaf that undocks the robot.
 
     Args:
         robot: The robot that serves the action; None for the one that the tree is run for.

@@ -1,4 +1,4 @@
-"""Behaviours that drive to a pose or a place."""
+"""Behaviors that drive to a pose or a place."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.actions.navigate_to_pose import ACTION
 from hmrsim.diagnostics import shown
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
@@ -44,7 +44,7 @@ class GoTo(NavToPoseActionClient):
 
     Args:
         target: The place's name; or x, y and, if it matters, yaw, in the world's unit of length and radians.
-        name: The behaviour's name; says the target if left out.
+        name: The behavior's name; says the target if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
 
     Raises:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -30,7 +30,7 @@ class ToBlackboard(Behaviour):
             self.blackboard.register_key(key, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look up the places.
+        """Look up the poses of the places.
 
         Raises:
             NotServed: There is no such place.

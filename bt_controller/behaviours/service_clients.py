@@ -62,13 +62,13 @@ class FromBlackboard(Behaviour):
             self.blackboard.register_key(key_response, Access.WRITE)
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client."""
+        """Keep the client for the requests."""
         self._client = kwargs["client"]
         self._wake = kwargs.get("wake") or self._wake
         self._topics = kwargs.get("topics")
 
     def initialise(self) -> None:
-        """Send the request."""
+        """Send the request to the service."""
         self._answers = None
         request = self.request()
         if request is None:

@@ -62,7 +62,7 @@ class Handler(Behaviour):
         self._cleared: Message | None = None
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the topic.
+        """Watch the topic of the robot.
 
         Raises:
             NotServed: There is no such robot, or it does not publish this topic.

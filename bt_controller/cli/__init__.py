@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Final
 
-from bt_controller.cli._codes import EXAMPLES, EXIT_CODES, FAILED
+from bt_controller.cli._exits import EXAMPLES, EXIT_CODES, FAILED, exit_code
 from hmrsim import __version__
 from hmrsim.errors import printable
 from hmrsim.program.command_line import Later, LazyParser, add_commands, autocomplete, run_program
@@ -38,9 +38,6 @@ def _main(argv: Sequence[str] | None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     except Exception as error:
-        # Loads Zenoh and py_trees, which the command that raised the error has done already.
-        from bt_controller.cli._failures import exit_code  # noqa: PLC0415
-
         if (known := exit_code(error)) is None:
             raise
         for line in str(error).rstrip("\n").split("\n"):

@@ -11,10 +11,9 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_controller.watching.display import JsonDisplay, PlainDisplay
+from bt_controller.watching.display import JsonDisplay, PlainDisplay, Transitions
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
-from bt_controller.watching.transitions import Transitions
 from hmrsim.program.files import STDOUT, TextOutput, check_outputs, unwritable
 
 if TYPE_CHECKING:
@@ -82,7 +81,7 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
     if not sys.stdout.isatty():
         return nullcontext(PlainDisplay(sys.stdout))
     # Loads rich, which takes 60 ms and is needed for terminals only.
-    from bt_controller.watching.live_display import live_display  # noqa: PLC0415
+    from bt_controller.watching.live_display import live_display
 
     return live_display()
 
@@ -100,8 +99,8 @@ def covering(args: argparse.Namespace) -> Iterator[TreeCoverage | None]:
         yield None
         return
     # They take 10 ms to load.
-    from bt_controller.coverage import TreeCoverage  # noqa: PLC0415
-    from bt_controller.coverage.files import check_mergeable, merge_into  # noqa: PLC0415
+    from bt_controller.coverage import TreeCoverage
+    from bt_controller.coverage.files import check_mergeable, merge_into
 
     check_mergeable("--coverage", args.coverage)
     coverage = TreeCoverage()

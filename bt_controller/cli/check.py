@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from typing import Final
+import json
+import sys
+from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._codes import EXIT_CODES
-from bt_controller.cli._tree_options import add_picture_options, add_robot_option, add_tree_options
-from hmrsim.program.command_line import Later
+from bt_controller.cli._exits import DONE, EXIT_CODES
+from bt_controller.cli._options import add_picture_options, add_robot_option, add_tree_options, tree_of
+from bt_controller.errors import TreeError
+from hmrsim.errors import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bt_controller.loading.trees import Plan
+    from bt_controller.running.snapshot import Node
 
 _EXAMPLES: Final = """\
 examples:
@@ -29,4 +38,64 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_robot_option(parser, "the robots that the tree is built for, where it is one for several (default: robot)")
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
-    parser.set_defaults(command=Later("bt_controller.cli.check_tree", "check"))
+    parser.set_defaults(command=check)
+
+
+def check(args: argparse.Namespace) -> int:
+    """Build the tree that the options select, and print it; return the exit code."""
+    from bt_controller.cli._watching import check_files, draw
+
+    plan = tree_of(args)
+    check_files(args, plan)
+    trees = _trees(args.tree, plan, args.robot)
+    for line in plan.unset:
+        print(f"bt-controller: {printable(line)}", file=sys.stderr)
+    draw(args, trees, statuses=False)
+    if args.dot == "-":
+        return DONE
+    if args.json:
+        wanted = ("depth", "symbol", "kind", "name")
+        plain = {name: [{key: getattr(node, key) for key in wanted} for node in nodes] for name, nodes in trees.items()}
+        shown = {"nodes": next(iter(plain.values()))} if len(trees) == 1 else {"robots": plain}
+        print(json.dumps({"tree": args.tree, **shown}))
+        return DONE
+    for name, nodes in trees.items():
+        if len(trees) > 1:
+            print(f"{name}:")
+        for node in nodes:
+            print(node.line(status=False))
+    return DONE
+
+
+def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node, ...]]:
+    """Return the tree by its name, or those of the robots, if they differ.
+
+    Raises:
+        TreeError: One can't be built.
+    """
+    if plan.takes_robots or len(robots) < 2:  # noqa: PLR2004 - one has no other to differ from
+        return {name: _built(plan, robots)}
+    trees = {}
+    for robot in robots:
+        try:
+            trees[robot] = _built(plan, [robot])
+        except TreeError as error:
+            raise TreeError(f"{error} (for {robot!r})") from None
+    first, *others = trees.values()
+    return trees if any(other != first for other in others) else {name: first}
+
+
+def _built(plan: Plan, robots: Sequence[str]) -> tuple[Node, ...]:
+    """Return the tree of some robots, or of one of any name.
+
+    Raises:
+        TreeError: The tree can't be built.
+    """
+    from bt_controller.running.mission import missions_for
+
+    try:
+        return missions_for(robots or ["robot"], plan)[0].snapshot(None).nodes
+    except TreeError as error:
+        if plan.takes_robots and not robots:
+            raise TreeError(f"{error}; it was given one robot, others are named by --robot") from None
+        raise

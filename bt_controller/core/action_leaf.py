@@ -18,10 +18,10 @@ from py_trees.common import Access, Status
 from pydantic import ValidationError
 from pydantic_core import to_json
 
+from bt_controller.core.directory import Directory, NotServed
 from bt_controller.core.node import QuietBehaviour
 from bt_controller.core.resume import Resumption, place_of
 from bt_controller.errors import TreeError
-from bt_controller.world.directory import Directory, NotServed
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.diagnostics import known_name
 from hmrsim.errors import GoalRejected, HmrsimError
@@ -91,7 +91,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         self._suspended = False
         self.verdicts = 0
         self._resumption: Resumption | None = None
-        self._wake: Callable[[], None] = _let_be
+        self._wake: Callable[[], None] = _do_nothing
         if self._on_success or isinstance(goal, str):
             self._blackboard = self.attach_blackboard_client()
             for key in self._on_success:
@@ -118,19 +118,19 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads what this one writes of its feedback."""
+        """True if a node of the tree reads the feedback that this leaf writes."""
         return False
 
     @property
     def is_unfinished(self) -> bool:
-        """Whether the leaf was suspended and has to send its goal again."""
+        """True if the leaf was suspended and has to send its goal again."""
         return self._suspended and self._handle is not None and self._is_undone(self._handle)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up.
+        """Look up the action and the places in the goal.
 
         Args:
-            **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, whom the tree is run for; *directory*,
+            **kwargs: *client*, a `hmrsim_zenoh.client.client.Client`; *robot*, that of the tree; *directory*,
                 what the simulator serves (asked for if left out); *places*, those of the world by name; *wake*, called
                 from any thread when the leaf should be ticked; *resume*, under which name goals are found again in the
                 next life of the controller (not at all if left out).
@@ -146,7 +146,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         robot, name = directory.resolve(self._robot or kwargs["robot"], wanted)
         action = _named(name) if isinstance(self._action, str) else self._action
         self._client = client.action_client(robot, action)
-        self._wake = kwargs.get("wake") or _let_be
+        self._wake = kwargs.get("wake") or _do_nothing
         self._place_pose = kwargs["places"].pose if kwargs.get("places") is not None else None
         if isinstance(self._goal, Mapping):
             try:
@@ -160,7 +160,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             self._resumption = Resumption(f"{kwargs['resume']}/{place_of(self)}", robot, action)
 
     def initialise(self) -> None:
-        """Send the goal."""
+        """Send the goal, if there is one."""
         self._handle = None
         self._suspended = False
         goal = self._next_goal()
@@ -227,7 +227,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             self.cancel()
 
     def ended(self, handle: GoalHandle[R, F]) -> Status:
-        """Return the behaviour's status for the end of the goal."""
+        """Return the behavior's status for the end of the goal."""
         if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
             return self._succeeded("successfully completed")
         self.feedback_message = _verdict(handle)
@@ -303,5 +303,5 @@ def _plain_fields(feedback: Message) -> str:
     return ", ".join(shown)
 
 
-def _let_be() -> None:
+def _do_nothing() -> None:
     """Do nothing: the default of *wake*."""

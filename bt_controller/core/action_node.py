@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -11,10 +12,13 @@ from py_trees.common import Status
 from pydantic import ValidationError
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
-from bt_controller.world.directory import Directory
+from hmrsim.actions import registry
 from hmrsim.errors import GoalRejected
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.nav_msgs import Goals
 from hmrsim.program.users_code import field_errors
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.errors import ResultExpired
@@ -59,6 +63,12 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     INPUTS: ClassVar[Mapping[str, Port]] = ACTION_INPUTS
     OUTPUTS: ClassVar[Mapping[str, Port]] = ACTION_OUTPUTS
 
+    FIELDS: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """The fields of the goal and the result whose ports have other names, by port."""
+
+    CLEARED: ClassVar[tuple[str, ...]] = ()
+    """The output ports of the result that become empty if the goal does not succeed."""
+
     FEEDBACK_OUTPUTS: ClassVar[tuple[str, ...]] = ()
     """The output ports that are written while the goal runs."""
 
@@ -82,21 +92,44 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     def goal(self) -> Message | Mapping[str, Any] | None:
         """Return the goal of the input ports, in plain values if `PLAIN`; None to fail, with a feedback message."""
-        raise NotImplementedError
+        return self.goal_with()
+
+    def goal_with(self, **fields: Any) -> Message:
+        """Return a goal of some fields; input ports without a value keep the default of the message.
+
+        A field of the goal has the value of the port of its name, unless *fields* has another one. Ports give a
+        duration in seconds.
+        """
+        message: Any = registry()[self.ACTION].goal
+        for port, field, of in _goal_ports(type(self), message):
+            if field not in fields and (value := self.read(port)) is not None:
+                fields[field] = value if of is None else of(value)
+        goal: Message = message(**fields)
+        return goal
 
     def write_result(self, result: Any) -> None:
         """Write the result of a succeeded goal to the output ports."""
+        self._write_fields(result, _result_ports(type(self), result.__class__))
 
     def write_feedback(self, feedback: Any) -> None:
         """Write the latest feedback to the output ports."""
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads what this one writes of its feedback."""
+        """True if a node of the tree reads the feedback that this node writes."""
         return bool(self.FEEDBACK_OUTPUTS) and any(self.is_read(port) for port in self.FEEDBACK_OUTPUTS)
 
     def clear_result(self) -> None:
         """Write empty values to the output ports: the goal did not succeed, or the node was halted."""
+        if self.CLEARED:
+            self._write_fields(registry()[self.ACTION].result(), self.CLEARED)
+
+    def _write_fields(self, result: Any, ports: Iterable[str]) -> None:
+        for port in ports:
+            value = getattr(result, self.FIELDS.get(port, port))
+            self.write(
+                port, value.to_seconds() if isinstance(value, Duration) and self.OUTPUTS[port].kind is DOUBLE else value
+            )
 
     def code_of(self, result: Any) -> tuple[int, str]:
         """Return the code and the message of a result."""
@@ -174,3 +207,27 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         if "error_code_id" in self.OUTPUTS:
             self.write("error_code_id", code)
             self.write("error_msg", message)
+
+
+@cache
+def _goal_ports(node: type[ActionNode], message: Any) -> tuple[tuple[str, str, Callable[[Any], object] | None], ...]:
+    """Return the input ports of a node that are fields of its goal: port, field, and the conversion of the value."""
+    fields = ((port, node.FIELDS.get(port, port)) for port in node.INPUTS)
+    return tuple(
+        (port, field, _CONVERSIONS.get(message.model_fields[field].annotation))
+        for port, field in fields
+        if field in message.model_fields
+    )
+
+
+@cache
+def _result_ports(node: type[ActionNode], message: Any) -> tuple[str, ...]:
+    """Return the output ports of a node that are fields of its result, without those of its error."""
+    ports = (port for port in node.OUTPUTS if port not in ACTION_OUTPUTS)
+    return tuple(port for port in ports if node.FIELDS.get(port, port) in message.model_fields)
+
+
+_CONVERSIONS: Final[Mapping[object, Callable[[Any], object]]] = MappingProxyType(
+    {Duration: Duration.from_seconds, Goals: lambda poses: Goals(goals=poses)}
+)
+"""The conversions of ports' values to the types of fields in goals."""

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from py_trees.blackboard import KeyMetaData
 
 
-GENERATED: Final = re.compile(r"__const|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
-"""A part of the keys that py_trees generates for values in a file and for unconnected ports."""
+GENERATED: Final = re.compile(r"__(?:const|own)|[0-9a-f]{8}([-_]?[0-9a-f]{4}){3}[-_]?[0-9a-f]{12}")
+"""A part of the keys that are generated for values in a file and for unconnected ports, here and in py_trees."""
 
 
 class Entries(dict[str, Any]):

@@ -1,4 +1,4 @@
-"""The nodes of XML trees: py_trees behaviours with ports and with BehaviorTree.CPP's semantics.
+"""The nodes of XML trees: py_trees behaviors with ports and with BehaviorTree.CPP's semantics.
 
 The differences to py_trees:
 
@@ -35,7 +35,7 @@ EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
 
 _NO_NAME: Final = re.compile(r"[^A-Za-z0-9_-]")
-"""What can't be a part of a key."""
+"""Characters that can't be part of a key."""
 
 Ticks: TypeAlias = "Generator[Behaviour, None, Status]"
 """The ticks of a node's children; the value is the node's status."""
@@ -46,10 +46,10 @@ class PortError(HmrsimError):
 
 
 class QuietBehaviour(Behaviour):
-    """A behaviour without children and without py_trees' debug log, which takes longer than the tick itself."""
+    """A behavior without children and without py_trees' debug log, which takes longer than the tick itself."""
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the behaviour, as py_trees does."""
+        """Tick the behavior, as py_trees does."""
         if self.status is not Status.RUNNING:
             self.initialise()
         status = self.update()
@@ -63,7 +63,7 @@ class QuietBehaviour(Behaviour):
         yield self
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End the behaviour with a status, or interrupt it with INVALID."""
+        """End the behavior with a status, or interrupt it with INVALID."""
         self.terminate(new_status)
         self.status = new_status
 
@@ -72,7 +72,7 @@ class Connections(NamedTuple):
     """The blackboard keys of a node's ports, the same for each node that is made of one element of a file.
 
     Attributes:
-        namespace: What keys without a slash are below.
+        namespace: The namespace of keys without a slash.
         keys: The key of each port.
         texts: The values in the file, by key.
         read: The keys of input ports that other nodes may write.
@@ -86,30 +86,30 @@ class Connections(NamedTuple):
     written: Sequence[str]
 
     @classmethod
-    def of(cls, kind: type[Node], own: str, remappings: Mapping[str, str], namespace: str) -> Connections:
+    def of(
+        cls, kind: type[Node], own: str, keys: Mapping[str, str], texts: Mapping[str, str], namespace: str
+    ) -> Connections:
         """Return the connections of a node.
 
         Args:
             kind: Its class.
             own: A name that no other node of the tree has.
-            remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out has
-                a key of its own.
-            namespace: What keys without a slash are below.
+            keys: The keys of ports. A port without a key and a text has its own key.
+            texts: The texts of ports.
+            namespace: The namespace of keys without a slash.
         """
         below = Blackboard.absolute_name(namespace, _NO_NAME.sub("_", own))
-        keys, texts = {}, {}
-        shared: tuple[list[str], list[str]] = ([], [])
-        for ports, there in zip((kind.INPUTS, kind.OUTPUTS), shared, strict=True):
-            for port in ports:
-                if port not in remappings:
-                    keys[port] = f"{below}/{port}"
-                elif CONST_PREFIX in remappings[port]:
-                    keys[port] = f"{below}/{port}__const"
-                    texts[keys[port]] = decode_const_value(remappings[port])
-                else:
-                    keys[port] = Blackboard.absolute_name(namespace, remappings[port])
-                    there.append(keys[port])
-        return cls(namespace, keys, texts, *shared)
+        found = {port: Blackboard.absolute_name(namespace, key) for port, key in keys.items()}
+        for port in (*kind.INPUTS, *kind.OUTPUTS):
+            if port not in found:
+                found[port] = f"{below}/{port}__const" if port in texts else f"{below}/{port}__own"
+        return cls(
+            namespace,
+            found,
+            {found[port]: text for port, text in texts.items()},
+            [found[port] for port in kind.INPUTS if port in keys],
+            [found[port] for port in kind.OUTPUTS if port in keys],
+        )
 
 
 class Node(PortsMixin):
@@ -157,13 +157,17 @@ class Node(PortsMixin):
 
         Args:
             port_remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out
-                has a key of its own.
-            subtree_namespace: What keys without a slash are below.
-            logger: What nodes may log to; the node's own if left out.
+                has its own key.
+            subtree_namespace: The namespace of keys without a slash.
+            logger: The logger of the node; by default its own.
         """
         self._ports_logger = logger
+        keys, texts = dict(port_remappings or {}), {}
+        for port, key in [*keys.items()]:
+            if CONST_PREFIX in key:
+                texts[port] = decode_const_value(keys.pop(port))
         own = f"{self.name}_{self.id}"
-        self.connect(Connections.of(type(self), own, port_remappings or {}, subtree_namespace))
+        self.connect(Connections.of(type(self), own, keys, texts, subtree_namespace))
 
     def connect(self, connections: Connections) -> None:
         """Connect the ports with the blackboard in use."""
@@ -206,7 +210,7 @@ class Node(PortsMixin):
         """Keep the places, and check the ports' texts early.
 
         Args:
-            **kwargs: *places*, a `Places`, and the arguments of other behaviours.
+            **kwargs: *places*, a `Places`, and the arguments of other behaviors.
 
         Raises:
             PortError: A port's value in the file is invalid.
@@ -334,7 +338,7 @@ class _Parent(Node):
         return [child for child in self.children if child.status is Status.RUNNING]
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the node."""
+        """Tick the node, and halt its children when it ends."""
         if self.status is not Status.RUNNING:
             self._reset_children()
             self.initialise()
@@ -377,7 +381,7 @@ class Decoration(_Parent, Decorator):
 
     @property
     def child(self) -> Behaviour:
-        """The child."""
+        """The only child of the decorator."""
         child: Behaviour = self.decorated
         return child
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -92,3 +93,22 @@ class _Simulated(AbstractContextManager[None]):
     def __exit__(self, *_error: object) -> None:
         _NOW.reset(self._token)
         _TIMERS.time, _DECORATORS.time = self._others
+
+
+MAX_TURNS: Final = 1000
+"""The largest number of repetitions in one tick, and at one instant."""
+
+
+class TurnCounter:
+    """Counts repetitions at one instant."""
+
+    def __init__(self) -> None:
+        self._at = -math.inf
+        self._count = 0
+
+    def count(self) -> bool:
+        """Count a repetition; return whether it is allowed, which after a thousand it is when time has advanced."""
+        if now() != self._at:
+            self._at, self._count = now(), 0
+        self._count += 1
+        return self._count <= MAX_TURNS

@@ -14,7 +14,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray

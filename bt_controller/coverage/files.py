@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import os
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from bt_controller.coverage.lcov import lcov, outline_beside
+from bt_controller.coverage.node_coverage import ENDINGS, RUNNING, SKIPPED
 from bt_controller.coverage.tree_coverage import CoverageError, TreeCoverage
 from hmrsim.errors import OutputError, reason_of
 from hmrsim.program.files import TextOutput, check_regular, unwritable
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from bt_controller.coverage.node_coverage import NodeCoverage
 
 JSON: Final = ".json"
 INFO: Final = ".info"
@@ -96,3 +99,124 @@ def write_coverage(option: str, path: Path, coverage: TreeCoverage) -> None:
         unfinished.replace(path)
     except OSError as error:
         raise unwritable(f"{option} {path}", error) from None
+
+
+_INDENT: Final = 4
+_SUFFIX: Final = ".outline.txt"
+
+Lines: TypeAlias = "dict[int, list[NodeCoverage]]"
+"""The nodes on each line of a file."""
+
+
+def outline_beside(path: Path) -> Path:
+    """Return the file of the outline of a tracefile."""
+    return path.with_suffix(_SUFFIX)
+
+
+def lcov(coverage: TreeCoverage, outline: Path) -> tuple[str, str]:
+    """Return the text of a tracefile, and that of the outline; the latter is empty if all trees come from files.
+
+    Args:
+        coverage: The coverage.
+        outline: Where the outline is saved.
+    """
+    files: dict[str, Lines] = {}
+    drawn: list[str] = []
+    for name in coverage.trees:
+        nodes = coverage.nodes(name)
+        if any(node.origin for node in nodes):
+            for file, line, node in _in_files(nodes):
+                files.setdefault(str(Path(file).resolve()), {}).setdefault(line, []).append(node)
+            continue
+        drawn += [*([""] if drawn else []), name]
+        for node in nodes:
+            drawn.append(f"{' ' * _INDENT * len(node.place)}{node.kind} {node.name}")
+            files.setdefault(str(outline.resolve()), {})[len(drawn)] = [node]
+    text = "".join(f"{line}\n" for file in sorted(files) for line in _records(file, files[file]))
+    return text, "".join(f"{line}\n" for line in drawn)
+
+
+def _in_files(nodes: Sequence[NodeCoverage]) -> Iterator[tuple[str, int, NodeCoverage]]:
+    """Yield files, lines and nodes; a node that no file names is on its parent's line."""
+    places: dict[tuple[int, ...], str] = {}
+    for node in nodes:
+        origin = places[node.place] = node.origin or places.get(node.place[:-1], "")
+        file, _, line = origin.rpartition(":")
+        if file and line.isdigit():
+            yield file, int(line), node
+
+
+def _records(file: str, lines: Mapping[int, Sequence[NodeCoverage]]) -> Iterator[str]:
+    yield "TN:"
+    yield f"SF:{file}"
+    branches = list(_branches(lines))
+    yield from branches
+    yield f"BRF:{len(branches)}"
+    yield f"BRH:{sum(not branch.endswith((',-', ',0')) for branch in branches)}"
+    ticks = {line: sum(node.ticks for node in nodes) for line, nodes in sorted(lines.items())}
+    yield from (f"DA:{line},{count}" for line, count in ticks.items())
+    yield f"LF:{len(ticks)}"
+    yield f"LH:{sum(count > 0 for count in ticks.values())}"
+    yield "end_of_record"
+
+
+def _branches(lines: Mapping[int, Sequence[NodeCoverage]]) -> Iterator[str]:
+    for line, nodes in sorted(lines.items()):
+        for block, node in enumerate(nodes):
+            for outcome in node.points:
+                taken = str(node.counts[outcome]) if node.ticks else "-"
+                yield f"BRDA:{line},{block},{ENDINGS.index(outcome)},{taken}"
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share of the outcomes that can happen.
+
+    Attributes:
+        seen: How many have happened.
+        possible: How many can happen.
+    """
+
+    seen: int
+    possible: int
+
+    def __str__(self) -> str:
+        """Return the numbers and the share."""
+        share = f" ({self.seen / self.possible:.0%})" if self.possible else ""
+        return f"{self.seen} of {self.possible} outcomes{share}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the share as JSON values; null for the share of nothing."""
+        share = self.seen / self.possible if self.possible else None
+        return {"seen": self.seen, "possible": self.possible, "share": share}
+
+
+def share_of(nodes: Sequence[NodeCoverage]) -> Share:
+    """Return how much of some nodes is covered."""
+    possible = sum(len(node.points) for node in nodes)
+    return Share(possible - sum(len(node.missing) for node in nodes), possible)
+
+
+def goal_ends(node: NodeCoverage) -> dict[str, int]:
+    """Return how often a leaf's goals have ended otherwise than by success or a cancel, by outcome."""
+    return {outcome: count for outcome, count in node.seen.items() if outcome not in (*ENDINGS, RUNNING, SKIPPED)}
+
+
+def summary(coverage: TreeCoverage) -> dict[str, Any]:
+    """Return what was covered and what never happened, as JSON values."""
+    return {
+        "trees": [
+            {
+                "name": name,
+                "runs": coverage.runs(name),
+                "covered": share_of(coverage.nodes(name)).to_json(),
+                "nodes": [_plain(node) for node in coverage.nodes(name)],
+            }
+            for name in coverage.trees
+        ]
+    }
+
+
+def _plain(node: NodeCoverage) -> dict[str, Any]:
+    values = {"path": node.path, "kind": node.kind, "ticks": node.ticks, "counts": node.seen, "never": node.never}
+    return {**values, "origin": node.origin} if node.origin else values

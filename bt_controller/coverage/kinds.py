@@ -1,4 +1,4 @@
-"""What is known of classes of nodes without running them: what they can return, and what they do with their children.
+"""Knowledge about classes of nodes without running them: their outcomes, and their effects on their children.
 
 It is known what the leaves of py_trees and of this package can return; of others, anything is taken as possible.
 """
@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import repeat
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from py_trees.composites import Selector
 from py_trees.composites import Sequence as SequenceOfPyTrees
 
-from bt_controller.coverage.outcomes import FAILURE, RUNNING, SKIPPED, SUCCESS
-from bt_controller.scripting.conditions import ScriptConditions
+from bt_controller.coverage.node_coverage import CANCELED, FAILURE, RECOVERED, RUNNING, SKIPPED, SUCCESS
+from bt_controller.scripting.scripted import ScriptConditions
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -105,10 +106,10 @@ def _becomes(**statuses: str) -> Callable[[Sequence[Outcomes]], Outcomes]:
 
 @dataclass(frozen=True)
 class Kind:
-    """What is known of a composite or a decorator.
+    """The effects of a composite or a decorator on its children.
 
     Attributes:
-        returns: What it can return, by what its children can.
+        returns: Its possible outcomes, given those of its children.
         halts: Which children it may halt while they run.
         recovers: Of which children it makes up for a failure.
         swallows: For which children a failure does not let it fail.
@@ -140,20 +141,20 @@ _LEAVES: Final[Mapping[str, Outcomes]] = MappingProxyType(
             ("bt_controller.core.node", _S | _F, "Condition"),
             ("bt_controller.fleet.fleet_manager", _S | _R, "FleetManager"),
             ("bt_controller.fleet.workers", _S | _R, "Charged"),
-            ("bt_controller.nodes.actions.cancels", _S | _F, "_Cancel"),
-            ("bt_controller.nodes.actions.entries", _S, "UnsetBlackboard Script"),
-            ("bt_controller.nodes.actions.entries", _S | _F, "SetBlackboard"),
+            ("bt_controller.nodes.actions.navigation", _S | _F, "_Cancel"),
+            ("bt_controller.nodes.actions.btcpp", _S, "UnsetBlackboard Script"),
+            ("bt_controller.nodes.actions.btcpp", _S | _F, "SetBlackboard"),
             ("bt_controller.nodes.actions.no_ops", _S, "_NoOp"),
             ("bt_controller.nodes.actions.no_ops", _S | _F, "_Selector"),
-            ("bt_controller.nodes.actions.outcomes", _S, "AlwaysSuccess"),
-            ("bt_controller.nodes.actions.outcomes", _F, "AlwaysFailure"),
-            ("bt_controller.nodes.actions.path_parts", _S, "TruncatePath TruncatePathLocal"),
-            ("bt_controller.nodes.actions.path_parts", _S | _F, "ConcatenatePaths GetPoseFromPath"),
+            ("bt_controller.nodes.actions.btcpp", _S, "AlwaysSuccess"),
+            ("bt_controller.nodes.actions.btcpp", _F, "AlwaysFailure"),
+            ("bt_controller.nodes.actions.paths", _S, "TruncatePath TruncatePathLocal"),
+            ("bt_controller.nodes.actions.paths", _S | _F, "ConcatenatePaths GetPoseFromPath"),
             ("bt_controller.nodes.actions.poses", _S, "GetCurrentPose RemovePassedGoals AppendGoalPoseToGoals"),
             ("bt_controller.nodes.actions.poses", _S | _F, "GetNextFewGoals"),
             ("bt_controller.nodes.actions.routes", _S | _F, "ExtractRouteNodesAsGoals"),
-            ("bt_controller.nodes.actions.sleep", _S | _R, "Sleep"),
-            ("bt_controller.nodes.conditions.localisation", _S | _F, "InitialPoseReceived TransformAvailable"),
+            ("bt_controller.nodes.actions.btcpp", _S | _R, "Sleep"),
+            ("bt_controller.nodes.conditions.motion", _S | _F, "InitialPoseReceived TransformAvailable"),
             ("bt_controller.nodes.conditions.motion", _ANY, "IsStopped"),
         )
         for name in names.split()
@@ -179,40 +180,40 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("py_trees.decorators", Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
-            ("bt_controller.xml.translation", Kind(_whole), "SubTree"),
+            ("bt_controller.loading.builder", Kind(_whole), "SubTree"),
             ("bt_controller.behaviours.charging", Kind(halts=_all), "BatteryGuard"),
-            ("bt_controller.nodes.controls.sequence", Kind(_sequence), "Sequence SequenceWithMemory"),
-            ("bt_controller.nodes.controls.sequence", Kind(_sequence, halts=_later), "ReactiveSequence"),
-            ("bt_controller.nodes.controls.nav2_sequences", Kind(_sequence), "PersistentSequence"),
+            ("bt_controller.nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
+            ("bt_controller.nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
+            ("bt_controller.nodes.controls.nav2", Kind(_sequence), "PersistentSequence"),
             (
-                "bt_controller.nodes.controls.nav2_sequences",
+                "bt_controller.nodes.controls.nav2",
                 Kind(_sequence, halts=_siblings),
                 "NonblockingSequence PipelineSequence",
             ),
-            ("bt_controller.nodes.controls.fallback", Kind(_fallback, recovers=_but_last), "Fallback"),
+            ("bt_controller.nodes.controls.sequences", Kind(_fallback, recovers=_but_last), "Fallback"),
             (
-                "bt_controller.nodes.controls.fallback",
+                "bt_controller.nodes.controls.sequences",
                 Kind(_fallback, halts=_later, recovers=_but_last),
                 "ReactiveFallback",
             ),
-            ("bt_controller.nodes.controls.recovery_node", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
-            ("bt_controller.nodes.controls.round_robin", Kind(_whole, recovers=_all), "RoundRobin"),
+            ("bt_controller.nodes.controls.nav2", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
+            ("bt_controller.nodes.controls.nav2", Kind(_whole, recovers=_all), "RoundRobin"),
             ("bt_controller.nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
             (
                 "bt_controller.nodes.controls.branches",
                 Kind(_also(_F), halts=_later, swallows=_first_of_three),
                 "WhileDoElse",
             ),
-            ("bt_controller.nodes.controls.switch", Kind(_whole, halts=_all), "Switch"),
-            ("bt_controller.nodes.controls.try_catch", Kind(_whole, swallows=_last), "TryCatch"),
+            ("bt_controller.nodes.controls.branches", Kind(_whole, halts=_all), "Switch"),
+            ("bt_controller.nodes.controls.branches", Kind(_whole, swallows=_last), "TryCatch"),
             ("bt_controller.nodes.controls.parallel", Kind(_parallel, halts=_siblings), "Parallel"),
             ("bt_controller.nodes.controls.parallel", Kind(_also(_S)), "ParallelAll"),
-            ("bt_controller.nodes.decorators.controllers", Kind(_also(_R)), "_Controller"),
-            ("bt_controller.nodes.decorators.goal_updater", Kind(_whole), "GoalUpdater"),
-            ("bt_controller.nodes.decorators.once", Kind(_also(_F)), "SingleTrigger"),
-            ("bt_controller.nodes.decorators.once", Kind(_also(_SKIPPED)), "RunOnce"),
-            ("bt_controller.nodes.decorators.path_longer_on_approach", Kind(_also(_S)), "PathLongerOnApproach"),
-            ("bt_controller.nodes.decorators.precondition", Kind(), "Precondition"),
+            ("bt_controller.nodes.decorators.nav2", Kind(_also(_R)), "_Controller"),
+            ("bt_controller.nodes.decorators.nav2", Kind(_whole), "GoalUpdater"),
+            ("bt_controller.nodes.decorators.gates", Kind(_also(_F)), "SingleTrigger"),
+            ("bt_controller.nodes.decorators.gates", Kind(_also(_SKIPPED)), "RunOnce"),
+            ("bt_controller.nodes.decorators.nav2", Kind(_also(_S)), "PathLongerOnApproach"),
+            ("bt_controller.nodes.decorators.gates", Kind(), "Precondition"),
             ("bt_controller.nodes.decorators.repetition", Kind(_whole), "Repeat"),
             ("bt_controller.nodes.decorators.repetition", Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
             ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
@@ -223,8 +224,8 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ),
             ("bt_controller.nodes.decorators.results", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
             ("bt_controller.nodes.decorators.results", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
-            ("bt_controller.nodes.decorators.timing", Kind(_also(_R)), "Delay"),
-            ("bt_controller.nodes.decorators.timing", Kind(_also(_F), halts=_all), "Timeout"),
+            ("bt_controller.nodes.decorators.gates", Kind(_also(_R)), "Delay"),
+            ("bt_controller.nodes.decorators.gates", Kind(_also(_F), halts=_all), "Timeout"),
         )
         for name in names.split()
     }
@@ -262,3 +263,55 @@ def _known(kind: type[Behaviour]) -> tuple[Kind, bool]:
         if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
             return found, issubclass(kind, (SequenceOfPyTrees, Selector))
     return _UNKNOWN, False
+
+
+_CANCELED: Final = frozenset({CANCELED})
+_RECOVERED: Final = frozenset({RECOVERED})
+
+
+def possible_outcomes(root: Behaviour) -> dict[Behaviour, Outcomes]:
+    """Return what can happen to each node of a tree; parents come first."""
+    returned: dict[Behaviour, Outcomes] = {}
+    _returns(root, returned)
+    found: dict[Behaviour, Outcomes] = {}
+    _mark(root, returned, found, halted=False, recovered=False)
+    return found
+
+
+def recovers(node: Behaviour) -> bool:
+    """Return whether a node makes up for a failure of one of its children."""
+    count = len(node.children)
+    return count > 0 and any(map(kind_of(node).recovers, range(count), repeat(count)))
+
+
+def _mark(
+    node: Behaviour,
+    returned: Mapping[Behaviour, Outcomes],
+    found: dict[Behaviour, Outcomes],
+    *,
+    halted: bool,
+    recovered: bool,
+) -> None:
+    """Find what can happen to a node and those below it, by what can happen above it."""
+    outcomes = returned[node]
+    if halted and RUNNING in outcomes:
+        outcomes |= _CANCELED
+    if recovered and FAILURE in outcomes:
+        outcomes |= _RECOVERED
+    found[node] = outcomes
+    if not (count := len(node.children)):
+        return
+    kind = kind_of(node)
+    for index, child in enumerate(node.children):
+        may_halt = halted or kind.halts(index, count)
+        may_recover = kind.recovers(index, count) or (recovered and not kind.swallows(index, count))
+        _mark(child, returned, found, halted=may_halt, recovered=may_recover)
+
+
+def _returns(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
+    if node.children:
+        found = kind_of(node).returns([_returns(child, returned) for child in node.children])
+    else:
+        found = outcomes_of_leaf(type(node))
+    returned[node] = found
+    return found

@@ -1,23 +1,31 @@
-"""The coverage of a node."""
+"""The coverage of a node: what can happen to it, how the goals of action leaves end, and how often each was seen."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Final
 
-from bt_controller.coverage.outcomes import ENDINGS, FAILURE, RUNNING, SKIPPED, SUCCESS, TICKED, WORDS
+from hmrsim.errors import GoalRejected
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.errors import SimulatorGone
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 
 @dataclass
 class NodeCoverage:
-    """What happened to a node, in all trees that have it at this path.
+    """The counts of a node, in all trees that have it at this path.
 
     Attributes:
         place: Which child of each parent, from the root.
         path: The names from the root; siblings of one name are numbered, and the robot's own name is ``{robot}``.
         kind: Its class.
         origin: File and line, if it comes from a file.
-        possible: What can happen to it, as far as that is known without running it.
+        possible: Its possible outcomes, as far as they are known without running it.
         counts: How often each outcome was seen: statuses by ticks, the other outcomes each time that they happen.
     """
 
@@ -50,17 +58,17 @@ class NodeCoverage:
 
     @property
     def seen(self) -> dict[str, int]:
-        """How often each outcome was seen, in order; those that were not are left out."""
+        """The count of each outcome that was seen, in order."""
         return {outcome: count for outcome, count in sorted(self.counts.items()) if count}
 
     @property
     def ends(self) -> dict[str, int]:
-        """`seen` without RUNNING."""
+        """The counts of `seen` without RUNNING."""
         return {outcome: count for outcome, count in self.seen.items() if outcome != RUNNING}
 
     @property
     def never(self) -> list[str]:
-        """What it has never done, although it can: ``ticked``, or `WORDS`."""
+        """The possible events that never happened: ``ticked``, or `WORDS`."""
         return [*([] if self.ticks else [TICKED]), *(WORDS[outcome] for outcome in self.missing)]
 
     def merge(self, other: NodeCoverage) -> None:
@@ -69,3 +77,60 @@ class NodeCoverage:
         self.origin = self.origin or other.origin
         self.possible |= other.possible
         self.counts.update(other.counts)
+
+
+SUCCESS: Final = "SUCCESS"
+FAILURE: Final = "FAILURE"
+RUNNING: Final = "RUNNING"
+SKIPPED: Final = "SKIPPED"
+"""A tick without a result, as nodes of XML trees have it."""
+CANCELED: Final = "CANCELED"
+"""The node was halted or suspended while it was running, or another client canceled its goal."""
+RECOVERED: Final = "RECOVERED"
+"""The node failed, and a node above it that tries something else, or the same again, succeeded nevertheless."""
+REJECTED: Final = "REJECTED"
+"""The goal was not accepted."""
+PREEMPTED: Final = "PREEMPTED"
+"""Another goal took the robot's base."""
+LOST: Final = "LOST"
+"""Nobody knows how the goal ended."""
+
+ABORTED: Final = "ABORTED/"
+"""The goal was aborted; the error code follows."""
+
+ENDINGS: Final = (SUCCESS, FAILURE, CANCELED, RECOVERED)
+"""The outcomes that count for the share of a tree that is covered."""
+
+WORDS: Final[Mapping[str, str]] = MappingProxyType(
+    {SUCCESS: "succeeded", FAILURE: "failed", CANCELED: "canceled", RECOVERED: "recovered"}
+)
+"""What a node has done, by outcome."""
+
+TICKED: Final = "ticked"
+
+_PREEMPTED: Final = "preempted"
+_ENDED: Final = "ended"
+
+
+def ended_with_run(handle: GoalHandle[Any, Any] | None) -> bool:
+    """Return whether a goal has ended since the simulation has, which says nothing about the tree."""
+    return handle is not None and (handle.cause == _ENDED or isinstance(handle.error, SimulatorGone))
+
+
+def ending_of(handle: GoalHandle[Any, Any]) -> str | None:
+    """Return how a goal that is done has ended; None if it succeeded."""
+    if handle.error is not None:
+        return REJECTED if isinstance(handle.error, GoalRejected) else LOST
+    match handle.status:
+        case GoalStatus.SUCCEEDED:
+            return None
+        case GoalStatus.CANCELED:
+            return CANCELED
+    return PREEMPTED if handle.cause == _PREEMPTED else f"{ABORTED}{_code_of(handle.result_message)}"
+
+
+def _code_of(result: Any) -> int:
+    """Return the error code of a result of Nav2, MoveIt or the simulation; 0 if it has none."""
+    own = getattr(getattr(result, "result", None), "result", 0)
+    code: Any = getattr(result, "error_code", own)
+    return int(getattr(code, "val", code))

@@ -1,7 +1,7 @@
-"""Listening to a tree while it is ticked.
+"""Recording of a tree while it is ticked.
 
-Nothing happens where nobody asks. Otherwise each tick costs a count for each node that is ticked; halts are heard by
-each node's ``stop``, and suspensions by each action leaf's ``suspend``.
+Without coverage this costs nothing. With coverage each tick costs a count for each node that is ticked. Halts are noted
+by each node's ``stop``, and suspensions by each action leaf's ``suspend``.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from py_trees.common import Status
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Node
-from bt_controller.core.tree_paths import paths
-from bt_controller.coverage.node_coverage import NodeCoverage
-from bt_controller.coverage.outcomes import (
+from bt_controller.core.subtrees import paths
+from bt_controller.coverage.kinds import possible_outcomes, recovers
+from bt_controller.coverage.node_coverage import (
     CANCELED,
     FAILURE,
     RECOVERED,
     RUNNING,
     SKIPPED,
     SUCCESS,
+    NodeCoverage,
     ended_with_run,
     ending_of,
 )
-from bt_controller.coverage.possible import possible_outcomes, recovers
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -55,12 +55,12 @@ def watched(root: Behaviour, robot: str | None) -> Iterator[tuple[Behaviour, Nod
 
 @dataclass(eq=False)
 class _Seen:
-    """What is known of a node of the tree that is ticked.
+    """A node of the recorded tree.
 
     Attributes:
         number: Its number, parents before their children.
         end: The number after that of the last node below it.
-        covered: What was counted.
+        covered: Its counts.
         recoverable: Whether a node above it may make up for its failure.
         recovers: Whether it makes up for failures of its children.
         handle: The goal whose end was counted last.
@@ -112,7 +112,7 @@ class Recorder:
                 self._note(node)
 
     def end(self) -> None:
-        """Count nothing any more: what stops now is stopped with the run, not by the tree."""
+        """Stop counting: behaviors that stop now are stopped with the run, not by the tree."""
         self._ended = True
 
     def covered(self, node: Behaviour) -> NodeCoverage:
@@ -163,7 +163,7 @@ class Recorder:
         if not self._ended:
             seen.covered.counts[CANCELED] += 1
             seen.halted = self._ticks
-            # What has failed below it has not been made up for.
+            # Failures below it were not recovered.
             self._failed.difference_update(range(seen.number, seen.end))
 
     def _of(self, node: Behaviour) -> _Seen:

@@ -1,4 +1,4 @@
-"""The coverage of behaviour trees: counts of what happened to each node, which can be merged and kept as JSON."""
+"""The coverage of behavior trees: counts of what happened to each node, which can be merged and kept as JSON."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from bt_controller.coverage.node_coverage import NodeCoverage
-from bt_controller.coverage.outcomes import RECOVERED
+from bt_controller.coverage.node_coverage import RECOVERED, NodeCoverage
 from bt_controller.coverage.recording import Recorder, watched
 from hmrsim.errors import HmrsimError
 
@@ -51,7 +50,7 @@ class _Tree:
 
 
 class TreeCoverage:
-    """What happened to the nodes of trees, by the trees' names; empty at first.
+    """The coverage of trees by name; empty at first.
 
     Trees of one name are counted together: those of several robots, and of several runs.
     """
@@ -121,10 +120,10 @@ class TreeCoverage:
 
     @classmethod
     def from_json(cls, values: Mapping[str, Any] | str | bytes) -> Self:
-        """Return the coverage that `to_json` has told, of its values or of their text.
+        """Return the coverage of the values of `to_json`, or of their text.
 
         Raises:
-            CoverageError: It has told something else.
+            CoverageError: They are no coverage of trees.
         """
         try:
             if isinstance(values, (str, bytes)):
@@ -170,10 +169,10 @@ class _File(_Part):
 
 
 def _plain(node: NodeCoverage) -> dict[str, Any]:
-    told: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
+    values: dict[str, Any] = {"place": [*node.place], "path": node.path, "kind": node.kind}
     if node.origin:
-        told["origin"] = node.origin
-    return {**told, "possible": sorted(node.possible), "counts": node.seen}
+        values["origin"] = node.origin
+    return {**values, "possible": sorted(node.possible), "counts": node.seen}
 
 
 def _reason(error: ValidationError) -> str:

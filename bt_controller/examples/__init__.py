@@ -1,4 +1,4 @@
-"""Example trees.
+"""Example trees to start from.
 
 `bt-controller run bt_controller.examples:go_to_pose` runs the first; the demo runs `hospital`.
 """

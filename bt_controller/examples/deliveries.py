@@ -17,8 +17,8 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
 from bt_controller.core.node import Leaf
+from bt_controller.fleet.allocation import Task
 from bt_controller.fleet.fleet_manager import FleetManager
-from bt_controller.fleet.tasks import Task
 from bt_controller.fleet.workers import Worker
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""A small example tree."""
+"""The tree of scenario 2, a small example."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The task queue of a fleet, and the policies that assign its tasks to robots.
+"""The tasks of a fleet, their queue, and the policies that assign them to robots.
 
 A policy is a function of the current tasks and robots; `nearest` is one.
 """
@@ -6,17 +6,15 @@ A policy is a function of the current tasks and robots; `nearest` is one.
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from bt_controller.fleet.tasks import Task
+from typing import Protocol
 
 
 @dataclass(frozen=True)
 class PendingTask:
-    """An unassigned task.
+    """A task that waits for a robot.
 
     Attributes:
         at: The item's position, in the world's unit of length.
@@ -67,7 +65,7 @@ class Assignment:
 
 
 class Policy(Protocol):
-    """An allocation policy."""
+    """A function that assigns the waiting tasks of a fleet to its robots."""
 
     def __call__(self, waiting: Sequence[PendingTask], robots: Sequence[Robot], *, least: float) -> list[Assignment]:
         """Assign robots to tasks; no task and no robot twice.
@@ -109,7 +107,7 @@ class Given:
 
     @property
     def task(self) -> Task:
-        """The task."""
+        """The task that the robot has."""
         return self.waiting.task
 
 
@@ -124,7 +122,7 @@ class TaskQueue:
         done: The tasks that are done.
         lost: The items of the tasks that were given up, with the reasons.
         loaded: The robots that hold an item of a task that was given up.
-        closed: Whether no more tasks will appear, and none waits or is assigned.
+        closed: Whether all tasks have appeared, and none waits or is assigned.
     """
 
     policy: Policy = nearest
@@ -180,3 +178,52 @@ class TaskQueue:
         gone = [each.task.item for each in self.waiting if each.task.item in self.lost]
         self.waiting = [each for each in self.waiting if each.task.item not in self.lost]
         return gone
+
+
+@dataclass(frozen=True)
+class Task:
+    """The delivery of an item from one place to another.
+
+    Attributes:
+        item: The item, which is unique among the tasks.
+        types: The types of robots that may do it; empty for all.
+        actions: The actions that a robot needs for it.
+    """
+
+    item: str
+    source: str
+    target: str
+    types: tuple[str, ...] = ()
+    actions: tuple[str, ...] = ("navigate_to_pose", "pickup", "place")
+
+    def suits(self, robot_type: str, actions: Sequence[str]) -> bool:
+        """Return whether a robot of a type, with some actions, can do it."""
+        return (not self.types or robot_type in self.types) and set(self.actions) <= set(actions)
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """The arrival of a task.
+
+    Attributes:
+        after: Simulated seconds since the start.
+    """
+
+    after: float
+    task: Task
+
+
+def arrivals(tasks: Sequence[Task], *, seed: int, mean_gap: float) -> list[Arrival]:
+    """Return tasks in random order, at random times; equal seeds give equal arrivals.
+
+    Args:
+        tasks: The tasks.
+        seed: The seed of order and times.
+        mean_gap: Simulated seconds between two tasks on average; the gaps are exponentially distributed.
+    """
+    chance = random.Random(seed)
+    found, after = [], 0.0
+    for task in chance.sample(tasks, len(tasks)):
+        after += chance.expovariate(1.0 / mean_gap)
+        found.append(Arrival(round(after, 3), task))
+    return found

@@ -12,15 +12,13 @@ from py_trees.common import Status
 from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
 from bt_controller.errors import TreeError
-from bt_controller.fleet.allocation import PendingTask, Robot, TaskQueue
-from bt_controller.fleet.tasks import arrivals
+from bt_controller.fleet.allocation import PendingTask, Robot, TaskQueue, arrivals
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
+    from bt_controller.core.directory import Directory
     from bt_controller.core.topics import Topics
-    from bt_controller.fleet.allocation import Assignment, Given
-    from bt_controller.fleet.tasks import Arrival, Task
-    from bt_controller.world.directory import Directory
+    from bt_controller.fleet.allocation import Arrival, Assignment, Given, Task
     from hmrsim.interfaces.nav_msgs import Odometry
     from hmrsim_zenoh.client.places import NamedPlaces
 
@@ -167,7 +165,7 @@ class FleetManager(Leaf):
         for robot in robots:
             if robot.idle:
                 self._check_charge(robot.name, robot.charge)
-        self._news += [_told(each) for each in self.task_queue.hand_out(robots)]
+        self._news += [_assigned(each) for each in self.task_queue.hand_out(robots)]
 
     def _check_charge(self, robot: str, charge: float) -> None:
         if charge < self.task_queue.least:
@@ -206,7 +204,7 @@ class FleetManager(Leaf):
         self._wake()
 
 
-def _told(assignment: Assignment) -> str:
+def _assigned(assignment: Assignment) -> str:
     return f"{assignment.robot} gets {assignment.task.item}, {assignment.distance:.1f} away"
 
 

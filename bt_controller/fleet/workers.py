@@ -11,9 +11,9 @@ from py_trees.composites import Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import NotServed
 from bt_controller.core.node import Control, Leaf, Ticks
 from bt_controller.core.sim_time import now
-from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.message import unbuilt
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
@@ -21,9 +21,8 @@ from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.fleet.allocation import TaskQueue
+    from bt_controller.fleet.allocation import Task, TaskQueue
     from bt_controller.fleet.fleet_manager import FleetManager
-    from bt_controller.fleet.tasks import Task
 
 _LOOK_AGAIN: Final = 30.0
 """Simulated seconds after which a failed or charging robot is checked again."""
@@ -171,7 +170,7 @@ class _Step(ActionLeaf[Any, Any, Any]):
     """A leaf of a robot that may lack the action; such a robot never gets a task that needs it."""
 
     def setup(self, **kwargs: Any) -> None:
-        """Look the action up."""
+        """Look up the action, if the robot has it."""
         with suppress(NotServed):
             super().setup(**kwargs)
 

@@ -1,4 +1,5 @@
-"""Finding the tree that a user names: a file of BehaviorTree.CPP, or a function in a module.
+"""Loading of the tree that a user names: a file of BehaviorTree.CPP version 4, or a function in a module.
 
-The command line and tests load trees through it.
+`trees` is the entry point. `source` reads XML files, `document` finds the trees in them, `check` compares each node
+with its class, `builder` plans and builds the nodes, and `wiring` checks the connections of their ports.
 """

@@ -32,7 +32,7 @@ _TREE: Final = (
 
 @dataclass(frozen=True)
 class Plan:
-    """How a tree is built, once for each robot.
+    """A tree that can be built, once for each robot.
 
     Attributes:
         name: The name that the user gave.
@@ -117,9 +117,8 @@ def load(
         TreeError: There is no such file, module or function, or something is wrong with it.
     """
     if _is_xml(name):
-        # A tree in Python needs neither all nodes nor py_trees' parser, which take 100 ms to load.
-        from bt_controller.xml.file_tree import load_file  # noqa: PLC0415
-        from bt_controller.xml.vocabulary import vocabulary  # noqa: PLC0415
+        # A tree in Python does not need all nodes, which take 100 ms to load.
+        from bt_controller.loading.file_tree import load_file, vocabulary  # noqa: PLC0415
 
         known = vocabulary(nodes)
         found, unset, doubts = load_file(name, known, tree=tree, values=values)
@@ -158,10 +157,10 @@ def plan_of(
 
     Args:
         function: Returns the root; takes the robot's name as *robot*, the names of all as *robots*, or nothing.
-        name: What it is called.
+        name: The tree's name.
         values: Texts that are on each robot's blackboard from the start.
-        arguments: What it takes beside the robots.
-        files: Where it comes from.
+        arguments: Its arguments other than the robots.
+        files: The files that it was read from.
 
     Raises:
         TreeError: It takes something else.

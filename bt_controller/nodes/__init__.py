@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Family:
-    """Related nodes.
+    """A family of related nodes.
 
     Attributes:
         name: The name of the file.

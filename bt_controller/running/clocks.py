@@ -1,4 +1,4 @@
-"""A runner's clock until the next tick: it waits, or it advances a simulator in lockstep."""
+"""A runner's clock until the next tick: it waits for events in its mailbox, or it advances a simulator in lockstep."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Final, Protocol
 
-from bt_controller.running.mailbox import CLOCK, RESET, STOP
 from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.client.subscription import SimClock
 from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
-    from bt_controller.running.mailbox import Mailbox
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.participant import Kind
@@ -51,8 +50,8 @@ class Clock(Protocol):
             until: The value of `elapsed` to wait for; None for no limit.
 
         Raises:
-            SimulatorGone: Nothing will come any more.
-            Idle, Dropped, SimulatorNotFound: Likewise, in lockstep.
+            SimulatorGone: The simulator sends no further events.
+            Idle, Dropped, SimulatorNotFound: The same, in lockstep.
         """
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
@@ -134,7 +133,7 @@ class RealtimeClock:
                 return
 
     def close(self) -> None:
-        """Unsubscribe from the clock."""
+        """Unsubscribe from the clock messages."""
         self._clock.close()
 
     def _on_time(self, now: float) -> None:
@@ -178,7 +177,7 @@ class LockstepClock:
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds."""
+        """Simulated seconds since the last reset."""
         return self._lockstep.now if self._successor is None else self._successor.now
 
     @property
@@ -204,7 +203,7 @@ class LockstepClock:
         return self._mailbox.wait(0.0)
 
     def _look_back(self) -> None:
-        """Take note if time has gone back."""
+        """Request a reset if time has gone back."""
         before, self._before = self._before, self._lockstep.now
         if self._before < before:
             self._set_back += before - self._before
@@ -223,7 +222,42 @@ class LockstepClock:
                     self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the lockstep, so that the others go on."""
         self._lockstep.close()
         if self._successor is not None:
             self._successor.close()
+
+
+CLOCK: Final = "/clock"
+"""The awaited time has come."""
+RESET: Final = "/reset"
+"""Time went back."""
+STOP: Final = "/stop"
+"""The user requests the end."""
+
+
+class Mailbox:
+    """Collects the reasons to wake: a robot's name, `CLOCK`, `RESET` or `STOP`.
+
+    Any thread may put, and so may a signal handler that interrupts the thread which waits.
+    """
+
+    def __init__(self) -> None:
+        # A condition would do for threads; but a signal between its test and its wait would be lost.
+        self._queue: SimpleQueue[str] = SimpleQueue()
+
+    def put(self, reason: str) -> None:
+        """Wake the waiting thread; returns at once."""
+        self._queue.put(reason)
+
+    def wait(self, timeout: float) -> frozenset[str]:
+        """Return the reasons that came, as soon as there is one; none after *timeout* wall seconds."""
+        if timeout <= 0.0 and self._queue.empty():
+            return frozenset()
+        try:
+            reasons = {self._queue.get(timeout=timeout)}
+        except Empty:
+            return frozenset()
+        while not self._queue.empty():
+            reasons.add(self._queue.get())
+        return frozenset(reasons)

@@ -15,8 +15,8 @@ from py_trees.common import Status
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
+from bt_controller.running.schedule import Due, due
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
-from bt_controller.running.tick_schedule import Due, due
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
 from hmrsim_zenoh.client.action_client import for_client
@@ -38,7 +38,7 @@ _FLEET: Final = "fleet"
 
 
 class TreeCrashed(HmrsimError):
-    """A behaviour raised an error; the text says which tree, which error and where."""
+    """A behavior raised an error; the text says which tree, which error and where."""
 
 
 class Mission:
@@ -84,27 +84,27 @@ class Mission:
 
     @property
     def over(self) -> bool:
-        """Whether the tree needs no further tick."""
+        """True if the tree needs no further tick."""
         return self._over
 
     @property
     def status(self) -> Status:
-        """The root's status."""
+        """The status of the tree's root."""
         return self.root.status
 
     @property
     def changed_entries(self) -> bool:
-        """Whether the last tick changed the blackboard, so that another tick may have another result."""
+        """True if the last tick changed the blackboard, so that another tick may have another result."""
         return self._board.changes != self._changes
 
     @property
     def open_goals(self) -> bool:
-        """Whether a goal of the tree is still under way."""
+        """True if a goal of the tree has not ended."""
         return any(leaf.open_goals for leaf in self._leaves())
 
     @property
     def wants_feedback(self) -> bool:
-        """Whether a node of the tree reads feedback that another one writes."""
+        """True if a node of the tree reads feedback that another node writes."""
         with self._board.in_use():
             return any(leaf.wants_feedback for leaf in self._leaves())
 
@@ -115,12 +115,12 @@ class Mission:
         return {leaf.action.name: leaf.action for leaf in leaves if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
-        """Set up all behaviours.
+        """Set up all behaviors of the tree.
 
         Args:
             client: The connection to the simulator.
             wake: Called in any thread when the tree should be ticked.
-            **known: What all trees share: *directory*, *topics*, *places*.
+            **known: The arguments that all trees share: *directory*, *topics*, *places*.
 
         Raises:
             NotServed: The simulator lacks the robot, an action or a topic.
@@ -136,8 +136,8 @@ class Mission:
         """Tick the tree at a simulated time.
 
         Raises:
-            TreeCrashed: A behaviour raised an error.
-            SimulatorNotFound, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
+            TreeCrashed: A behavior raised an error.
+            SimulatorNotFound, SimulatorGone: A behavior sent a request, and the simulator has gone.
         """
         self._ticks += 1
         self._count_at(now)
@@ -154,7 +154,7 @@ class Mission:
             # An error of ours names what it is about itself.
             at = "" if isinstance(error, HmrsimError) else _ticked(error)
             where = f" at {at!r}" if at else ""
-            raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {told(error)}") from error
+            raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {described_error(error)}") from error
         if self.status is Status.SUCCESS:
             self._successes_due -= 1
             self._over = self._successes_due == 0
@@ -178,20 +178,20 @@ class Mission:
             )
 
     def end_coverage(self) -> None:
-        """Count nothing of the tree any more: what ends now ends with the run."""
+        """Stop counting: behaviors that end now end with the run."""
         if self._recorder is not None:
             self._recorder.end()
 
     def interrupt(self, now: float | None = None) -> None:
-        """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""
+        """Stop the tree where it is, and cancel its goals; a behavior that breaks then is logged."""
         self.end_coverage()
         with self._ticking, self._board.in_use(), simulated_time(now):
             self._stopped = True
             try:
                 if not self._over:
                     self.root.stop(Status.INVALID)
-            except Exception as error:  # noqa: BLE001 - whatever a behaviour raises, the goals are canceled
-                _log.error("the tree of %r broke while it was stopped: %s", self.robot, told(error))
+            except Exception as error:  # noqa: BLE001 - whatever a behavior raises, the goals are canceled
+                _log.error("the tree of %r broke while it was stopped: %s", self.robot, described_error(error))
             # A tree that broke does not know of all that it has begun.
             self.cancel()
 
@@ -201,7 +201,7 @@ class Mission:
             leaf.cancel()
 
     def shutdown(self) -> None:
-        """Shut down the behaviours."""
+        """Shut down all behaviors of the tree."""
         with self._board.in_use():
             for node in self._nodes():
                 node.shutdown()
@@ -213,7 +213,7 @@ class Mission:
             return self._seen(sim_time, known)
 
     def glimpse(self, sim_time: float | None) -> Snapshot | None:
-        """Return the tree's snapshot, or None during a tick: for callers that a behaviour may call."""
+        """Return the tree's snapshot, or None during a tick: for callers that a behavior may call."""
         if not self._ticking.acquire(blocking=False):
             return None
         try:
@@ -251,13 +251,13 @@ def _sends_goals(kind: type[Behaviour]) -> bool:
     return issubclass(kind, ActionLeaf)
 
 
-def told(error: Exception) -> str:
+def described_error(error: Exception) -> str:
     """Return an error as one line; with the place, unless it is one of ours."""
     return str(error) if isinstance(error, HmrsimError) else described(error)
 
 
 def _ticked(error: Exception) -> str:
-    """Return the name of the behaviour that raised an error, the deepest one; empty if it came from none."""
+    """Return the name of the behavior that raised an error, the deepest one; empty if it came from none."""
     name = ""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         behaviour = frame.f_locals.get("self")

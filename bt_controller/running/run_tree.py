@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 
@@ -44,7 +43,7 @@ def run_tree(
         TreeError: The tree can't be built.
         NotServed: The simulator lacks a robot or an action.
         SimulatorNotFound, SimulatorGone, Unreachable: No simulator answers.
-        TreeCrashed: A behaviour raised an error.
+        TreeCrashed: A behavior raised an error.
         Idle: A tree waits for what can't happen.
         Dropped: The simulator goes on without this client.
     """

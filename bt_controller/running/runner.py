@@ -4,7 +4,7 @@ One thread ticks all trees of a runner, one after the other. Other threads, whic
 clock, only wake it. The runner's clock moves time. The trees with an event at one instant are ticked in the missions'
 order, and no other tree is touched: the cost of a thousand robots is that of their events.
 
-A thing of py_trees to know: a ``Parallel`` whose policy does not synchronise ticks finished children again, so that
+A thing of py_trees to know: a ``Parallel`` whose policy does not synchronize ticks finished children again, so that
 their goals are sent again.
 """
 
@@ -19,18 +19,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.common import Status
 
+from bt_controller.core.directory import Directory
 from bt_controller.core.topics import Topics
-from bt_controller.running.alarms import Alarms
-from bt_controller.running.mailbox import RESET, STOP
+from bt_controller.running.clocks import RESET, STOP
+from bt_controller.running.schedule import Alarms, Due, TimerQueue, next_period
 from bt_controller.running.snapshot import nodes_of, reasons, tip
-from bt_controller.running.tick_schedule import Due, next_period
-from bt_controller.running.timer_queue import TimerQueue
-from bt_controller.world.directory import Directory
 from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
-    from bt_controller.running.clocks import Clock
-    from bt_controller.running.mailbox import Mailbox
+    from bt_controller.running.clocks import Clock, Mailbox
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.conditions import Condition
@@ -42,19 +39,19 @@ _MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
 
 _LAST_WORDS: Final = 0.5
-"""Wall seconds that canceled goals have to end when a behaviour blocks."""
+"""Wall seconds that canceled goals have to end when a behavior blocks."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How the trees ended.
+    """The outcome of a run of trees.
 
     Attributes:
         statuses: By robot, the root's status; RUNNING where the tree was stopped.
         interrupted: Whether the user stopped it.
         gone: Whether it was given up because the simulator is gone.
         left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
-        reasons: By robot whose tree failed, the behaviours that made it fail; where it had not ended, the one that was
+        reasons: By robot whose tree failed, the behaviors that made it fail; where it had not ended, the one that was
             running. Each with its ``node``, its ``message`` and, if it comes from a file, its ``origin`` there.
     """
 
@@ -66,13 +63,13 @@ class Outcome:
 
     @property
     def succeeded(self) -> bool:
-        """Whether every tree succeeded."""
+        """True if every tree succeeded."""
         return all(status is Status.SUCCESS for status in self.statuses.values())
 
     def why(self, robot: str) -> str:
         """Return what made the tree of a robot fail, or what was running, in words; empty if it has succeeded."""
-        told = self.reasons.get(robot, ())
-        return "; ".join(map(_in_words, told))
+        reasons = self.reasons.get(robot, ())
+        return "; ".join(map(_in_words, reasons))
 
     def to_json(self) -> dict[str, Any]:
         """Return the outcome as JSON values."""
@@ -132,7 +129,7 @@ class Runner:
         Raises:
             NotServed: The simulator lacks a robot or an action.
             SimulatorNotFound, SimulatorGone, Unreachable: It does not say what it has.
-            TreeCrashed: A behaviour raised an error.
+            TreeCrashed: A behavior raised an error.
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without this client.
         """
@@ -153,7 +150,7 @@ class Runner:
         return self._with_left(outcome)
 
     def give_up(self) -> Outcome:
-        """Cancel the goals while a behaviour keeps the trees' own thread from it; from another thread."""
+        """Cancel the goals while a behavior keeps the trees' own thread from it; from another thread."""
         for mission in self._missions:
             mission.cancel()
         # The mailbox may still hold reasons, such as the one that requested the end.
@@ -206,7 +203,7 @@ class Runner:
     def _tick(self, numbers: Iterable[int]) -> None:
         """Tick trees. Their time does not go back: a timer waits for as long as it says."""
         now, time = self._clock.now, self._clock.elapsed
-        # What was granted since may have changed something, also if no time has gone by.
+        # Events since then may have changed a topic, even if no time has passed.
         self._topics.forget()
         self._timed = time is not None
         for number in numbers:

@@ -46,11 +46,11 @@ _OTHER_CONTROL: Final = "{*}"
 
 
 class NodeCounts(NamedTuple):
-    """What has happened to a node, in all trees with this node.
+    """The counts of a node, in all trees with this node.
 
     Attributes:
         counts: How often each outcome was seen, without RUNNING.
-        never: What it has never done, although it can.
+        never: The possible events that never happened.
     """
 
     counts: tuple[tuple[str, int], ...]
@@ -58,14 +58,14 @@ class NodeCounts(NamedTuple):
 
 
 class Node(NamedTuple):
-    """One behaviour.
+    """A behavior in a snapshot of its tree.
 
     Attributes:
         depth: 0 for the root.
         symbol: py_trees' symbol for its kind, such as ``{-}`` for a sequence with memory.
         message: Its feedback message; empty while it is not active.
         origin: File and line, if it comes from a file.
-        coverage: What has happened to it so far, if that is counted.
+        coverage: Its counts so far, if there are any.
     """
 
     depth: int
@@ -83,22 +83,22 @@ class Node(NamedTuple):
         return f"{self.name}: {self.message}" if self.message else self.name
 
     def line(self, symbols: Mapping[Status, str] = UNICODE, *, status: bool = True) -> str:
-        """Return the behaviour as a line of py_trees' text trees."""
+        """Return the behavior as a line of py_trees' text trees."""
         text = f"{' ' * _INDENT * self.depth}{self.symbol} {self.name}"
         if status:
             text += f" [{symbols[self.status]}]"
         return f"{text} -- {self.message}" if self.message else text
 
     def to_json(self) -> dict[str, Any]:
-        """Return the behaviour as JSON values."""
-        told = {**self._asdict(), "status": self.status.value}
+        """Return the behavior as JSON values."""
+        values = {**self._asdict(), "status": self.status.value}
         if not self.origin:
-            del told["origin"]
+            del values["origin"]
         if self.coverage is None:
-            del told["coverage"]
+            del values["coverage"]
         else:
-            told["coverage"] = {"counts": dict(self.coverage.counts), "never": list(self.coverage.never)}
-        return told
+            values["coverage"] = {"counts": dict(self.coverage.counts), "never": list(self.coverage.never)}
+        return values
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Snapshot:
     Attributes:
         sim_time: Simulated seconds; None before the first clock message.
         tick: The number of the tick, from 1.
-        nodes: The behaviours, parents before their children.
+        nodes: The behaviors, parents before their children.
         ended: Whether the tree will not be ticked again.
         blackboard: The entries of its blackboard as JSON values; None if not requested.
     """
@@ -127,7 +127,7 @@ class Snapshot:
 
     @property
     def status(self) -> Status:
-        """The root's status."""
+        """The status of the tree's root."""
         return self.nodes[0].status
 
     def differs(self, other: Snapshot | None) -> bool:
@@ -138,7 +138,7 @@ class Snapshot:
 
     def to_json(self) -> dict[str, Any]:
         """Return the snapshot as JSON values."""
-        told = {
+        values = {
             "robot": self.robot,
             "sim_time": self.sim_time,
             "tick": self.tick,
@@ -146,22 +146,22 @@ class Snapshot:
             "ended": self.ended,
             "nodes": [node.to_json() for node in self.nodes],
         }
-        return told if self.blackboard is None else {**told, "blackboard": dict(self.blackboard)}
+        return values if self.blackboard is None else {**values, "blackboard": dict(self.blackboard)}
 
 
 def nodes_of(root: Behaviour, covered: Callable[[Behaviour], NodeCoverage] | None = None) -> tuple[Node, ...]:
-    """Return the behaviours of a tree as they are now, with what was counted of each, if that is given."""
+    """Return the behaviors of a tree as they are now, with what was counted of each, if that is given."""
     found: list[Node] = []
     _add(root, 0, found, covered)
     return tuple(found)
 
 
 def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Return the behaviours that made a tree fail: the deepest ones whose ancestors have all failed.
+    """Return the behaviors that made a tree fail: the deepest ones whose ancestors have all failed.
 
     A decorator that fails although its child has not is a reason itself.
     """
-    # The deepest level up to which all behaviours above the next one have failed.
+    # The deepest level up to which all behaviors above the next one have failed.
     failed = -1
     found: list[Node] = []
     for node in nodes:
@@ -175,7 +175,7 @@ def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 
 def tip(nodes: tuple[Node, ...]) -> Node:
-    """Return the current behaviour of a tree: the last that is RUNNING or has failed; else the root."""
+    """Return the current behavior of a tree: the last that is RUNNING or has failed; else the root."""
     if failed := reasons(nodes):
         return failed[-1]
     running = [node for node in nodes if node.status is Status.RUNNING]
@@ -197,7 +197,7 @@ def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Beha
             kind=kind.__name__,
             name=_one_line(node.name),
             status=node.status,
-            # py_trees leaves the last message on a behaviour that it has reset.
+            # py_trees leaves the last message on a behavior that it has reset.
             message=_one_line(node.feedback_message) if active else "",
             origin=node.origin if isinstance(node, XmlNode) else "",
             coverage=None if covered is None else _counts(covered(node)),
@@ -231,10 +231,10 @@ def _one_line(text: str) -> str:
 
 def board_values(storage: Mapping[str, Any]) -> dict[str, Any]:
     """Return the user's entries of a blackboard, ordered by key; values without a JSON form are left out."""
-    return dict(_said(storage))
+    return dict(_json_entries(storage))
 
 
-def _said(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+def _json_entries(storage: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for key in sorted(storage):
         if not GENERATED.search(key):
             try:

@@ -21,11 +21,11 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, NoReturn
 
-from bt_controller.scripting.terms import Term, assignment, binary, choice, comparison, literal, lookup, unary
+from bt_controller.scripting.values import Term, assignment, binary, choice, comparison, literal, lookup, unary
 from hmrsim.errors import HmrsimError
 
 if TYPE_CHECKING:
-    from bt_controller.scripting.terms import Environment
+    from bt_controller.scripting.values import Environment
 
 _TOKEN: Final = re.compile(
     r"""(?P<number>0[xX][0-9a-fA-F]+(?![\w.])|[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?(?![\w.]))

@@ -56,7 +56,7 @@ class LiveDisplay:
 
     @property
     def empty(self) -> bool:
-        """Whether there was nothing to show."""
+        """True if there was nothing to show."""
         return not self._ticked
 
     def ticked(self, mission: Mission, now: float | None) -> None:
@@ -67,7 +67,7 @@ class LiveDisplay:
         self._ticked[mission.robot] = tick
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Draw what fits."""
+        """Draw the trees that fit the terminal."""
         yield self.text(console.size.height)
 
     def text(self, height: int) -> Text:
@@ -120,7 +120,7 @@ class LiveDisplay:
         return running[-room:] if alone and room > 0 else ()
 
     def _without_what_is_over(self, nodes: tuple[Node, ...]) -> Iterator[Node]:
-        """Yield behaviours, but none below those that have succeeded or were not begun."""
+        """Yield behaviors, but none below those that have succeeded or were not begun."""
         closed = sys.maxsize
         for node, following in zip(nodes, (*nodes[1:], nodes[0]), strict=True):
             if node.depth > closed:
@@ -149,7 +149,7 @@ class LiveDisplay:
     def _snapshot(self, mission: Mission) -> Snapshot:
         """Return the tree; one that was stopped as it was before.
 
-        So is one that is being ticked: what a behaviour prints has the terminal drawn anew, in the middle of the tick.
+        So is one that is being ticked: what a behavior prints has the terminal drawn anew, in the middle of the tick.
         """
         tick = self._ticked[mission.robot]
         seen, snapshot = self._seen[mission.robot]

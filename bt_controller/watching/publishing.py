@@ -34,7 +34,7 @@ class Publisher:
         self._keys = keys
         self._missions = {keys.tree(mission.robot): mission for mission in missions}
         self._times: dict[str, float | None] = {}
-        self._told: dict[str, Snapshot] = {}
+        self._published: dict[str, Snapshot] = {}
         self._publisher = session.declare_publisher(keys.trees())
         # Other controllers may serve trees of other robots: Zenoh queries all that match.
         self._declared: list[Any] = [
@@ -71,7 +71,7 @@ class Publisher:
             self._declared.pop().undeclare()
 
     def _mark_changed(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Have the next tick check for subscribers; from any thread."""
+        """Make the next tick check for subscribers; from any thread."""
         self._matching_changed = True
 
     def _has_subscribers(self) -> bool:
@@ -82,9 +82,9 @@ class Publisher:
 
     def _publish(self, mission: Mission) -> None:
         snapshot = self._snapshot(mission)
-        if not snapshot.differs(self._told.get(mission.robot)):
+        if not snapshot.differs(self._published.get(mission.robot)):
             return
-        self._told[mission.robot] = snapshot
+        self._published[mission.robot] = snapshot
         # A slow subscriber does not hold up a tree; but all subscribers receive its end.
         control = zenoh.CongestionControl.BLOCK if snapshot.ended else zenoh.CongestionControl.DROP
         key = self._keys.tree(mission.robot)

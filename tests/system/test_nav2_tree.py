@@ -11,8 +11,7 @@ import yaml
 from py_trees.common import Status
 
 from bt_controller.loading.trees import load
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client

@@ -8,8 +8,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.loading.trees import load
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.clocks import STOP, Mailbox, clock_for
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client

@@ -110,7 +110,7 @@ def _worlds() -> list[Sample]:
 
 
 def _trees() -> list[Sample]:
-    folders = [ROOT / "examples", TESTS / "system", TESTS / "unit" / "bt_controller" / "xml" / "data"]
+    folders = [ROOT / "examples", TESTS / "system", TESTS / "unit" / "bt_controller" / "loading" / "data"]
     files = [path for folder in folders for path in folder.glob("*.xml")]
     return [Sample("tree", path.name, path.read_bytes()) for path in files]
 

@@ -1,12 +1,14 @@
-"""Nodes for MoveIt's actions, with MoveIt's error codes, where 1 is success."""
+"""Actions with items and docks: MoveIt's, with MoveIt's error codes where 1 is success, and Nav2's docking."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
-from bt_controller.core.ports import POSE, STRING, input_port
+from bt_controller.behaviours.docks import missing_dock
+from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
+from bt_controller.core.node import PortError
+from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, input_port, output_port
 from bt_controller.nodes import Family
 from hmrsim.interfaces import moveit_msgs
 from hmrsim.interfaces.message import unbuilt
@@ -55,4 +57,60 @@ class Place(_MoveItNode):
         )
 
 
-FAMILY = Family.of("manipulation", Pickup, Place)
+_SUCCESS = output_port(BOOL, "Whether the action succeeded")
+
+
+class _DockNode(ActionNode):
+    """An action whose result says whether it succeeded."""
+
+    def clear_result(self) -> None:
+        """Write that the action did not succeed."""
+        self.write("success", value=False)
+
+
+class DockRobot(_DockNode):
+    """Drives to a dock and stays there: the dock ``dock_id``, or with ``use_dock_id="false"`` the one at a pose."""
+
+    ACTION = "dock_robot"
+    INPUTS: ClassVar = {
+        **ACTION_INPUTS,
+        "use_dock_id": input_port(BOOL, "Whether to use dock_id, or else dock_pose", default=True),
+        "dock_id": input_port(STRING, "The dock's name", default=""),
+        "dock_pose": input_port(POSE, "The dock's pose", required=False),
+        "dock_type": input_port(STRING, "The type of the dock at that pose", default=""),
+        "max_staging_time": input_port(FINITE, "Time limit of the drive to the dock, in seconds", default=1000.0),
+        "navigate_to_staging_pose": input_port(BOOL, "Whether to drive to the dock first", default=True),
+    }
+    OUTPUTS: ClassVar = {
+        **ACTION_OUTPUTS,
+        "success": _SUCCESS,
+        "num_retries": output_port(INT, "Number of retries"),
+    }
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look up the action, and the dock if the file names it.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            PortError: A port's value in the file is invalid, or there is no such dock.
+            SimulatorNotFound: No simulator answers.
+        """
+        super().setup(**kwargs)
+        dock = self.entry("dock_id")
+        if isinstance(dock, str) and dock and (why := missing_dock(dock, kwargs.get("places"))):
+            raise PortError(f"{self.located}: port 'dock_id': {why}")
+
+
+class UndockRobot(_DockNode):
+    """Leaves the dock."""
+
+    ACTION = "undock_robot"
+    INPUTS: ClassVar = {
+        **ACTION_INPUTS,
+        "dock_type": input_port(STRING, "The type of the dock", default=""),
+        "max_undocking_time": input_port(FINITE, "Time limit in seconds", default=30.0),
+    }
+    OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
+
+
+FAMILY = Family.of("manipulation", Pickup, Place, DockRobot, UndockRobot)

@@ -1,15 +1,30 @@
-"""Nav2's navigation actions: to a pose, and through poses."""
+"""Nav2's actions that move the robot: navigation, short motions and waiting, and the nodes that cancel them.
+
+Lengths and speeds are in the world's unit of length; times are simulated seconds.
+"""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from py_trees.common import Status
 
 from bt_controller.core.action_node import ACTION_INPUTS, ActionNode
-from bt_controller.core.ports import POSE, POSES, STRING, input_port
+from bt_controller.core.directory import Directory
+from bt_controller.core.node import Leaf
+from bt_controller.core.ports import BOOL, FINITE, POSE, POSES, STRING, input_port
 from bt_controller.nodes import Family
-from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses as ThroughPoses
-from hmrsim.interfaces.nav2_msgs import NavigateToPose as ToPose
-from hmrsim.interfaces.nav_msgs import Goals
+from hmrsim.actions import registry
+from hmrsim.errors import HmrsimError
+from hmrsim.interfaces.builtin_interfaces import Duration
+from hmrsim.interfaces.geometry_msgs import Point
+
+if TYPE_CHECKING:
+    from bt_controller.core.ports import Port
+    from hmrsim.interfaces.message import Message
+    from hmrsim_zenoh.client.action_client import ActionClient
 
 _TREE = input_port(STRING, "Sent with the goal and ignored: simulated robots have no trees", default="")
 
@@ -18,22 +33,156 @@ class NavigateToPose(ActionNode):
     """Drives to ``goal``."""
 
     ACTION = "navigate_to_pose"
+    FIELDS: ClassVar = {"goal": "pose"}
     INPUTS: ClassVar = {**ACTION_INPUTS, "goal": input_port(POSE, "Destination"), "behavior_tree": _TREE}
-
-    def goal(self) -> ToPose.Goal:
-        """Return the goal of the input ports."""
-        return ToPose.Goal(pose=self.read("goal"), behavior_tree=self.read("behavior_tree"))
 
 
 class NavigateThroughPoses(ActionNode):
     """Drives through ``goals`` to the last of them."""
 
     ACTION = "navigate_through_poses"
+    FIELDS: ClassVar = {"goals": "poses"}
     INPUTS: ClassVar = {**ACTION_INPUTS, "goals": input_port(POSES, "Destinations in order"), "behavior_tree": _TREE}
 
-    def goal(self) -> ThroughPoses.Goal:
+
+_MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
+    {
+        **ACTION_INPUTS,
+        "time_allowance": input_port(FINITE, "Time limit in seconds; 0 for none", default=10.0),
+        "disable_collision_checks": input_port(BOOL, "Sent with the goal", default=False),
+        "is_recovery": input_port(BOOL, "Ignored: recoveries are not counted", default=True),
+    }
+)
+
+
+class Spin(ActionNode):
+    """Turns in place."""
+
+    ACTION = "spin"
+    FIELDS: ClassVar = {"spin_dist": "target_yaw"}
+    INPUTS: ClassVar = {**_MANEUVER_INPUTS, "spin_dist": input_port(FINITE, "Angle in radians", default=1.57)}
+
+
+class Wait(ActionNode):
+    """Stands still for the absolute value of the duration, as in Nav2."""
+
+    ACTION = "wait"
+    INPUTS: ClassVar = {**ACTION_INPUTS, "wait_duration": input_port(FINITE, "Duration in seconds", default=1.0)}
+
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        return ThroughPoses.Goal(poses=Goals(goals=self.read("goals")), behavior_tree=self.read("behavior_tree"))
+        return self.goal_with(time=Duration.from_seconds(abs(self.read("wait_duration"))))
 
 
-FAMILY = Family.of("navigation", NavigateThroughPoses, NavigateToPose)
+class BackUp(ActionNode):
+    """Drives straight back."""
+
+    ACTION = "back_up"
+    FIELDS: ClassVar = {"backup_speed": "speed"}
+    INPUTS: ClassVar = {
+        **_MANEUVER_INPUTS,
+        "backup_dist": input_port(FINITE, "Distance", default=0.15),
+        "backup_speed": input_port(FINITE, "Speed", default=0.025),
+    }
+
+    def goal(self) -> Message:
+        """Return the goal of the input ports."""
+        return self.goal_with(target=Point(x=self.read("backup_dist")))
+
+
+class DriveOnHeading(ActionNode):
+    """Drives straight ahead."""
+
+    ACTION = "drive_on_heading"
+    INPUTS: ClassVar = {
+        **_MANEUVER_INPUTS,
+        "dist_to_travel": input_port(FINITE, "Distance", default=0.15),
+        "speed": input_port(FINITE, "Speed", default=0.025),
+    }
+
+    def goal(self) -> Message:
+        """Return the goal of the input ports."""
+        return self.goal_with(target=Point(x=self.read("dist_to_travel")))
+
+
+class _Cancel(Leaf):
+    """Succeeds when the robot answers the cancel request, else fails. In lockstep it does not wait for the answer."""
+
+    ACTION: ClassVar[str]
+    """The name of the action."""
+
+    INPUTS: ClassVar = ACTION_INPUTS
+
+    def setup(self, **kwargs: Any) -> None:
+        """Look up the action, by the name that the file gives it.
+
+        Raises:
+            NotServed: There is no such robot, or it has no such action.
+            PortError: A port's value in the file is invalid.
+        """
+        super().setup(**kwargs)
+        directory = kwargs.get("directory") or Directory.from_info(kwargs["client"].info())
+        robot, action = directory.resolve(kwargs["robot"], self.read("server_name") or self.ACTION)
+        self._client: ActionClient[Any, Any, Any] = kwargs["client"].action_client(robot, registry()[action])
+
+    def update(self) -> Status:
+        """Cancel all goals, including those that were sent in this tick."""
+        try:
+            self._client.cancel_all()
+        except HmrsimError as error:
+            self.feedback_message = str(error)
+            return Status.FAILURE
+        return Status.SUCCESS
+
+
+class CancelBackUp(_Cancel):
+    """Cancels `BackUp`."""
+
+    ACTION = "back_up"
+
+
+class CancelComputeAndTrackRoute(_Cancel):
+    """Cancels `ComputeAndTrackRoute`."""
+
+    ACTION = "compute_and_track_route"
+
+
+class CancelControl(_Cancel):
+    """Cancels `FollowPath`."""
+
+    ACTION = "follow_path"
+
+
+class CancelDriveOnHeading(_Cancel):
+    """Cancels `DriveOnHeading`."""
+
+    ACTION = "drive_on_heading"
+
+
+class CancelSpin(_Cancel):
+    """Cancels `Spin`."""
+
+    ACTION = "spin"
+
+
+class CancelWait(_Cancel):
+    """Cancels `Wait`."""
+
+    ACTION = "wait"
+
+
+FAMILY = Family.of(
+    "navigation",
+    NavigateThroughPoses,
+    NavigateToPose,
+    BackUp,
+    DriveOnHeading,
+    Spin,
+    Wait,
+    CancelBackUp,
+    CancelComputeAndTrackRoute,
+    CancelControl,
+    CancelDriveOnHeading,
+    CancelSpin,
+    CancelWait,
+)

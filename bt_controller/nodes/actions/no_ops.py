@@ -37,7 +37,7 @@ class _NoOp(Leaf):
     INPUTS: ClassVar = _SERVICE
 
     def update(self) -> Status:
-        """Succeed."""
+        """Succeed, with a message that the node has no effect."""
         self.feedback_message = "no effect in this simulator"
         return Status.SUCCESS
 
@@ -68,7 +68,7 @@ class ClearCostmapAroundPose(_NoOp):
 
 
 class ReinitializeGlobalLocalization(_NoOp):
-    """Simulated robots are always localised."""
+    """Simulated robots are always localized."""
 
 
 class ToggleCollisionMonitor(_NoOp):

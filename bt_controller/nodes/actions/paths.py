@@ -1,10 +1,14 @@
-"""Nav2's actions that plan and follow paths."""
+"""Nav2's actions that plan, follow, cut and join paths."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from py_trees.common import Status
 
 from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
+from bt_controller.core.node import Leaf
 from bt_controller.core.ports import (
     BOOL,
     CONTROLLER,
@@ -22,14 +26,15 @@ from bt_controller.core.ports import (
     output_port,
 )
 from bt_controller.nodes import Family
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.interfaces.nav2_msgs import ComputePathThroughPoses as ComputeThrough
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose as Compute
-from hmrsim.interfaces.nav2_msgs import FollowPath as Follow
-from hmrsim.interfaces.nav2_msgs import SmoothPath as Smooth
+from bt_controller.nodes.located import BASE_FRAME, Located
+from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
+from hmrsim.geometry import SAME_PLACE, heading
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
-from hmrsim.interfaces.nav_msgs import Goals, Path
+from hmrsim.interfaces.nav_msgs import Path
+from hmrsim_zenoh.client.places import pose_at
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
 
 _PLANNER_ID = input_port(PLANNER, "The planner: GridBased, or empty", default="")
 
@@ -41,6 +46,7 @@ class ComputePathToPose(ActionNode):
     """
 
     ACTION = "compute_path_to_pose"
+    CLEARED = ("path",)
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "goal": input_port(POSE, "Destination"),
@@ -51,23 +57,9 @@ class ComputePathToPose(ActionNode):
     }
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "path": output_port(PATH, "The path")}
 
-    def goal(self) -> Compute.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        start = self.read("start")
-        return Compute.Goal(
-            goal=self.read("goal"),
-            start=start or PoseStamped(),
-            use_start=start is not None and self.read("use_start"),
-            planner_id=self.read("planner_id"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("path", result.path)
-
-    def clear_result(self) -> None:
-        """Write a path without poses."""
-        self.write("path", Path())
+        return self.goal_with(use_start=self.read("start") is not None and self.read("use_start"))
 
 
 class ComputePathThroughPoses(ActionNode):
@@ -77,6 +69,7 @@ class ComputePathThroughPoses(ActionNode):
     """
 
     ACTION = "compute_path_through_poses"
+    CLEARED = ("path", "last_reached_index")
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "goals": input_port(POSES, "Destinations in order"),
@@ -89,31 +82,16 @@ class ComputePathThroughPoses(ActionNode):
         "last_reached_index": output_port(INT, "-1: a path leads to all goals, or there is none"),
     }
 
-    def goal(self) -> ComputeThrough.Goal:
+    def goal(self) -> Message:
         """Return the goal of the input ports."""
-        start = self.read("start")
-        return ComputeThrough.Goal(
-            goals=Goals(goals=self.read("goals")),
-            start=start or PoseStamped(),
-            use_start=start is not None,
-            planner_id=self.read("planner_id"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("path", result.path)
-        self.write("last_reached_index", result.last_reached_index)
-
-    def clear_result(self) -> None:
-        """Write a path without poses."""
-        self.write("path", Path())
-        self.write("last_reached_index", ComputeThrough.Result.ALL_GOALS)
+        return self.goal_with(use_start=self.read("start") is not None)
 
 
 class SmoothPath(ActionNode):
     """Smooths a path: poses that repeat a place are removed, and each pose but the last one faces the next."""
 
     ACTION = "smooth_path"
+    FIELDS: ClassVar = {"unsmoothed_path": "path", "smoothed_path": "path"}
     INPUTS: ClassVar = {
         **ACTION_INPUTS,
         "unsmoothed_path": input_port(PATH, "The path"),
@@ -127,21 +105,6 @@ class SmoothPath(ActionNode):
         "smoothing_duration": output_port(DOUBLE, "Duration in seconds"),
         "was_completed": output_port(BOOL, "Whether the path is as smooth as it can be"),
     }
-
-    def goal(self) -> Smooth.Goal:
-        """Return the goal of the input ports."""
-        return Smooth.Goal(
-            path=self.read("unsmoothed_path"),
-            smoother_id=self.read("smoother_id"),
-            max_smoothing_duration=Duration.from_seconds(self.read("max_smoothing_duration")),
-            check_for_collisions=self.read("check_for_collisions"),
-        )
-
-    def write_result(self, result: Any) -> None:
-        """Write the path."""
-        self.write("smoothed_path", result.path)
-        self.write("smoothing_duration", result.smoothing_duration.to_seconds())
-        self.write("was_completed", result.was_completed)
 
 
 class FollowPath(ActionNode):
@@ -165,22 +128,13 @@ class FollowPath(ActionNode):
     }
     FEEDBACK_OUTPUTS = ("tracking_feedback",)
 
-    def goal(self) -> Follow.Goal:
-        """Return the goal of the input ports."""
-        return Follow.Goal(
-            path=self.read("path"),
-            controller_id=self.read("controller_id"),
-            goal_checker_id=self.read("goal_checker_id"),
-            progress_checker_id=self.read("progress_checker_id"),
-        )
-
     def write_feedback(self, feedback: Any) -> None:
         """Write how the robot keeps to its path; each write lets the tree be ticked again."""
         if self.wants_feedback:
             self.write("tracking_feedback", feedback.tracking_feedback)
 
     def write_result(self, _result: Any) -> None:
-        """Write that the robot follows no path any more."""
+        """Write that the robot follows no path."""
         self.clear_result()
 
     def clear_result(self) -> None:
@@ -190,8 +144,128 @@ class FollowPath(ActionNode):
 
     def should_replace_goal(self) -> bool:
         """Return whether the goal of the input ports differs from the active one."""
-        goal = self.goal()
+        goal: Any = self.goal()
         return bool(goal.path.poses) and goal != self._sent
 
 
-FAMILY = Family.of("paths", ComputePathThroughPoses, ComputePathToPose, FollowPath, SmoothPath)
+_NONE = Path()
+
+
+class TruncatePath(Leaf):
+    """Writes a path without its last ``distance`` to ``output_path``; the new last pose faces the goal."""
+
+    INPUTS: ClassVar = {
+        "input_path": input_port(PATH, "The path", required=False),
+        "distance": input_port(FINITE, "Length to remove, in the world's unit of length", default=1.0),
+    }
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The truncated path")}
+
+    def update(self) -> Status:
+        """Write the path without its end."""
+        path = self.read("input_path") or _NONE
+        if path.poses:
+            end = path.poses[-1]
+            path = part_of(path, 0.0, max(0.0, length_of(path) - self.read("distance")))
+            x, y = point_of(path.poses[-1])
+            if math.dist((x, y), point_of(end)) > SAME_PLACE:
+                faced = pose_at(x, y, heading((x, y), point_of(end)))
+                last = faced.model_copy(update={"header": end.header})
+                path = Path(header=path.header, poses=[*path.poses[:-1], last])
+        self.write("output_path", path)
+        return Status.SUCCESS
+
+
+class TruncatePathLocal(Located, Leaf):
+    """Writes the part of a path around the robot to ``output_path``.
+
+    It begins ``distance_backward`` before the path's point closest to the robot, or to ``pose``, and ends
+    ``distance_forward`` after it, or with the path if that is negative. The search for the closest point covers the
+    whole path, or ``max_robot_pose_search_dist`` after the previous one. Distances are along the path, in the world's
+    unit of length.
+    """
+
+    INPUTS: ClassVar = {
+        "input_path": input_port(PATH, "The path", required=False),
+        "distance_forward": input_port(FINITE, "Length after the robot; negative for the whole rest", default=8.0),
+        "distance_backward": input_port(FINITE, "Length before the robot", default=4.0),
+        "robot_frame": BASE_FRAME,
+        "robot_base_frame": BASE_FRAME,
+        "transform_tolerance": input_port(DOUBLE, "Ignored", default=0.2),
+        "pose": input_port(POSE, "Pose to use instead of the robot's", required=False),
+        "angular_distance_weight": input_port(DOUBLE, "Weight of a radian relative to a unit of length", default=0.0),
+        "max_robot_pose_search_dist": input_port(DOUBLE, "Search distance after the previous point", default=math.inf),
+    }
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The part of the path")}
+
+    def __init__(self, name: str, behaviour_class_name: str | None = None) -> None:
+        super().__init__(name, behaviour_class_name=behaviour_class_name)
+        self._trail = Trail()
+
+    def update(self) -> Status:
+        """Write the part of the path around the robot."""
+        path = self.read("input_path") or _NONE
+        if path.poses:
+            at = self._trail.reached(
+                path,
+                self.read("pose") or self.here,
+                ahead=self.read("max_robot_pose_search_dist"),
+                weight=self.read("angular_distance_weight"),
+            )
+            forward = self.read("distance_forward")
+            end = math.inf if forward < 0.0 else at + forward
+            path = part_of(path, at - self.read("distance_backward"), end)
+        self.write("output_path", path)
+        return Status.SUCCESS
+
+
+class ConcatenatePaths(Leaf):
+    """Writes the concatenation of two paths to ``output_path``; fails if it has no poses."""
+
+    INPUTS: ClassVar = {
+        "input_path1": input_port(PATH, "The first path", required=False),
+        "input_path2": input_port(PATH, "The second path", required=False),
+    }
+    OUTPUTS: ClassVar = {"output_path": output_port(PATH, "The concatenation")}
+
+    def update(self) -> Status:
+        """Write the second path after the first one."""
+        first, second = (self.read(port) or _NONE for port in self.INPUTS)
+        if not first.poses and not second.poses:
+            self.feedback_message = "there are no poses"
+            return Status.FAILURE
+        header = first.header if first.header != _NONE.header else second.header
+        self.write("output_path", Path(header=header, poses=[*first.poses, *second.poses]))
+        return Status.SUCCESS
+
+
+class GetPoseFromPath(Leaf):
+    """Writes one pose of a path to ``pose``; fails if there is no such pose."""
+
+    INPUTS: ClassVar = {
+        "path": input_port(PATH, "The path", required=False),
+        "index": input_port(INT, "Index of the pose, from 0; negative from the end", default=0),
+    }
+    OUTPUTS: ClassVar = {"pose": output_port(POSE, "The pose")}
+
+    def update(self) -> Status:
+        """Write the pose."""
+        path, index = self.read("path") or _NONE, self.read("index")
+        if not -len(path.poses) <= index < len(path.poses):
+            self.feedback_message = f"no pose {index} in a path of {len(path.poses)}"
+            return Status.FAILURE
+        pose = path.poses[index]
+        self.write("pose", pose if pose.header.frame_id else pose.model_copy(update={"header": path.header}))
+        return Status.SUCCESS
+
+
+FAMILY = Family.of(
+    "paths",
+    ComputePathThroughPoses,
+    ComputePathToPose,
+    FollowPath,
+    SmoothPath,
+    ConcatenatePaths,
+    GetPoseFromPath,
+    TruncatePath,
+    TruncatePathLocal,
+)

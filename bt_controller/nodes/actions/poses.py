@@ -76,7 +76,7 @@ class AppendGoalPoseToGoals(Leaf):
     OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
 
     def update(self) -> Status:
-        """Append the goal."""
+        """Append the goal to the list."""
         self.write("output_goals", [*self.read("input_goals"), self.read("goal_pose")])
         return Status.SUCCESS
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from py_trees.common import Status
 
@@ -22,11 +22,14 @@ from bt_controller.core.ports import (
     output_port,
 )
 from bt_controller.nodes import Family
+from hmrsim.actions import registry
 from hmrsim.interfaces import nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import Route
-from hmrsim.interfaces.nav_msgs import Path
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
 
 
 class _RouteNode(ActionNode):
@@ -42,16 +45,21 @@ class _RouteNode(ActionNode):
         "use_poses": input_port(BOOL, "Whether to use poses, or else the ids of waypoints", default=False),
     }
 
-    def _ends(self) -> dict[str, Any]:
-        """Return the fields of a goal that the input ports define.
+    def goal(self) -> Message:
+        """Return the goal of the input ports.
 
         Raises:
             PortError: A port has no value, or no valid one.
         """
-        if not self.read("use_poses"):
-            return {name: self._id(name) for name in ("start_id", "goal_id")}
-        start = {"use_start": True, "start": self._pose("start")} if self.read("use_start") else {}
-        return {"use_poses": True, "goal": self._pose("goal"), **start}
+        message: Any = registry()[self.ACTION].goal
+        fields: dict[str, Any]
+        if self.read("use_poses"):
+            start = {"use_start": True, "start": self._pose("start")} if self.read("use_start") else {}
+            fields = {"use_poses": True, "goal": self._pose("goal"), **start}
+        else:
+            fields = {name: self._id(name) for name in ("start_id", "goal_id")}
+        goal: Message = message(**fields)
+        return goal
 
     def _pose(self, port: str) -> PoseStamped:
         pose: PoseStamped | None = self.read(port)
@@ -70,28 +78,13 @@ class ComputeRoute(_RouteNode):
     """Finds the quickest route on the graph, and writes it and the path along it; empty ones if there is none."""
 
     ACTION = "compute_route"
+    CLEARED = ("route", "path", "planning_time")
     OUTPUTS: ClassVar = {
         **ACTION_OUTPUTS,
         "route": output_port(ROUTE, "The route"),
         "path": output_port(PATH, "The path from the first waypoint of the route to the last"),
         "planning_time": output_port(DURATION, "Zero: planning takes no time"),
     }
-
-    def goal(self) -> nav2_msgs.ComputeRoute.Goal:
-        """Return the goal of the input ports."""
-        return nav2_msgs.ComputeRoute.Goal(**self._ends())
-
-    def write_result(self, result: Any) -> None:
-        """Write the route."""
-        self.write("route", result.route)
-        self.write("path", result.path)
-        self.write("planning_time", result.planning_time)
-
-    def clear_result(self) -> None:
-        """Write a route without waypoints, and a path without poses."""
-        self.write("route", Route())
-        self.write("path", Path())
-        self.write("planning_time", Duration())
 
 
 class ComputeAndTrackRoute(_RouteNode):
@@ -114,10 +107,6 @@ class ComputeAndTrackRoute(_RouteNode):
     }
     FEEDBACK_OUTPUTS = ("last_node_id", "next_node_id", "current_edge_id", "route", "path", "rerouted")
 
-    def goal(self) -> nav2_msgs.ComputeAndTrackRoute.Goal:
-        """Return the goal of the input ports."""
-        return nav2_msgs.ComputeAndTrackRoute.Goal(**self._ends())
-
     def initialise(self) -> None:
         """Write that the robot is on no route yet, and send the goal."""
         if self.status is Status.INVALID:
@@ -134,7 +123,7 @@ class ComputeAndTrackRoute(_RouteNode):
             self.write(port, getattr(feedback, port))
 
     def write_result(self, result: Any) -> None:
-        """Write that the robot is on no route any more."""
+        """Write that the robot is on no route, and the duration."""
         self.clear_result()
         self.write("execution_duration", result.execution_duration)
 

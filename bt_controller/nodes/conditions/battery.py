@@ -57,7 +57,7 @@ class _Battery(Condition):
     INPUTS: ClassVar = {"battery_topic": _BATTERY_TOPIC}
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the battery's topic.
+        """Watch the topic of the robot's battery.
 
         Raises:
             NotServed: The robot has no battery.
@@ -89,7 +89,7 @@ class _Battery(Condition):
 
     @property
     def battery(self) -> BatteryState:
-        """The latest battery state."""
+        """The latest state of the battery."""
         latest: BatteryState = self._topics.latest(self._robots_name, _TOPIC)
         return latest
 

@@ -13,8 +13,7 @@ from py_trees.common import Status
 from bt_controller.core.node import Condition
 from bt_controller.core.ports import DOUBLE, FINITE, PATH, POSE, input_port
 from bt_controller.nodes import Family
-from bt_controller.nodes.goals import GOAL_PORTS, goals_of
-from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
+from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, GOAL_PORTS, Located, goals_of
 from bt_controller.nodes.paths import Trail, apart, length_of
 
 
@@ -104,7 +103,7 @@ class ArePosesNear(Condition):
     }
 
     def update(self) -> Status:
-        """Compare the poses."""
+        """Compare the distance of the poses with the tolerance."""
         return _if(apart(self.read("ref_pose"), self.read("target_pose")) <= self.read("tolerance"))
 
 

@@ -1,20 +1,23 @@
-"""Nav2's conditions on the robot's motion, in the world's unit of length and simulated time."""
+"""Nav2's conditions on the robot's motion and localization, and on simulated time.
+
+Lengths are in the world's unit.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from py_trees.common import Status
 
-from bt_controller.core.node import Condition
-from bt_controller.core.ports import FINITE, input_port
+from bt_controller.core.node import Condition, Leaf
+from bt_controller.core.ports import BOOL, FINITE, PATH, STRING, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, Located
 from bt_controller.nodes.paths import apart
 
 if TYPE_CHECKING:
-    from hmrsim.interfaces.nav_msgs import Odometry
+    from hmrsim.interfaces.nav_msgs import Odometry, Path
 
 
 class DistanceTraveled(Located, Condition):
@@ -57,7 +60,7 @@ class IsStopped(Located, Condition):
     _until: float | None = None
 
     def initialise(self) -> None:
-        """Begin to count."""
+        """Start the duration at the next tick."""
         self._until = None
 
     def update(self) -> Status:
@@ -99,4 +102,89 @@ class IsStuck(Located, Condition):
         return Status.SUCCESS if gained / (ended - began) < self.MIN_ACCELERATION else Status.FAILURE
 
 
-FAMILY = Family.of("motion", CheckStopStatus, DistanceTraveled, IsStopped, IsStuck)
+_FRAMES: Final = ("map", "base_link")
+
+
+class InitialPoseReceived(Leaf):
+    """Succeeds unless the file sets the port to false: simulated robots are localized from the start."""
+
+    INPUTS: ClassVar = {"initial_pose_received": input_port(BOOL, "Whether there is a pose", default=True)}
+
+    def update(self) -> Status:
+        """Return the port's value as a status."""
+        return Status.SUCCESS if self.read("initial_pose_received") else Status.FAILURE
+
+
+class TransformAvailable(Leaf):
+    """Succeeds if both frames are known: ``map`` and ``base_link`` are, and no others."""
+
+    INPUTS: ClassVar = {"child": input_port(STRING, "One frame"), "parent": input_port(STRING, "The other")}
+
+    def update(self) -> Status:
+        """Check the frames."""
+        unknown = [frame for frame in map(self.read, self.INPUTS) if frame not in _FRAMES]
+        if unknown:
+            self.feedback_message = f"no frame {unknown[0]!r}; there are {' and '.join(_FRAMES)}"
+            return Status.FAILURE
+        return Status.SUCCESS
+
+
+_SECONDS = input_port(FINITE, "Duration in seconds", default=1.0)
+
+
+class TimeExpired(Condition):
+    """Succeeds each time ``seconds`` have passed since its last success or its first tick."""
+
+    INPUTS: ClassVar = {"seconds": _SECONDS}
+
+    _until = 0.0
+
+    def next_tick_time(self) -> float:
+        """Return the end of the duration."""
+        return self._until
+
+    def update(self) -> Status:
+        """Check the time."""
+        begins = self.status is Status.INVALID
+        over = not begins and reached(self._until)
+        if begins or over:
+            self._until = now() + self.read("seconds")
+        return Status.SUCCESS if over else Status.FAILURE
+
+
+class PathExpiringTimer(Condition):
+    """Succeeds each time ``seconds`` have passed since its first tick, its last success or the last change of path."""
+
+    INPUTS: ClassVar = {"seconds": _SECONDS, "path": input_port(PATH, "The path", required=False)}
+
+    _until: float | None = None
+    _path: Path | None = None
+
+    def next_tick_time(self) -> float:
+        """Return the end of the duration."""
+        return 0.0 if self._until is None else self._until
+
+    def update(self) -> Status:
+        """Check the time."""
+        path = self.read("path")
+        if self._until is None or path != self._path:
+            self._path = path
+            self._until = now() + self.read("seconds")
+            return Status.FAILURE
+        if not reached(self._until):
+            return Status.FAILURE
+        self._until = now() + self.read("seconds")
+        return Status.SUCCESS
+
+
+FAMILY = Family.of(
+    "motion",
+    CheckStopStatus,
+    DistanceTraveled,
+    IsStopped,
+    IsStuck,
+    InitialPoseReceived,
+    TransformAvailable,
+    PathExpiringTimer,
+    TimeExpired,
+)

@@ -47,7 +47,7 @@ class Parallel(_SideBySide):
 
     Negative numbers count from the end: -1 stands for all children. The node also fails when it can't succeed any
     more. The remaining children are then halted. A skipped child is ticked again, and counts as a success if
-    *success_count* is negative; if all children are skipped, so is the node.
+    *success_count* is negative; if all children are skipped, the node is skipped.
     """
 
     INPUTS: ClassVar = {
@@ -78,7 +78,7 @@ class ParallelAll(_SideBySide):
     """Ticks all children until each has ended; fails if at least *max_failures* of them failed, and succeeds otherwise.
 
     Negative numbers count from the end: -1 stands for all children. The node does not wait for skipped children; if
-    all are skipped, so is the node.
+    all are skipped, the node is skipped.
     """
 
     INPUTS: ClassVar = {

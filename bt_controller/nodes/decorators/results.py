@@ -18,7 +18,7 @@ class _Changed(Decoration):
     becomes: ClassVar[Mapping[Status, Status]]
 
     def advance(self) -> Ticks:
-        """Tick the child."""
+        """Tick the child, and map its status."""
         status = yield from self.tick_child()
         return self.becomes.get(status, status)
 

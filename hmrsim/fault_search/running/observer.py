@@ -7,8 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.files import write_coverage
-from bt_controller.coverage.summary import share_of
+from bt_controller.coverage.files import share_of, write_coverage
 from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.robots import ChargingBegan, ChargingEnded

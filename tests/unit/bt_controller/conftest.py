@@ -53,45 +53,45 @@ class FakeGoal(GoalHandle[Any, Any]):
             self.when_canceled()
 
     def accept(self) -> None:
-        """Let the robot accept the goal."""
+        """Accept the goal, as a robot does."""
         self._accept(GoalStatus.ACCEPTED)
 
     def is_known(self, status: GoalStatus) -> None:
-        """Let the robot have the goal already, from an earlier life of the controller."""
+        """Report that the robot has had the goal since an earlier run of the controller."""
         self._found = status
         self._accept(status)
 
     def expire(self, status: GoalStatus) -> None:
-        """Let the robot know how the goal ended, but nothing of its result."""
+        """Report how the goal ended, without its result."""
         self._fail(ResultExpired("the result is not kept any longer"), status=status)
 
     def feed(self, **fields: Any) -> None:
-        """Let the robot send feedback."""
+        """Send feedback, as a robot does."""
         self.take_feedback(self.action.feedback(**fields))
 
     def succeed(self) -> None:
-        """Let the robot reach the goal."""
+        """End the goal as SUCCEEDED."""
         self._end(GoalStatus.SUCCEEDED, self.action.result())
 
     def abort(self, code: int, message: str) -> None:
-        """Let the robot give up."""
+        """End the goal as ABORTED."""
         self._end(GoalStatus.ABORTED, self.action.failure(code, message))
 
     def end_canceled(self) -> None:
-        """Let the robot end the goal as it was asked to."""
+        """End the goal as CANCELED."""
         self._end(GoalStatus.CANCELED, self.action.failure(0, "canceled"))
 
     def reject(self, reason: str, message: str) -> None:
-        """Let the robot refuse the goal."""
+        """Reject the goal, as a robot does."""
         self._fail(GoalRejectedError(reason, 1, message), rejected=True)
 
     def fail(self, error: Exception) -> None:
-        """Let the connection fail."""
+        """End the goal with an error of the connection."""
         self._fail(error)
 
 
 class FakeActionClient:
-    """Hands out tickets."""
+    """An action client that returns a ticket for each goal."""
 
     def __init__(self, client: FakeClient, robot: str, action: AnyAction) -> None:
         self._client = client
@@ -124,10 +124,10 @@ class FakeActionClient:
 
 
 class FakeSubscription:
-    """Nothing to close."""
+    """A subscription that ignores its end."""
 
     def close(self) -> None:
-        """Do nothing."""
+        """Close nothing: the subscription is a stand-in."""
 
 
 class FakeSession:
@@ -142,11 +142,11 @@ class FakeSession:
     declare_publisher = declare_matching_listener = declare_queryable
 
     def undeclare(self) -> None:
-        """Do nothing."""
+        """Undeclare nothing: the publisher is a stand-in."""
 
 
 class FakeClient:
-    """What a controller needs of a client.
+    """The parts of a client that a controller uses.
 
     Attributes:
         goals: The tickets of all goals, in order.
@@ -168,7 +168,7 @@ class FakeClient:
 
     @property
     def places(self) -> NamedPlaces:
-        """No place is known."""
+        """The places of the world: none."""
         return NamedPlaces(GetNamedPoses.Response)
 
     def info(self) -> dict[str, Any]:
@@ -188,11 +188,11 @@ class FakeClient:
         return FakeSubscription()
 
     def publish(self, key: str, payload: bytes) -> None:
-        """Let the simulator publish something."""
+        """Publish a message, as the simulator does."""
         self._listeners[key](key, payload)
 
     def clock(self, now: float) -> None:
-        """Let the simulator publish the time."""
+        """Publish the time, as the simulator does."""
         sec, nanosec = divmod(round(now * 1e9), 1_000_000_000)
         self.publish("hmrsim/_world/clock", json.dumps({"clock": {"sec": sec, "nanosec": nanosec}}).encode())
 

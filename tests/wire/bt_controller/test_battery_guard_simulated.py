@@ -17,8 +17,7 @@ from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.sim_time import now
 from bt_controller.loading.trees import Plan, load
-from bt_controller.running.clocks import LockstepClock, clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import LockstepClock, Mailbox, clock_for
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim.protocol.goal import GoalStatus

@@ -13,8 +13,7 @@ from py_trees.timers import Timer
 from bt_controller.core.node import Leaf
 from bt_controller.core.sim_time import now, reached
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client

@@ -6,12 +6,11 @@ import pytest
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
+from bt_controller.fleet.allocation import Task
 from bt_controller.fleet.fleet_manager import FleetManager
-from bt_controller.fleet.tasks import Task
 from bt_controller.fleet.workers import Worker
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from hmrsim_zenoh.client.client import Client

@@ -11,8 +11,7 @@ from bt_controller.behaviours import service_clients
 from bt_controller.behaviours.service_clients import FromBlackboard, FromConstant
 from bt_controller.behaviours.subscribers import CheckData
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import Mission
 from bt_controller.running.runner import Runner
 from hmrsim.interfaces.hmrsim_msgs import InjectFault

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_controller.world.directory import Directory
+from bt_controller.core.directory import Directory
 from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class FakeTopics:
-    """What a robot publishes, as the test says.
+    """The topics of a robot, with messages that the test sets.
 
     Attributes:
         messages: The latest of each topic.
@@ -33,7 +33,7 @@ class FakeTopics:
         self.stops = False
 
     def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
-        """Note the watched robot."""
+        """Remember the watched topic and its robot."""
         self.watched.append((robot, topic))
 
     def stop_time(self, _robot: str, _topic: str) -> bool:

@@ -11,7 +11,7 @@ from bt_controller.behaviours.docks import Dock, Undock
 from bt_controller.behaviours.items import Pickup, Place
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.behaviours.wait import Wait
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.interfaces import moveit_msgs, nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim_zenoh.client.places import pose_at
@@ -45,7 +45,7 @@ class TestFromConstant:
 
 
 class TestFromBlackboard:
-    """A goal that another behaviour has put there."""
+    """A goal that another behavior has put there."""
 
     def test_it_sends_what_is_there(self, client, equip):
         """At the moment at which it begins."""
@@ -56,7 +56,7 @@ class TestFromBlackboard:
         assert [GOAL] == [goal.goal for goal in client.goals]
 
     def test_without_a_goal_it_fails(self, client, equip):
-        """And sends nothing."""
+        """A leaf without a goal sends no request."""
         leaf = equip(FromBlackboard("Wait", "wait", "next"))
         leaf.tick_once()
 

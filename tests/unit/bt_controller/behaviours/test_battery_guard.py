@@ -19,10 +19,10 @@ from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory
 from bt_controller.core.node import PortError
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.tick_schedule import due
-from bt_controller.world.directory import Directory
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait as WaitAction
 from hmrsim.interfaces.nav_msgs import Odometry
@@ -38,7 +38,7 @@ DIRECTORY = Directory.from_info(
 
 
 class Battery:
-    """Stands where topics are."""
+    """A stand-in for the topics, with the battery state of a test."""
 
     asks = True
     stops = False
@@ -79,7 +79,7 @@ class Robots:
         self.done = []
 
     def step(self):
-        """Let each goal go on."""
+        """Advance each goal by one step."""
         open_goals = [goal for goal in self._client.goals if not goal.done]
         robots = [goal.robot for goal in open_goals]
         assert sorted(set(robots)) == sorted(robots)
@@ -159,7 +159,7 @@ def test_a_mission_without_interruption_needs_no_charging(client):
 
 @pytest.mark.parametrize(("late", "meanwhile"), [*product((0, 1, 3), (False, True))])
 def test_a_mission_interrupted_at_any_tick_does_each_step_once(client, late, meanwhile):
-    """Whether cancels are answered at once or late, or the goal succeeds meanwhile."""
+    """The steps are the same if cancels are answered at once or late, or if the goal succeeds meanwhile."""
     for tick in range(10):
         guard, world, _ = play(client, {tick}, late=late, meanwhile=meanwhile)
 
@@ -367,7 +367,7 @@ def test_counts_of_decorators_are_kept(client):
 
 @pytest.mark.parametrize(("below", "until"), [(0.5, 0.4), (-0.1, 0.9), (0.2, 1.1)])
 def test_shares_that_make_no_sense_are_an_error(client, below, until):
-    """Before the first tick."""
+    """The error comes before the first tick."""
     guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE), below=below, until=until)
     with pytest.raises(PortError, match=r"Guard: port 'below': .* are not as 0 <= below < until <= 1"):
         guard.setup(client=client, robot="wall_e", topics=Battery())

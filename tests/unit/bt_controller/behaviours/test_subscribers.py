@@ -9,7 +9,7 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import ClearingPolicy, Status
 
 from bt_controller.behaviours import battery, detections, places, subscribers
-from bt_controller.world.directory import NotServed
+from bt_controller.core.directory import NotServed
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseWithCovariance
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
@@ -98,7 +98,7 @@ class TestCheckData:
 
 
 def test_wait_for_data_waits_for_the_next_message(topics, equip):
-    """What was there before does not count."""
+    """Messages from before the initialise don't count."""
     leaf = equip(subscribers.WaitForData("Wait", "odom"))
     topics.messages["odom"] = at(1.0)
     before = ticked(leaf)
@@ -116,7 +116,7 @@ def test_wait_for_data_may_wait_for_a_message_since_its_last_success(topics, equ
 
 
 def test_a_message_goes_to_the_blackboard_whole_or_in_parts(topics, equip):
-    """By key, the field."""
+    """Each key gets its field, or the whole message."""
     leaf = equip(subscribers.ToBlackboard("B", "odom", {"odometry": None, "x": "pose.pose.position.x"}))
     topics.messages["odom"] = at(7.0)
 
@@ -132,7 +132,7 @@ def test_variables_have_a_value_before_the_first_message(equip):
 
 
 def test_an_event_is_on_the_blackboard_for_one_tick(topics, equip):
-    """Whether something came since the tick before."""
+    """The entry is true only in the tick after a message has come."""
     leaf = equip(subscribers.EventToBlackboard("E", "odom", "moved"))
     topics.messages["odom"] = at(1.0)
     seen = []

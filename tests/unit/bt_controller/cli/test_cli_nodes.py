@@ -57,7 +57,7 @@ def test_editors_get_a_model_of_all_nodes(capsys):
 
 
 def test_two_forms_at_once_are_refused(capsys):
-    """JSON or XML."""
+    """JSON and XML exclude each other."""
     with pytest.raises(SystemExit, match="2"):
         main(["nodes", "--json", "--xml"])
 

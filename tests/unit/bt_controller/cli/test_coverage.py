@@ -1,4 +1,4 @@
-"""What runs of trees have covered, on the command line."""
+"""The coverage of trees on the command line."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_several_files_become_one(seen, tmp_path):
 
 
 def test_a_file_that_is_no_coverage_is_an_error(tmp_path, capsys):
-    """It names the file."""
+    """The message names the file."""
     (tmp_path / "other.json").write_text("{}", encoding="utf-8")
 
     assert 2 == main(["coverage", str(tmp_path / "other.json")])
@@ -83,7 +83,7 @@ def test_a_file_that_is_no_coverage_is_an_error(tmp_path, capsys):
 
 
 def test_an_ending_that_says_no_format_is_an_error(seen, capsys):
-    """Before anything is read."""
+    """The ending is checked before any file is read."""
     assert 2 == main(["coverage", seen, "-o", "seen.html"])
 
     assert "--output seen.html does not say a format; expected a name that ends with" in capsys.readouterr().err

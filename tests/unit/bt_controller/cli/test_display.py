@@ -13,7 +13,7 @@ from bt_controller.watching.display import JsonDisplay, PlainDisplay
 
 
 def snapshot(message="", *, tick=1):
-    """Return a tree of one behaviour after a tick."""
+    """Return a tree of one behavior after a tick."""
     leaf = Success("Leaf")
     leaf.tick_once()
     leaf.feedback_message = message

@@ -114,7 +114,7 @@ def test_of_a_tree_that_is_too_high_what_is_over_is_folded(screen):
 
 
 def test_of_a_terminal_of_four_lines_the_end_of_the_way_is_left(screen):
-    """What runs is on the screen, whatever else isn't."""
+    """A running tree stays on the screen, even if nothing else fits."""
     assert ["eve at 1.500 s", "{-} Mission of eve [*]", "    --> Step 2 [*]"] == screen(4, eve=RUNS)
 
 
@@ -159,7 +159,7 @@ def test_a_tree_that_was_stopped_is_shown_as_it_was():
 
 
 class Prints(Behaviour):
-    """Has the terminal drawn anew while it is ticked, as a behaviour that prints does."""
+    """Has the terminal drawn anew while it is ticked, as a behavior that prints does."""
 
     def __init__(self, display):
         super().__init__("Prints")
@@ -167,7 +167,7 @@ class Prints(Behaviour):
         self.seen = []
 
     def update(self):
-        """Draw."""
+        """Draw the display at the current height."""
         self.seen.append(self.display.text(24).plain)
         return Status.RUNNING
 

@@ -1,4 +1,4 @@
-"""Trees as pictures."""
+"""Pictures of trees in Graphviz's language and as SVG."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_graph_has_the_shapes_and_colours_of_py_trees():
 
 
 def test_a_graph_may_tell_how_trees_ended():
-    """The border has the colour of the status, and the message is below the name."""
+    """The border has the color of the status, and the message is below the name."""
     root = Failure("Root")
     root.tick_once()
 
@@ -54,13 +54,13 @@ def test_each_robot_has_its_graph():
 
 
 def test_any_name_is_quoted():
-    """What means something to Graphviz means nothing in a name."""
+    """Characters with a meaning in Graphviz have none in a name."""
     assert r'label="a:\"b\"\\n{c}", ' in dot({"x": nodes_of(Success(r'a:"b"\n{c}'))})
 
 
 @pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz's dot is not installed")
 def test_graphviz_draws_it():
-    """Each behaviour is in the picture, and it is the same each time."""
+    """Each behavior is in the picture, and it is the same each time."""
     drawn = svg(dot({"Tür": nodes_of(tree())}))
 
     assert all(f">{text}</text>" in drawn for text in ("Tür", "{&#45;} Root", "[o] Choice", "Not", "A"))

@@ -11,8 +11,8 @@ from py_trees.composites import Sequence
 from bt_controller.behaviours.docks import Dock
 from bt_controller.behaviours.nav_to_pose import GoTo
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import Directory, NotServed
 from bt_controller.core.node import PortError
-from bt_controller.world.directory import Directory, NotServed
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -40,15 +40,15 @@ def leaf(client):
 
 
 class TestSetup:
-    """What is looked up before the first tick."""
+    """Action, robot and goal are looked up before the first tick."""
 
     def test_an_action_of_no_name_is_refused_when_the_tree_is_built(self):
-        """A misspelt action is a mistake in the tree, found without a simulator."""
+        """A misspelled action is an error in the tree, which is found without a simulator."""
         with pytest.raises(ValueError, match=r"no action 'wiat'; did you mean 'wait'\?"):
             ActionLeaf("Wait", "wiat", WAIT)
 
     def test_an_unknown_robot_is_an_error_that_names_the_robots(self, client):
-        """What isn't there is said before the first tick."""
+        """A missing robot is reported before the first tick."""
         with pytest.raises(NotServed, match="no robot 'marvin'; there are eve, wall_e"):
             ActionLeaf("Wait", "wait", WAIT).setup(client=client, robot="marvin")
 
@@ -126,7 +126,7 @@ class TestSetup:
 
 
 class TestInitialise:
-    """Sending the goal."""
+    """The leaf sends its goal upon initialise."""
 
     def test_the_goal_is_sent_once_however_often_the_leaf_is_ticked(self, client, leaf):
         """Only the first tick sends."""
@@ -155,7 +155,7 @@ class TestInitialise:
         assert client.goals[0].goal == WAIT
 
     def test_the_goal_may_come_from_the_blackboard(self, client):
-        """Another behaviour has put it there."""
+        """Another behavior has put it there."""
         leaf = ActionLeaf("Wait", "wait", "next_goal")
         leaf.setup(client=client, robot="wall_e")
         Blackboard.set("next_goal", WAIT)
@@ -182,7 +182,7 @@ class TestInitialise:
 
 
 class TestUpdate:
-    """Following the goal."""
+    """The leaf follows its goal from tick to tick."""
 
     def test_success_is_success(self, client, leaf):
         """SUCCEEDED is the only way to SUCCESS."""
@@ -194,7 +194,7 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.SUCCESS, "successfully completed")
 
     def test_success_is_written_on_the_blackboard(self, client):
-        """Other behaviours can look whether it was done."""
+        """Other behaviors can look whether it was done."""
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -257,7 +257,7 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the simulator is gone")
 
     def test_feedback_is_shown_field_by_field(self, client, leaf):
-        """An action without a format of its own shows its plain fields."""
+        """The feedback of an action without a format consists of its plain fields."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].feed(time_left=Duration.from_seconds(2.5))
@@ -366,7 +366,7 @@ class TestSuspend:
         assert (len(client.goals), leaf.status) == (1, Status.FAILURE)
 
     def test_a_suspended_leaf_that_is_interrupted_begins_anew(self, client, leaf):
-        """What it was suspended in is over."""
+        """The interruption ends the suspension."""
         leaf.tick_once()
         leaf.suspend()
         client.goals[0].end_canceled()
@@ -480,7 +480,7 @@ class TestResume:
         assert client.goals[0].goal_id != client.goals[1].goal_id
 
     def test_a_goal_that_is_canceled_when_it_was_taken_over_fails_as_ever(self, client, leaf):
-        """The cancel is meant for this life: a robot that was told to stop is not sent on."""
+        """The cancel applies to this run: a robot that was stopped does not drive on."""
         leaf.tick_once()
         client.goals[0].is_known(GoalStatus.EXECUTING)
         client.goals[0].end_canceled()

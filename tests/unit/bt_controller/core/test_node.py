@@ -31,7 +31,7 @@ class _Sum(Leaf):
 
 @pytest.fixture
 def node():
-    """Return a node whose ports are at /number, /texts and /total, on a blackboard of its own."""
+    """Return a node whose ports are at /number, /texts and /total, on its own blackboard."""
     with Board().in_use():
         node = _Sum("sum")
         node.setup_ports({"number": "number", "texts": "/texts", "total": "/total"})
@@ -49,7 +49,7 @@ def test_a_text_is_read_anew_when_another_one_is_written(node):
 
 
 def test_a_list_that_was_read_may_be_changed(node):
-    """Who reads next has the list of the text again."""
+    """The next reader gets a new list, made from the same text."""
     Blackboard.set("/texts", "a;b")
     node.read("texts").clear()
 
@@ -57,7 +57,7 @@ def test_a_list_that_was_read_may_be_changed(node):
 
 
 def test_only_outputs_are_written(node):
-    """Another name is a mistake of the node's class."""
+    """Writing to an unknown port is a bug in the node's class."""
     with pytest.raises(ValueError, match="sum has no output port 'number'; there are total, text"):
         node.write("number", 1.0)
 

@@ -13,12 +13,12 @@ from bt_controller.core.node import Control, Decoration, Leaf, PortError
 from bt_controller.core.port_values import node
 from bt_controller.core.ports import DOUBLE, INT, POSE, input_port, output_port
 from bt_controller.nodes import registry
-from bt_controller.nodes.controls.recovery_node import RecoveryNode
+from bt_controller.nodes.controls.nav2 import RecoveryNode
 from hmrsim_zenoh.client.places import pose_at
 
 
 class Add(Leaf):
-    """Adds two numbers."""
+    """A node that adds two numbers."""
 
     INPUTS: ClassVar = {"a": input_port(DOUBLE), "b": input_port(DOUBLE, default=1.0)}
     OUTPUTS: ClassVar = {"sum": output_port(DOUBLE)}
@@ -30,18 +30,18 @@ class Add(Leaf):
 
 
 class Pose(Leaf):
-    """Wants a pose."""
+    """A node with a required pose."""
 
     INPUTS: ClassVar = {"pose": input_port(POSE), "times": input_port(INT, default=1)}
 
     def update(self):
-        """Do nothing."""
+        """Succeed without reading the pose."""
         return Status.SUCCESS
 
 
 @pytest.mark.parametrize("value", [2.0, 2, "2.0"])
 def test_a_port_carries_a_value_or_text_as_in_a_file(value):
-    """Which has the kind of the port."""
+    """The port converts the text to its kind."""
     made = node(Add, a=value, sum="{sum}")
     made.setup()
     made.tick_once()
@@ -60,7 +60,7 @@ def test_a_port_may_lead_to_the_blackboard():
 
 
 def test_two_nodes_of_one_name_do_not_share_their_values():
-    """Each has its own."""
+    """Each node has its own entries."""
     first, second = node(Add, a=1.0), node(Add, a=2.0)
 
     assert (1.0, 2.0) == (first.read("a"), second.read("a"))
@@ -82,7 +82,7 @@ def test_children_come_first():
 
 @pytest.mark.parametrize("tag", registry())
 def test_every_node_of_files_can_be_made_so(tag):
-    """With as many children as it needs; it may have more of its own."""
+    """Each node gets as many children as it needs, and may add its own."""
     kind = registry()[tag]
     ports = dict.fromkeys((port for port, said in kind.INPUTS.items() if said.required), "1")
     number = kind.least if issubclass(kind, Control) else int(issubclass(kind, Decoration))
@@ -104,6 +104,6 @@ def test_a_port_that_is_needed_has_to_have_a_value():
 
 
 def test_text_that_makes_no_sense_is_an_error_before_the_first_tick():
-    """As with a file."""
+    """The text is checked as in a file."""
     with pytest.raises(PortError, match="Pose: port 'times': 'often' is not a whole number"):
         node(Pose, pose="1;2", times="often").setup()

@@ -1,4 +1,4 @@
-"""What the texts of ports mean."""
+"""The text formats of ports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class _Nowhere:
     """Places of which there is none."""
 
     def pose(self, name):
-        """Say so."""
+        """Raise an error that names the place."""
         raise ValueError(f"no place {name!r}; there are none")
 
 

@@ -1,4 +1,4 @@
-"""What can happen to a node at its place."""
+"""The possible outcomes of a node at its place in a tree."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from py_trees.timers import Timer
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
 from bt_controller.behaviours.wait import Wait
-from bt_controller.coverage.kinds import _LEAVES, _PARENTS
-from bt_controller.coverage.possible import possible_outcomes
+from bt_controller.coverage.kinds import _LEAVES, _PARENTS, possible_outcomes
 
 
 def possible(root, name):

@@ -11,7 +11,7 @@ from py_trees.behaviours import Failure, Success
 from py_trees.composites import Selector, Sequence
 
 from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.lcov import lcov
+from bt_controller.coverage.files import lcov
 from bt_controller.loading.trees import load
 from bt_controller.running.run_tree import run_tree
 from hmrsim.testing import simulation

@@ -1,4 +1,4 @@
-"""What is counted while a tree is ticked."""
+"""The counts of a tree that is ticked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from py_trees.decorators import Inverter, Retry
 
 from bt_controller.behaviours.wait import Wait
 from bt_controller.core.node import Decoration
-from bt_controller.core.suspension import suspend
+from bt_controller.core.subtrees import suspend
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
@@ -26,7 +26,7 @@ class OnlyWhile(Decoration):
         self._holds = holds
 
     def advance(self):
-        """Tick the child."""
+        """Tick the child and return its status."""
         if not self._holds():
             return Status.INVALID
         return (yield from self.tick_child())
@@ -48,7 +48,7 @@ class Stage:
         self.goals = client.goals
 
     def tick(self, times=1):
-        """Tick the tree."""
+        """Tick the recorded tree once."""
         for _ in range(times):
             self.mission.tick(0.0)
 
@@ -78,7 +78,7 @@ def test_each_tick_of_a_node_counts(stage):
 
 
 def test_a_node_that_was_not_ticked_is_known(stage):
-    """So that it can be told that it never was."""
+    """The coverage lists it as never ticked."""
     seen = stage(lambda: Sequence("Root", memory=True, children=[Failure("A"), Success("B")]))
     seen.tick()
 
@@ -104,7 +104,7 @@ def test_what_stops_with_the_run_was_not_canceled(stage):
 
 
 def test_a_failure_after_which_another_child_succeeds_is_recovered(stage):
-    """The selector succeeds nevertheless."""
+    """The failure counts as recovered since the selector succeeds."""
     seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
     seen.tick()
 
@@ -156,7 +156,7 @@ def test_a_failure_that_is_an_answer_is_not_recovered(stage):
 
 
 def test_a_halt_forgets_failures(stage):
-    """What failed before it has not been made up for by what succeeds afterwards."""
+    """A later success does not recover a failure from before the halt."""
 
     def tree():
         tried = Selector("Tried", memory=True, children=[queue("A", Status.FAILURE, Status.SUCCESS), Running("B")])
@@ -170,7 +170,7 @@ def test_a_halt_forgets_failures(stage):
 
 
 def test_the_error_code_of_an_aborted_goal_is_counted(stage):
-    """Beside the leaf's failure."""
+    """The code is counted in addition to the leaf's failure."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].accept()
@@ -192,7 +192,7 @@ def test_a_preempted_goal_is_told_from_other_aborted_ones(stage):
 
 
 def test_a_rejected_goal_is_counted(stage):
-    """It has not begun."""
+    """A rejected goal has not begun."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].reject("bad", "not now")
@@ -222,7 +222,7 @@ def test_a_goal_that_ends_with_the_simulator_says_nothing(stage):
 
 
 def test_a_node_that_skips_itself_was_not_canceled(stage):
-    """Its condition does not hold any more; the child below it is halted."""
+    """When its condition turns false, only the child below it is halted."""
     holds = iter([True, False])
     seen = stage(lambda: OnlyWhile(lambda: next(holds), Running("A")))
     seen.tick(2)

@@ -1,4 +1,4 @@
-"""What is said to be impossible does not happen, in trees of any shape."""
+"""Outcomes that are impossible by analysis never happen, in trees of any shape."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bt_controller.core.node import Condition
 from bt_controller.core.port_values import node
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.coverage import TreeCoverage
-from bt_controller.coverage.outcomes import ENDINGS, RUNNING
+from bt_controller.coverage.node_coverage import ENDINGS, RUNNING
 from bt_controller.nodes import registry
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def above(children: st.SearchStrategy[Callable[[], Behaviour]]) -> st.SearchStra
 @settings(max_examples=100, deadline=None)
 @given(st.recursive(leaves(), above, max_leaves=8))
 def test_what_is_impossible_does_not_happen(tree: Callable[[], Behaviour]) -> None:
-    """Each outcome that is seen was said to be possible."""
+    """Each outcome that is seen is possible by analysis."""
     Blackboard.clear()
     coverage = TreeCoverage()
     root = tree()

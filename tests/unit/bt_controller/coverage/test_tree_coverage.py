@@ -34,7 +34,7 @@ def test_merging_adds_counts():
 
 
 def test_merging_counts_the_trees():
-    """Each was run once."""
+    """The number of runs is the sum of both coverages."""
     coverage = ticked(Success("A"))
     coverage.merge(ticked(Success("A")))
 
@@ -62,7 +62,7 @@ def test_the_order_of_merging_does_not_matter():
 
 
 def test_json_is_read_as_it_was_written():
-    """Nothing is lost."""
+    """Reading restores the whole coverage."""
     told = ticked(Success("A"), Failure("B")).to_json()
 
     assert told == TreeCoverage.from_json(json.dumps(told)).to_json()

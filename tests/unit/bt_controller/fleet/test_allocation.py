@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_controller.fleet.allocation import Assignment, PendingTask, Robot, nearest
-from bt_controller.fleet.tasks import Task
+from bt_controller.fleet.allocation import Assignment, PendingTask, Robot, Task, nearest
 
 MIN_CHARGE = 0.2
 CAN = ("navigate_to_pose", "pickup", "place")

@@ -7,7 +7,7 @@ from hmrsim.world_checks import load_world
 
 
 def test_the_map_has_what_is_to_be_brought_and_where():
-    """By the same names."""
+    """Items, places and robots have the same names in both."""
     world = load_world("hospital_fleet").world
     places = {task.source for task in TASKS} | {task.target for task in TASKS}
 

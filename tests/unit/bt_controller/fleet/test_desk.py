@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.fleet.allocation import PendingTask, Robot, TaskQueue
-from bt_controller.fleet.tasks import Task
+from bt_controller.fleet.allocation import PendingTask, Robot, Task, TaskQueue
 
 CAN = ("navigate_to_pose", "pickup", "place")
 
@@ -63,7 +62,7 @@ def test_what_a_robot_holds_stays_with_it(task_queue):
 
 
 def test_a_robot_that_holds_a_given_up_item_gets_nothing(task_queue):
-    """Its gripper is full."""
+    """The gripper of this robot is full."""
     task_queue.give_up("ann", "ann holds it")
 
     assert [] == task_queue.hand_out([robot("ann")])

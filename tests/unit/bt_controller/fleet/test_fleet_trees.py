@@ -9,12 +9,11 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import NotServed
 from bt_controller.loading.trees import Plan, load
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import Mailbox
+from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
-from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 
@@ -68,7 +67,7 @@ def test_a_leaf_that_names_no_robot_is_an_error(run):
 
 
 def test_all_leaves_share_a_blackboard(run):
-    """What one robot writes, the others read."""
+    """An entry that one robot writes is read by the others."""
     seen = []
 
     def tree(robots):

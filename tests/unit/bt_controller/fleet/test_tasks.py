@@ -1,10 +1,10 @@
-"""What turns up, and when."""
+"""The tasks of a fleet, and the times at which they appear."""
 
 from __future__ import annotations
 
 import pytest
 
-from bt_controller.fleet.tasks import Task, arrivals
+from bt_controller.fleet.allocation import Task, arrivals
 
 TASKS = tuple(Task(item, "a", "b") for item in ("tea", "milk", "rice"))
 
@@ -18,7 +18,7 @@ def test_the_same_seed_draws_the_same():
 
 
 def test_every_task_turns_up_once_and_in_order_of_time():
-    """Whatever the seed."""
+    """This holds for every seed."""
     found = arrivals(TASKS, seed=5, mean_gap=60.0)
 
     assert ["milk", "rice", "tea"] == sorted(arrival.task.item for arrival in found)

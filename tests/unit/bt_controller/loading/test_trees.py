@@ -1,4 +1,4 @@
-"""Finding trees by name."""
+"""Loading of trees by name."""
 
 from __future__ import annotations
 
@@ -85,13 +85,13 @@ def test_the_example_is_found_by_name():
     ],
 )
 def test_a_function_takes_the_robots_name_or_nothing(function, name):
-    """What it takes is seen from its signature; modules of the current folder are found."""
+    """The signature shows which it takes; modules in the current folder are found."""
     assert load(f"bt_test_missions:{function}").build("wall_e").name == name
 
 
 @pytest.mark.parametrize("begin", ["<root>", "\n <root>"])
 def test_a_file_is_known_by_how_it_begins(tmp_path, begin):
-    """Whatever it is called."""
+    """The name of the file does not matter."""
     (tmp_path / "a:b").write_text(f'{begin}<BehaviorTree ID="A"><AlwaysSuccess name="x"/></BehaviorTree></root>')
 
     assert load("a:b").build("wall_e").name == "x"
@@ -146,7 +146,7 @@ def test_a_value_that_is_not_a_tree_is_refused_in_one_line(name, error):
     ],
 )
 def test_a_function_that_builds_no_tree_is_refused_in_one_line(function, error):
-    """The user's own mistake is reported with its place."""
+    """The error of the user's function is reported with its place."""
     with pytest.raises(TreeError, match=error):
         load(f"bt_test_missions:{function}").build("wall_e")
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from bt_controller.core.blackboards import Board
 from bt_controller.core.node import Decoration, Leaf
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.tick_schedule import due
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWithCovariance, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry, Path
@@ -23,7 +23,7 @@ LETTERS = {status: letter for letter, status in STATUSES.items()}
 
 
 class Told(Leaf):
-    """Returns statuses as it is told, one a tick, the last for ever; remembers what happens to it.
+    """A leaf that returns given statuses, one per tick and the last one forever, and counts its calls.
 
     Attributes:
         begun: How often it was begun.
@@ -37,7 +37,7 @@ class Told(Leaf):
         self.begun = self.ticks = self.halts = 0
 
     def initialise(self):
-        """Count it."""
+        """Count the beginning of a run."""
         self.begun += 1
 
     def update(self):
@@ -51,7 +51,7 @@ class Told(Leaf):
 
 
 class Topics:
-    """What a robot publishes, as the test says.
+    """The topics of a robot, with messages that the test sets.
 
     Attributes:
         known: What nodes are set up with.
@@ -72,7 +72,7 @@ class Topics:
         return self.stops
 
     def at(self, x, y, yaw=0.0, *, speed=0.0, seconds=0.0):
-        """Let the robot be somewhere."""
+        """Set the robot's pose and velocity."""
         self.messages["odom"] = Odometry(
             header=Header(frame_id="map", stamp=Time.from_nanoseconds(round(seconds * 1e9))),
             pose=PoseWithCovariance(pose=pose_at(x, y, yaw).pose),
@@ -80,7 +80,7 @@ class Topics:
         )
 
     def watch(self, robot, topic):
-        """Take note of it."""
+        """Remember the watched robot and topic."""
         self.watched.append((robot, topic))
 
     def latest(self, _robot, topic):
@@ -112,7 +112,7 @@ class Tree:
         return "".join(self.tick(now) for now in times)
 
     def halt(self):
-        """Interrupt the tree."""
+        """Interrupt the tree at its root."""
         with simulated_time(self.now):
             self.root.stop(Status.INVALID)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.nodes import registry
-from bt_controller.nodes.controls.branches import IfThenElse, WhileDoElse
-from bt_controller.nodes.controls.try_catch import TryCatch
+from bt_controller.nodes.controls.branches import IfThenElse, TryCatch, WhileDoElse
 
 NEVER = float("inf")
 
@@ -42,7 +41,7 @@ def test_without_a_third_child_it_fails_with_the_condition(given, kind):
 
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 def test_a_condition_may_take_its_time(given, kind):
-    """The node runs meanwhile."""
+    """The node is RUNNING while the condition is."""
     root, _, then = given(kind, "RS", "S")
 
     assert "RS" == root.ticks(0, 1)
@@ -67,7 +66,7 @@ def test_if_does_not_look_again_while_what_is_meant_runs(given):
 
 
 def test_if_looks_again_when_it_begins_again(given):
-    """With the condition."""
+    """A new run starts with the condition."""
     root, condition, then, otherwise = given(IfThenElse, "SF", "S", "F")
 
     assert "SF" == root.ticks(0, 1)
@@ -84,7 +83,7 @@ def test_while_looks_again_at_each_tick(given):
 
 
 def test_while_halts_what_runs_when_nothing_else_is_meant(given):
-    """And fails."""
+    """The node fails after the halt."""
     root, _, do = given(WhileDoElse, "SF", "R")
 
     assert "RF" == root.ticks(0, 1)
@@ -184,7 +183,7 @@ def test_catching_may_take_time(given):
 
 
 def test_try_passes_over_skipped_children(given):
-    """If all are skipped, so is the node."""
+    """If all children are skipped, the node is skipped."""
     some, *_ = given(TryCatch, "-", "S", "F")
     none, *_ = given(TryCatch, "-", "-", "F")
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.decorators.once import RunOnce
-from bt_controller.nodes.decorators.precondition import Precondition
+from bt_controller.nodes.decorators.gates import Precondition, RunOnce
 from bt_controller.nodes.decorators.repetition import KeepRunningUntilFailure, Repeat, RetryUntilSuccessful
 from bt_controller.nodes.decorators.results import ForceFailure, ForceSuccess, Inverter
 from bt_controller.scripting.parser import ScriptError, parse
@@ -31,7 +30,7 @@ def given(node, tree, told):
     ids=str,
 )
 def test_results_are_changed(given, kind, statuses):
-    """What runs or is skipped stays as it is."""
+    """RUNNING and skipped children keep their status."""
     root, _ = given(kind, "RSF-")
 
     assert statuses == root.ticks(0, 1, 2, 3)
@@ -136,14 +135,14 @@ def test_a_child_that_ran_and_took_no_time_begins_again_a_period_later(given, ki
 
 
 def test_a_last_turn_that_took_no_time_is_the_end(given):
-    """Nothing is waited for."""
+    """The node ends without another tick."""
     root, _ = given(RetryUntilSuccessful, "RF", num_attempts="1")
 
     assert "RF" == root.ticks(3, 3)
 
 
 def test_repeat_counts_anew_after_a_halt(given):
-    """What was done before does not count."""
+    """Repetitions from before the halt don't count."""
     root, leaf = given(Repeat, "SRSSS", num_cycles="3")
     root.tick()
     root.halt()
@@ -161,7 +160,7 @@ def test_retry_ticks_its_child_until_it_succeeds(given):
 
 
 def test_retry_fails_after_as_many_failures_as_its_port_says(given):
-    """Attempts, not further ones."""
+    """The port is the number of attempts, including the first one."""
     root, leaf = given(RetryUntilSuccessful, "RF", num_attempts="3")
 
     assert "RF" == root.ticks(0, 1)
@@ -196,7 +195,7 @@ def test_retry_looks_at_its_port_again(given, board):
 
 
 def test_keep_running_runs_until_a_failure(given):
-    """What has succeeded or was skipped begins again with the next tick."""
+    """A child that has succeeded or was skipped starts again at the next tick."""
     root, leaf = given(KeepRunningUntilFailure, "SR-SF")
 
     assert "RRRRF" == root.ticks(0, 1, 2, 3, 4)
@@ -263,7 +262,7 @@ def test_a_precondition_that_is_false_says_how_the_node_ends(guarded, status):
 
 
 def test_a_precondition_fails_if_nothing_is_said(guarded):
-    """It is false."""
+    """FAILURE is the default of the port else."""
     root, _ = guarded("false", "S")
 
     assert "F" == root.tick()

@@ -6,10 +6,9 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.entries import Script, SetBlackboard, UnsetBlackboard
-from bt_controller.nodes.actions.outcomes import AlwaysFailure, AlwaysSuccess
-from bt_controller.nodes.conditions.entries import ScriptCondition, WasEntryUpdated
-from bt_controller.nodes.decorators.entry_updates import SkipUnlessUpdated, WaitValueUpdate
+from bt_controller.nodes.actions.btcpp import AlwaysFailure, AlwaysSuccess, Script, SetBlackboard, UnsetBlackboard
+from bt_controller.nodes.conditions.blackboard import ScriptCondition, WasEntryUpdated
+from bt_controller.nodes.decorators.gates import SkipUnlessUpdated, WaitValueUpdate
 from bt_controller.scripting.parser import ScriptError, parse
 
 NEVER = float("inf")
@@ -29,7 +28,7 @@ def test_a_value_is_put_into_an_entry(node, tree, board):
 
 
 def test_an_entry_is_copied_into_another(node, tree, board):
-    """As what it is."""
+    """The copy keeps the type of the value."""
     board["/source"] = pose = object()
     root = tree(node(SetBlackboard, value="{source}", output_key="{target}"))
 
@@ -56,7 +55,7 @@ def test_an_entry_is_removed(node, tree, board):
 
 
 def test_a_key_may_be_written_without_braces():
-    """Where a file names an entry; the loader asks the class."""
+    """The loader reads from the class which ports take such keys."""
     assert ("output_key",) == SetBlackboard.KEYS
     assert ("key",) == UnsetBlackboard.KEYS
     assert ("entry",) == WasEntryUpdated.KEYS == SkipUnlessUpdated.KEYS
@@ -100,7 +99,7 @@ def test_a_script_is_a_condition(node, tree, board, code, status):
 
 
 def test_a_condition_that_is_neither_true_nor_false_is_an_error(node, tree, board):
-    """Such as a pose."""
+    """A pose is an example of such a value."""
     board["/x"] = []
     root = tree(node(ScriptCondition.bind({"code": parse("x")})))
 

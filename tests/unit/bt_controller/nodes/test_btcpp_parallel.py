@@ -6,7 +6,7 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes.controls.parallel import Parallel, ParallelAll
-from bt_controller.nodes.controls.sequence import Sequence
+from bt_controller.nodes.controls.sequences import Sequence
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_by_default_all_children_have_to_succeed(given):
 
 
 def test_one_failure_is_enough_if_nothing_is_said(given):
-    """The others are halted."""
+    """The other children are halted."""
     root, first, _, last = given(Parallel, "R", "RF", "R")
 
     assert "RF" == root.ticks(0, 1)
@@ -88,7 +88,7 @@ def test_skipped_children_are_ticked_again(given):
 
 @pytest.mark.parametrize("kind", [Parallel, ParallelAll])
 def test_it_is_skipped_if_all_children_are(given, kind):
-    """Nothing was done."""
+    """No child has run."""
     root, *_ = given(kind, "-", "-")
 
     assert "-" == root.tick()

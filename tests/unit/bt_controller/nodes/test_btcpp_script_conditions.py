@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
+from bt_controller.scripting.scripted import conditioned
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_failure_comes_before_success_and_success_before_skipping(given):
 
 
 def test_conditions_are_looked_at_when_the_node_is_idle_only(given, board):
-    """What runs goes on."""
+    """A RUNNING child continues."""
     board["/stop"] = False
     root, leaf = given("R", _skipIf="stop")
     root.tick()
@@ -99,7 +99,7 @@ def test_while_halts_what_runs(given, board):
 
 
 def test_while_runs_the_script_for_halting(given, board):
-    """Once."""
+    """The script runs once per halt."""
     board["/go"], board["/halts"] = True, 0
     root, _ = given("R", _while="go", _onHalted="halts += 1")
     root.tick()
@@ -121,7 +121,7 @@ def test_while_has_to_be_looked_at(given):
 
 
 def test_a_script_follows_each_end(given, board):
-    """And ``_post`` follows it."""
+    """The script of ``_post`` runs after it."""
     scripts = {"_onSuccess": "log := 'success'", "_onFailure": "log := 'failure'", "_post": "log = log .. ', done'"}
     succeeding, _ = given("S", **scripts)
     succeeding.tick()
@@ -142,7 +142,7 @@ def test_a_script_follows_what_a_condition_said(given, board):
 
 @pytest.mark.parametrize("statuses", ["R", "-"])
 def test_no_script_follows_what_has_not_ended(given, board, statuses):
-    """Whether it runs or is skipped."""
+    """This holds for RUNNING and skipped nodes."""
     board["/log"] = ""
     root, _ = given(statuses, _onSuccess="log = 's'", _onFailure="log = 'f'", _post="log = 'p'")
     root.tick()

@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.nodes.controls.fallback import AsyncFallback, Fallback, ReactiveFallback
-from bt_controller.nodes.controls.sequence import AsyncSequence, ReactiveSequence, Sequence, SequenceWithMemory
+from bt_controller.nodes.controls.sequences import (
+    AsyncFallback,
+    AsyncSequence,
+    Fallback,
+    ReactiveFallback,
+    ReactiveSequence,
+    Sequence,
+    SequenceWithMemory,
+)
 
 SEQUENCES = [Sequence, AsyncSequence, SequenceWithMemory, ReactiveSequence]
 FALLBACKS = [Fallback, AsyncFallback, ReactiveFallback]
@@ -61,7 +68,7 @@ def test_a_fallback_succeeds_with_the_first_child_that_does(given, kind):
 
 @pytest.mark.parametrize(("kind", "passes"), [(Sequence, "S"), (SequenceWithMemory, "S"), (Fallback, "F")])
 def test_what_comes_before_a_running_child_is_not_ticked_again(given, kind, passes):
-    """The running one is."""
+    """Only the RUNNING child is ticked again."""
     root, first, second = given(kind, passes, f"R{passes}")
 
     assert f"R{passes}" == root.ticks(0, 1)
@@ -89,7 +96,7 @@ def test_a_running_child_is_halted_when_one_before_it_ends_otherwise(given, kind
 
 @pytest.mark.parametrize(("kind", "passes"), [(ReactiveSequence, "S"), (ReactiveFallback, "F")])
 def test_a_running_child_is_halted_when_one_before_it_runs(given, kind, passes):
-    """Only one runs."""
+    """At most one child is RUNNING."""
     root, first, second = given(kind, f"{passes}R", "R")
 
     assert "RR" == root.ticks(0, 1)
@@ -117,7 +124,7 @@ def test_skipped_children_of_a_fallback_are_passed_over(given, kind):
 
 @pytest.mark.parametrize("kind", SEQUENCES + FALLBACKS)
 def test_a_control_is_skipped_if_all_its_children_are(given, kind):
-    """Nothing was done."""
+    """No child has run."""
     root, *_ = given(kind, "-", "-")
 
     assert "-" == root.tick()
@@ -125,7 +132,7 @@ def test_a_control_is_skipped_if_all_its_children_are(given, kind):
 
 @pytest.mark.parametrize(("kind", "passes", "end"), [(Sequence, "S", "F"), (Fallback, "F", "S")])
 def test_it_begins_anew_after_it_has_ended(given, kind, passes, end):
-    """With the first child."""
+    """The next run starts with the first child."""
     root, first, _ = given(kind, passes, f"{end}R")
 
     assert f"{end}R" == root.ticks(0, 1)
@@ -144,7 +151,7 @@ def test_it_begins_anew_after_it_was_halted(given, kind, passes):
 
 
 def test_memory_begins_with_the_failed_child(given):
-    """What has succeeded is not ticked again."""
+    """Children that have succeeded are not ticked again."""
     root, first, second, third = given(SequenceWithMemory, "S", "FS", "S")
 
     assert "FS" == root.ticks(0, 1)
@@ -170,7 +177,7 @@ def test_memory_ends_with_success(given):
 
 
 def test_memory_that_goes_on_with_skipped_children_succeeds(given):
-    """Something was done before."""
+    """A child had succeeded before the failure."""
     root, *_ = given(SequenceWithMemory, "S", "F-")
 
     assert "FS" == root.ticks(0, 1)

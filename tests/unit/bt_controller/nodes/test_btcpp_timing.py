@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.actions.sleep import Sleep
-from bt_controller.nodes.controls.sequence import ReactiveSequence
-from bt_controller.nodes.decorators.timing import Delay, Timeout
+from bt_controller.nodes.actions.btcpp import Sleep
+from bt_controller.nodes.controls.sequences import ReactiveSequence
+from bt_controller.nodes.decorators.gates import Delay, Timeout
 
 NEVER = float("inf")
 
 
 def test_sleep_runs_for_a_time(node, tree):
-    """And succeeds then."""
+    """The node succeeds after that time."""
     root = tree(node(Sleep, msec="1500"))
 
     assert "RRS" == root.ticks(10.0, 11.4, 11.5)
@@ -28,7 +28,7 @@ def test_sleep_needs_no_look_before_its_end(node, tree):
 
 
 def test_sleep_that_has_ended_is_looked_at_where_it_is_ticked_again(node, tree, told):
-    """It sleeps again then."""
+    """The node sleeps again when it is ticked again."""
     root = tree(node(ReactiveSequence, node(Sleep, msec="0"), told("R")))
     root.tick(10.25)
 
@@ -92,7 +92,7 @@ def test_timeout_ends_as_its_child_does(node, tree, told):
 
 
 def test_timeout_halts_a_child_that_takes_too_long(node, tree, told):
-    """And fails."""
+    """The node fails after the halt."""
     leaf = told("R")
     root = tree(node(Timeout, leaf, msec="1000"))
 
@@ -124,7 +124,7 @@ def test_timeout_of_zero_is_none(node, tree, told):
 
 
 def test_timeout_begins_anew(node, tree, told):
-    """After it has failed."""
+    """The time limit starts again after a failure."""
     root = tree(node(Timeout, told("R"), msec="1000"))
 
     assert "RFRRF" == root.ticks(0.0, 1.0, 1.5, 2.4, 2.5)

@@ -9,10 +9,10 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from bt_controller.errors import TreeError
+from bt_controller.loading.file_tree import load_file
 from bt_controller.nodes import registry
-from bt_controller.scripting.conditions import conditioned
 from bt_controller.scripting.parser import parse
-from bt_controller.xml.file_tree import load_file
+from bt_controller.scripting.scripted import conditioned
 from tests.profiles import examples
 
 _CONTROLS = {
@@ -138,7 +138,7 @@ def test_a_file_uses_them(written, tree, board):
 
 
 def test_what_is_not_here_says_what_to_do(written):
-    """In one line."""
+    """The message is one line with a remedy."""
     text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><SequenceStar/></BehaviorTree></root>'
 
     with pytest.raises(TreeError, match="<SequenceStar>: unsupported node: version 4 has SequenceWithMemory"):

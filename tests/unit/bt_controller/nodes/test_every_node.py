@@ -1,4 +1,4 @@
-"""What every node of XML trees promises, built in or not: run over the whole registry."""
+"""Contracts of all nodes of XML trees, built in or not: every test runs over the registry."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from bt_controller.core.blackboards import Board
+from bt_controller.core.directory import Directory
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.core.topics import TOPICS, Topics
 from bt_controller.nodes import UNSUPPORTED, Family, actions, conditions, controls, decorators, registry
-from bt_controller.running.tick_schedule import due
+from bt_controller.running.schedule import due
 from bt_controller.scripting.parser import parse
-from bt_controller.world.directory import Directory
 from hmrsim.plugins import discover
 from hmrsim_zenoh.client.places import pose_at
 from tests.cases import case
@@ -121,7 +121,7 @@ def build(kind, client, status):
 
 
 def test_it_says_what_it_does():
-    """In words of its own, not its base's; lists of nodes show that."""
+    """Lists of nodes show the first line of the class's docstring, which its base does not replace."""
     for tag, kind in each():
         others = [base.__doc__ for base in kind.__mro__[1:] if kind.__module__ != base.__module__]
 
@@ -129,7 +129,7 @@ def test_it_says_what_it_does():
 
 
 def test_its_ports_are_described():
-    """What they carry, and what for; a default is what its port carries, or a key of the blackboard."""
+    """Each port has a description, and its default is valid for its kind or a key of the blackboard."""
     for tag, kind in each():
         for port, information in {**kind.INPUTS, **kind.OUTPUTS}.items():
             default = information.default_value
@@ -140,7 +140,7 @@ def test_its_ports_are_described():
 
 
 def test_its_keys_are_ports():
-    """What a file may write without braces."""
+    """A file may write these keys without braces."""
     for tag, kind in each():
         assert {*getattr(kind, "KEYS", ())} <= {*kind.INPUTS, *kind.OUTPUTS}, tag
 
@@ -155,7 +155,7 @@ def test_nodes_are_where_they_belong(folder):
 
 
 def test_a_tag_is_here_or_not():
-    """Not both."""
+    """No tag is both supported and unsupported."""
     assert set() == {*registry()} & {*UNSUPPORTED}
 
 

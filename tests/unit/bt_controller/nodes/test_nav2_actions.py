@@ -7,17 +7,22 @@ import math
 import pytest
 from py_trees.common import Status
 
+from bt_controller.core.directory import NotServed
 from bt_controller.core.node import PortError
-from bt_controller.nodes.actions.docking import DockRobot, UndockRobot
-from bt_controller.nodes.actions.maneuvers import BackUp, DriveOnHeading, Spin, Wait
-from bt_controller.nodes.actions.manipulation import Pickup, Place
-from bt_controller.nodes.actions.navigation import NavigateThroughPoses, NavigateToPose
+from bt_controller.nodes.actions.manipulation import DockRobot, Pickup, Place, UndockRobot
+from bt_controller.nodes.actions.navigation import (
+    BackUp,
+    DriveOnHeading,
+    NavigateThroughPoses,
+    NavigateToPose,
+    Spin,
+    Wait,
+)
 from bt_controller.nodes.actions.paths import ComputePathThroughPoses, ComputePathToPose, FollowPath, SmoothPath
 from bt_controller.nodes.actions.routes import ComputeAndTrackRoute, ComputeRoute
-from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
-from bt_controller.nodes.controls.sequence import ReactiveSequence
-from bt_controller.world.directory import NotServed
+from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
+from bt_controller.nodes.controls.nav2 import PipelineSequence
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
@@ -49,7 +54,7 @@ def sent(node, tree, known, client):
 
 
 class TestGoals:
-    """What ports make."""
+    """The goals of action nodes follow from their ports."""
 
     def test_navigate_to_pose(self, sent):
         """The goal, and a tree that goes along with it."""
@@ -59,7 +64,7 @@ class TestGoals:
         assert "x.xml" == goal["behavior_tree"]
 
     def test_navigate_through_poses(self, sent):
-        """All goals, in order."""
+        """The goal has all poses, in order."""
         goal = sent(NavigateThroughPoses, goals="1;2|3;4")
 
         assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["poses"]["goals"]]
@@ -160,7 +165,7 @@ class TestGoals:
         assert {"max_undocking_time": 5.0} == sent(UndockRobot, max_undocking_time="5")
 
     def test_pickup(self, sent):
-        """The item."""
+        """The goal has the name of the item."""
         assert {"target_name": "parcel"} == sent(Pickup, target_name="parcel")
 
     def test_place(self, sent):
@@ -171,7 +176,7 @@ class TestGoals:
         assert [{"x": 1.0, "y": 2.0}] == [place["place_pose"]["pose"]["position"] for place in goal["place_locations"]]
 
     def test_what_ports_lead_to_is_read_when_the_goal_is_sent(self, node, tree, known, client, board):
-        """Not before."""
+        """Earlier values of the entries don't count."""
         ticked = tree(node(NavigateToPose, goal="{goal}"), **known)
         board["/goal"] = pose_at(7.0, 8.0)
         ticked.tick()
@@ -185,7 +190,7 @@ class TestGoals:
 
 
 class TestServer:
-    """Which action it is."""
+    """The port server_name selects the action."""
 
     def test_the_default_server_is_the_usual_name(self, node, tree, known, client):
         """The action of the robot that the tree is run for gets the goal."""
@@ -201,12 +206,12 @@ class TestServer:
         assert "wait" == client.goals[0].action.name
 
     def test_a_name_of_another_action_is_refused(self, node, tree, known):
-        """It wants other goals."""
+        """Another action needs other goals."""
         with pytest.raises(PortError, match=r"port 'server_name': 'spin' is not a name of 'wait'"):
             tree(node(Wait, server_name="spin"), **known)
 
     def test_a_goal_that_its_message_refuses_is_an_error_that_names_the_field(self, node, tree, known):
-        """A node of one's own may make one, of ports that hold each alone."""
+        """A custom node may build such a goal from ports whose values are valid alone."""
 
         class Tabled(Pickup):
             """Takes an item of a number, where the message wants a name."""
@@ -220,13 +225,13 @@ class TestServer:
             tree(node(Tabled), **known).tick()
 
     def test_a_name_that_is_not_served_is_an_error(self, node, tree, known):
-        """Before the first tick."""
+        """The error comes before the first tick."""
         with pytest.raises(NotServed, match=r"robot 'wall_e' has no action 'wait_server'"):
             tree(node(Wait, server_name="wait_server"), **known)
 
 
 class TestEnds:
-    """What the end of a goal means, as in Nav2's BtActionNode."""
+    """The end of a goal sets the status, as in Nav2's BtActionNode."""
 
     @pytest.fixture
     def computing(self, node, tree, known, client):
@@ -269,7 +274,7 @@ class TestEnds:
         assert (Path(), 0) == (board["/path"], board["/code"])
 
     def test_rejected_is_failure_with_the_code_of_the_answer(self, computing, board):
-        """1 is Nav2's GOAL_REJECTED."""
+        """The code 1 is Nav2's GOAL_REJECTED."""
         ticked, goal = computing
         goal.reject("not_ready", "battery empty")
 
@@ -285,7 +290,7 @@ class TestEnds:
         assert (Path(), 200) == (board["/path"], board["/code"])
 
     def test_a_server_that_does_not_answer_is_failure(self, computing, board):
-        """2 is Nav2's SEND_GOAL_FAILURE."""
+        """The code 2 is Nav2's SEND_GOAL_FAILURE."""
         ticked, goal = computing
         goal.fail(SimulatorNotFound("nobody there"))
 
@@ -293,7 +298,7 @@ class TestEnds:
         assert (2, "nobody there") == (board["/code"], board["/message"])
 
     def test_a_goal_that_can_not_be_sent_is_failure(self, node, tree, known, client, board):
-        """With that code, too."""
+        """The code is also SEND_GOAL_FAILURE."""
         client.refuses = SimulatorNotFound("nobody there")
         ticked = tree(node(Wait, error_code_id="{code}"), **known)
 
@@ -374,7 +379,7 @@ class TestEnds:
 
 
 class TestFeedback:
-    """What is written while a goal runs."""
+    """Feedback is written to output ports while a goal runs."""
 
     @pytest.fixture
     def following(self, node, tree, known, client, path):
@@ -418,7 +423,7 @@ class TestFeedback:
         assert ("F", Path(), -1) == (ticked.tick(), board["/path"], board["/last"])
 
     def test_a_route_is_tracked(self, node, tree, known, client, board):
-        """Where the robot is, and in the end nowhere."""
+        """The output ports have the robot's place on the route, and in the end none."""
         ports = {"last_node_id": "{last}", "path": "{path}", "execution_duration": "{seconds}"}
         ticked = tree(node(ComputeAndTrackRoute, goal_id="3", **ports), **known)
         ticked.tick()
@@ -441,7 +446,7 @@ class TestFeedback:
 
 
 class TestMoveIt:
-    """MoveIt's codes."""
+    """Nodes of MoveIt's actions have MoveIt's codes."""
 
     @pytest.fixture
     def picking(self, node, tree, known, client):
@@ -451,7 +456,7 @@ class TestMoveIt:
         return ticked, client.goals[0]
 
     def test_one_is_success(self, picking, board):
-        """Not 0 as Nav2's."""
+        """Nav2's code of success would be 0."""
         ticked, goal = picking
         goal._end(GoalStatus.SUCCEEDED, goal.action.failure(1, ""))
 
@@ -459,7 +464,7 @@ class TestMoveIt:
         assert 1 == board["/code"]
 
     def test_a_failure_has_its_code_and_its_message(self, picking, board):
-        """Too heavy is CONTROL_FAILED."""
+        """An item that is too heavy has the code CONTROL_FAILED."""
         ticked, goal = picking
         goal.abort(-4, "'anvil' is too heavy")
 

@@ -12,7 +12,7 @@ from bt_controller.errors import TreeError
 from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
 from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
-from bt_controller.nodes.conditions.error_codes import (
+from bt_controller.nodes.conditions.blackboard import (
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
     WouldAPlannerRecoveryHelp,
@@ -26,17 +26,23 @@ from bt_controller.nodes.conditions.goals import (
     GoalUpdated,
     IsGoalNearby,
 )
-from bt_controller.nodes.conditions.localisation import InitialPoseReceived, TransformAvailable
-from bt_controller.nodes.conditions.motion import DistanceTraveled, IsStopped, IsStuck
-from bt_controller.nodes.conditions.timers import PathExpiringTimer, TimeExpired
-from bt_controller.nodes.conditions.tracking import IsWithinPathTrackingBounds
+from bt_controller.nodes.conditions.motion import (
+    DistanceTraveled,
+    InitialPoseReceived,
+    IsStopped,
+    IsStuck,
+    PathExpiringTimer,
+    TimeExpired,
+    TransformAvailable,
+)
+from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.client.places import pose_at
 
 
 class TestGoalReached:
-    """Near enough."""
+    """GoalReached compares the robot's position with the goal."""
 
     @pytest.mark.parametrize(("x", "status"), [(4.74, "F"), (4.75, "S"), (5.0, "S"), (5.25, "S"), (5.26, "F")])
     def test_it_succeeds_within_a_quarter_of_the_unit(self, node, tree, topics, x, status):
@@ -46,13 +52,13 @@ class TestGoalReached:
         assert status == tree(node(GoalReached, goal="5;1"), **topics.known).tick()
 
     def test_the_robot_may_face_any_way(self, node, tree, topics):
-        """Only its position counts."""
+        """Only the robot's position counts."""
         topics.at(5.0, 1.0, 2.0)
 
         assert "S" == tree(node(GoalReached, goal="5;1;0"), **topics.known).tick()
 
     def test_it_watches_the_robots_odometry(self, node, tree, topics):
-        """And nothing else."""
+        """It watches no other topic."""
         tree(node(GoalReached, goal="5;1"), **topics.known)
 
         assert [("wall_e", "odom")] == topics.watched
@@ -85,7 +91,7 @@ class TestGoalUpdated:
         assert "SF" == ticked.ticks(3, 4)
 
     def test_a_change_while_it_is_idle_is_none(self, node, tree, board):
-        """A reset begins anew."""
+        """The comparison starts again after a reset."""
         ticked = tree(node(GoalUpdated))
         ticked.tick()
         ticked.halt()
@@ -94,7 +100,7 @@ class TestGoalUpdated:
         assert "F" == ticked.tick(1)
 
     def test_a_goal_that_is_text_is_compared_as_a_pose(self, node, tree, board):
-        """As --set gives it."""
+        """The option --set writes such a text."""
         board["/goal"] = "1;1"
         ticked = tree(node(GoalUpdated))
         ticked.tick()
@@ -130,7 +136,7 @@ class TestGlobalUpdatedGoal:
 
 
 class TestIsGoalNearby:
-    """What is left of the path."""
+    """IsGoalNearby measures the rest of the path."""
 
     @pytest.mark.parametrize(("x", "status"), [(0.0, "F"), (6.0, "F"), (6.01, "S"), (10.0, "S")])
     def test_it_succeeds_if_less_than_the_threshold_is_left(self, node, tree, topics, path, x, status):
@@ -155,7 +161,7 @@ class TestIsGoalNearby:
         assert "S" == ticked.tick()
 
     def test_the_robot_is_looked_for_so_far_ahead_only(self, node, tree, topics, path):
-        """Where the path comes near itself it is not taken for being on its other part."""
+        """A path that comes near itself has two close points; the search stays on the current part."""
         nearby = node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1)), max_robot_pose_search_dist="1.5")
         ticked = tree(nearby, **topics.known)
         ticked.tick()
@@ -195,7 +201,7 @@ class TestBattery:
 
     @pytest.mark.parametrize(("volts", "status"), [(11.6, "F"), (11.5, "S")])
     def test_it_is_low_at_the_voltage_or_below(self, node, tree, battery, volts, status):
-        """With is_voltage."""
+        """The port is_voltage selects volts."""
         low = node(IsBatteryLow, min_battery="11.5", is_voltage="true")
 
         assert status == tree(low, **battery(voltage=volts, percentage=0.9)).tick()
@@ -216,7 +222,7 @@ class TestBattery:
 
     @pytest.mark.parametrize(("state", "operator"), [(1, "!="), (2, "==")])
     def test_in_lockstep_time_stops_when_charging_begins_or_ends(self, node, tree, topics, battery, state, operator):
-        """Likewise."""
+        """The node awaits the other charging status."""
         topics.stops = True
         charging = tree(node(IsBatteryCharging), **battery(power_supply_status=state))
         charging.tick()
@@ -232,7 +238,7 @@ class TestBattery:
         assert (1.0, []) == (low.due(), low.awaited())
 
     def test_without_lockstep_a_battery_is_polled(self, node, tree, battery):
-        """As any other topic."""
+        """It needs polling like any other topic."""
         low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=0.5))
         low.tick()
 
@@ -254,7 +260,7 @@ class TestBattery:
         assert "S" == low.tick()
 
     def test_another_topic_is_refused(self, node, tree, battery):
-        """There is none."""
+        """Battery states are on no other topic."""
         low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery")
 
         with pytest.raises(PortError, match=r"no topic '/battery'; the battery state is on 'battery_state'"):
@@ -272,7 +278,7 @@ class TestBattery:
 
 
 class TestDistanceTraveled:
-    """How far the robot has come."""
+    """DistanceTraveled measures the distance from an earlier position."""
 
     def test_it_succeeds_each_time_the_robot_has_come_so_far(self, node, tree, topics):
         """From where it was when the node was idle, or has succeeded."""
@@ -286,7 +292,7 @@ class TestDistanceTraveled:
 
 
 class TestIsStopped:
-    """Slow for a while."""
+    """IsStopped succeeds after a robot was slow for a while."""
 
     def test_it_runs_until_the_robot_has_stood_long_enough(self, node, tree, topics):
         """The default is one second."""
@@ -311,7 +317,7 @@ class TestIsStopped:
         assert 1.0 == ticked.due()
 
     def test_it_counts_anew_after_a_success(self, node, tree, topics):
-        """What comes later is another stop."""
+        """A later stop is counted separately."""
         ticked = tree(node(IsStopped), **topics.known)
 
         assert "RSRS" == ticked.ticks(0.0, 1.0, 100.0, 101.0)
@@ -357,7 +363,7 @@ class TestIsStuck:
 
 
 class TestTimeExpired:
-    """A clock that strikes."""
+    """TimeExpired succeeds at regular intervals."""
 
     def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree):
         """From when it was idle, or from its last success."""
@@ -372,7 +378,7 @@ class TestTimeExpired:
         assert "FS" == ticked.ticks(1.9, 3.9)
 
     def test_it_looks_again_when_the_time_is_over(self, node, tree):
-        """Then, and not before."""
+        """It needs no tick before that."""
         ticked = tree(node(TimeExpired, seconds="2.5"))
         ticked.tick(1.0)
 
@@ -380,7 +386,7 @@ class TestTimeExpired:
 
 
 class TestPathExpiringTimer:
-    """How old a path is."""
+    """PathExpiringTimer measures the age of a path."""
 
     def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree, path):
         """The default is one second; a reset does not restart it."""
@@ -402,7 +408,7 @@ class TestPathExpiringTimer:
 
 
 class TestErrorCodes:
-    """What a code means."""
+    """Conditions on error codes select codes by meaning."""
 
     @pytest.mark.parametrize(("code", "status"), [(100, "F"), (106, "S"), (208, "S"), (0, "F")])
     def test_the_codes_to_look_for_are_written_with_semicolons(self, node, tree, code, status):
@@ -441,7 +447,7 @@ class TestErrorCodes:
 
 
 class TestIsWithinPathTrackingBounds:
-    """How a robot keeps to its path."""
+    """IsWithinPathTrackingBounds compares tracking errors with bounds."""
 
     @pytest.mark.parametrize(
         ("aside", "turned", "status"),
@@ -455,7 +461,7 @@ class TestIsWithinPathTrackingBounds:
         assert status == tree(node(IsWithinPathTrackingBounds, tracking_feedback=tracking, **bounds)).tick()
 
     def test_a_robot_that_follows_no_path_is_within(self, node, tree):
-        """Nothing has been told yet."""
+        """No feedback has arrived yet."""
         assert "S" == tree(node(IsWithinPathTrackingBounds, tracking_feedback="{never}")).tick()
 
 

@@ -6,13 +6,17 @@ import math
 
 from py_trees.common import Status
 
-from bt_controller.nodes.controls.nav2_sequences import NonblockingSequence, PersistentSequence, PipelineSequence
-from bt_controller.nodes.controls.recovery_node import RecoveryNode
-from bt_controller.nodes.controls.round_robin import RoundRobin
+from bt_controller.nodes.controls.nav2 import (
+    NonblockingSequence,
+    PersistentSequence,
+    PipelineSequence,
+    RecoveryNode,
+    RoundRobin,
+)
 
 
 class TestRecoveryNode:
-    """Try, recover, try again."""
+    """RecoveryNode ticks a recovery after a failure, and then its first child again."""
 
     def test_the_second_child_has_nothing_to_do_while_the_first_succeeds(self, node, told, tree):
         """SUCCESS of the first is the node's."""
@@ -36,7 +40,7 @@ class TestRecoveryNode:
         assert (7, 6) == (first.ticks, second.ticks)
 
     def test_it_fails_when_the_recovery_does(self, node, told, tree):
-        """Whatever retries are left."""
+        """Remaining retries don't matter."""
         first, second = told("F"), told("F")
 
         assert "F" == tree(node(RecoveryNode, first, second, number_of_retries="6")).tick()
@@ -67,7 +71,7 @@ class TestRecoveryNode:
         assert "RS" == ticked.ticks(1, 2)
 
     def test_a_halt_halts_the_child_that_runs(self, node, told, tree):
-        """Here the recovery."""
+        """The RUNNING child is the recovery here."""
         first, second = told("F"), told("R")
         ticked = tree(node(RecoveryNode, first, second))
         ticked.tick()
@@ -145,13 +149,13 @@ class TestPipelineSequence:
         assert (2, 1) == (a.ticks, b.ticks)
 
     def test_skipped_children_are_as_if_they_were_not_there(self, node, told, tree):
-        """All skipped is skipped."""
+        """The node is skipped if all its children are."""
         assert "S" == tree(node(PipelineSequence, told("-"), told("S"))).tick()
         assert "-" == tree(node(PipelineSequence, told("-"), told("-"))).tick()
 
 
 class TestRoundRobin:
-    """Another child each time."""
+    """RoundRobin ticks another child each time."""
 
     def test_the_next_time_it_goes_on_after_the_child_that_has_succeeded(self, node, told, tree):
         """A reset in between, as by a parent, does not change this."""
@@ -164,7 +168,7 @@ class TestRoundRobin:
         assert [1, 1, 0] == [child.ticks for child in children]
 
     def test_a_child_that_fails_is_followed_by_the_next_one_in_the_same_tick(self, node, told, tree):
-        """Until one succeeds."""
+        """The tick continues until one succeeds."""
         children = [told("F"), told("S"), told("S")]
 
         assert "S" == tree(node(RoundRobin, *children)).tick()
@@ -194,7 +198,7 @@ class TestRoundRobin:
         assert [2, 1] == [child.ticks for child in children]
 
     def test_with_wrap_around_the_first_child_comes_after_the_last(self, node, told, tree):
-        """For ever."""
+        """This repeats without a limit."""
         children = [told("S"), told("S")]
         ticked = tree(node(RoundRobin, *children, wrap_around="true"))
 
@@ -202,7 +206,7 @@ class TestRoundRobin:
         assert [2, 2] == [child.ticks for child in children]
 
     def test_with_wrap_around_it_fails_when_all_have_failed_in_a_row(self, node, told, tree):
-        """Wherever it began."""
+        """The first child of the row does not matter."""
         children = [told("SF"), told("F")]
         ticked = tree(node(RoundRobin, *children, wrap_around="true"))
 
@@ -225,7 +229,7 @@ class TestRoundRobin:
 
 
 class TestNonblockingSequence:
-    """All children, each time."""
+    """NonblockingSequence ticks all its children each time."""
 
     def test_a_child_that_runs_does_not_keep_the_next_ones(self, node, told, tree):
         """All are ticked, also those that have ended."""
@@ -235,7 +239,7 @@ class TestNonblockingSequence:
         assert [2, 2, 2] == [child.ticks for child in children]
 
     def test_it_succeeds_when_all_have_in_one_tick(self, node, told, tree):
-        """Not before."""
+        """The node is RUNNING before that."""
         assert "RS" == tree(node(NonblockingSequence, told("RS"), told("S"))).ticks(0, 1)
 
     def test_a_failure_halts_the_others(self, node, told, tree):
@@ -247,7 +251,7 @@ class TestNonblockingSequence:
         assert (1, 0) == (first.halts, last.ticks)
 
     def test_all_skipped_is_skipped(self, node, told, tree):
-        """Otherwise they don't count."""
+        """The node ignores skipped children otherwise."""
         assert "-" == tree(node(NonblockingSequence, told("-"))).tick()
         assert "S" == tree(node(NonblockingSequence, told("-"), told("S"))).tick()
 

@@ -7,18 +7,18 @@ import math
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.controls.fallback import ReactiveFallback
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
+from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.parallel import Parallel
-from bt_controller.nodes.decorators.controllers import (
+from bt_controller.nodes.controls.sequences import ReactiveFallback
+from bt_controller.nodes.decorators.gates import SingleTrigger
+from bt_controller.nodes.decorators.nav2 import (
     DistanceController,
     GoalUpdatedController,
+    GoalUpdater,
+    PathLongerOnApproach,
     RateController,
     SpeedController,
 )
-from bt_controller.nodes.decorators.goal_updater import GoalUpdater
-from bt_controller.nodes.decorators.once import SingleTrigger
-from bt_controller.nodes.decorators.path_longer_on_approach import PathLongerOnApproach
 from hmrsim_zenoh.client.places import pose_at
 
 
@@ -38,7 +38,7 @@ class TestRateController:
         assert "SRS" == tree(node(RateController, told("S"))).ticks(0, 0.0999, 0.1)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
-        """Until it has ended."""
+        """The node ticks it until it has ended."""
         child = told("RRS")
 
         assert "RRSR" == tree(node(RateController, child, hz="1.0")).ticks(0, 0.1, 0.2, 0.3)
@@ -77,7 +77,7 @@ class TestRateController:
             tree(node(RateController, told("S"), hz=0.0)).tick()
 
     def test_a_failure_is_its_own(self, node, told, tree):
-        """So is a skip."""
+        """The node returns a failure or a skip of its child."""
         assert "F" == tree(node(RateController, told("F"))).tick()
         assert "-" == tree(node(RateController, told("-"))).tick()
 
@@ -146,7 +146,7 @@ class TestSpeedController:
         assert "S" == ticked.tick(0.2)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
-        """Until it has ended."""
+        """The node ticks it until it has ended."""
         assert "RRS" == tree(node(SpeedController, told("RRS")), **topics.known).ticks(0, 0.1, 0.2)
 
 
@@ -154,7 +154,7 @@ class TestGoalUpdatedController:
     """A child that is ticked for each goal."""
 
     def test_the_child_is_ticked_at_once_and_when_the_goal_changes(self, node, told, tree, board):
-        """RUNNING between that."""
+        """The node is RUNNING in between."""
         child = told("S")
         board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(GoalUpdatedController, child))
@@ -165,7 +165,7 @@ class TestGoalUpdatedController:
         assert 2 == child.ticks
 
     def test_other_goals_count_too(self, node, told, tree, board):
-        """Those of NavigateThroughPoses."""
+        """The port goals belongs to NavigateThroughPoses."""
         ticked = tree(node(GoalUpdatedController, told("S")))
         ticked.ticks(0, 1)
         board["/goals"] = [pose_at(1.0, 1.0)]
@@ -173,7 +173,7 @@ class TestGoalUpdatedController:
         assert "S" == ticked.tick(2)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
-        """Until it has ended."""
+        """The node ticks it until it has ended."""
         assert "RRSR" == tree(node(GoalUpdatedController, told("RRS"))).ticks(0, 1, 2, 3)
 
 
@@ -181,7 +181,7 @@ class TestGoalUpdater:
     """Goals that are handed on."""
 
     def test_the_goals_go_through_at_each_tick(self, node, told, tree, board):
-        """As they are then."""
+        """The copies have the current values."""
         updater = node(
             GoalUpdater, told("R"), input_goal="{a}", output_goal="{b}", input_goals="{c}", output_goals="{d}"
         )
@@ -191,12 +191,12 @@ class TestGoalUpdater:
         assert (pose_at(1.0, 2.0), [pose_at(3.0, 4.0)]) == (board["/b"], board["/d"])
 
     def test_it_is_what_its_child_is(self, node, told, tree):
-        """Without a goal, too."""
+        """The node needs no goal for that."""
         assert "RSF" == tree(node(GoalUpdater, told("RSF"))).ticks(0, 1, 2)
 
 
 class TestSingleTrigger:
-    """Once."""
+    """SingleTrigger ticks its child until it has ended once."""
 
     def test_the_child_is_ticked_until_it_has_ended_and_then_no_more(self, node, told, tree):
         """After that the node fails."""

@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from bt_controller.core.directory import Directory
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.cancels import CancelControl
-from bt_controller.nodes.actions.path_parts import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
+from bt_controller.nodes.actions.navigation import CancelControl
+from bt_controller.nodes.actions.paths import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
 from bt_controller.nodes.actions.poses import (
     AppendGoalPoseToGoals,
     GetCurrentPose,
@@ -17,10 +18,9 @@ from bt_controller.nodes.actions.poses import (
     RemovePassedGoals,
 )
 from bt_controller.nodes.actions.routes import ExtractRouteNodesAsGoals
-from bt_controller.nodes.controls.nav2_sequences import PipelineSequence
-from bt_controller.nodes.controls.sequence import ReactiveSequence
+from bt_controller.nodes.controls.nav2 import PipelineSequence
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from bt_controller.nodes.paths import point_of, yaw_at
-from bt_controller.world.directory import Directory
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
@@ -54,7 +54,7 @@ class TestTruncatePath:
         assert expected == points(board["/out"])
 
     def test_its_last_pose_faces_the_goal(self, node, tree, path, board):
-        """In a straight line."""
+        """The heading is that of a straight line."""
         cut = node(TruncatePath, input_path=path((0, 0), (4, 0), (4, 2)), distance="4", output_path="{out}")
         tree(cut).tick()
 
@@ -99,7 +99,7 @@ class TestTruncatePathLocal:
         assert [(3, 0), (4, 0)] == cut(pose="3;5", distance_forward="1", distance_backward="0")
 
     def test_poses_where_the_path_bends_are_kept(self, node, tree, topics, board, path):
-        """With their headings."""
+        """The poses keep their headings."""
         way = path((0, 0), (4, 0), (4, 4), (0, 4))
         tree(node(TruncatePathLocal, input_path=way, output_path="{out}", distance_forward="6"), **topics.known).tick()
 
@@ -142,14 +142,14 @@ class TestConcatenatePaths:
     """One path after the other."""
 
     def test_the_second_path_comes_after_the_first(self, node, tree, path, board):
-        """All poses are kept."""
+        """The concatenation keeps all poses."""
         both = {"input_path1": path((0, 0), (1, 0)), "input_path2": path((1, 0), (1, 1))}
         tree(node(ConcatenatePaths, output_path="{out}", **both)).tick()
 
         assert [(0, 0), (1, 0), (1, 0), (1, 1)] == points(board["/out"])
 
     def test_the_header_is_the_firsts_if_it_has_one(self, node, tree, path, board):
-        """Else the second's."""
+        """Otherwise it is the header of the second path."""
         first, second = Path(), path((1, 0)).model_copy(update={"header": Header(frame_id="map")})
         tree(node(ConcatenatePaths, output_path="{out}", input_path1=first, input_path2=second)).tick()
 
@@ -171,7 +171,7 @@ class TestGetPoseFromPath:
 
     @pytest.mark.parametrize("index", ["2", "-3"])
     def test_a_pose_that_is_not_there_is_a_failure(self, node, tree, path, index):
-        """The path has two."""
+        """The path has only two poses."""
         ticked = tree(node(GetPoseFromPath, path=path((0, 0), (1, 0)), index=index))
 
         assert "F" == ticked.tick()
@@ -186,7 +186,7 @@ class TestGetPoseFromPath:
 
 
 def test_the_current_pose_is_the_odometrys(node, tree, topics, board):
-    """In its frame."""
+    """The pose keeps the frame of the odometry."""
     topics.at(3.0, 4.0, 1.0)
     tree(node(GetCurrentPose, current_pose="{pose}"), **topics.known).tick()
 
@@ -195,7 +195,7 @@ def test_the_current_pose_is_the_odometrys(node, tree, topics, board):
 
 
 class TestRemovePassedGoals:
-    """Goals that are behind."""
+    """RemovePassedGoals removes goals that the robot has passed."""
 
     GOALS = "1;0|2;0|3;0|1;0"
 
@@ -237,7 +237,7 @@ def test_a_goal_is_added_at_the_end(node, tree, board):
 
 
 def test_the_waypoints_of_a_route_are_goals(node, tree, board):
-    """Where they are, in the frame of the route; a route without any is a failure."""
+    """The poses are in the frame of the route; a route without waypoints is a failure."""
     header = Header(frame_id="map")
     nodes = [RouteNode(nodeid=7, position=Point(x=1.0)), RouteNode(nodeid=2, position=Point(y=2.0))]
     route = Route(header=header, nodes=nodes)
@@ -249,11 +249,11 @@ def test_the_waypoints_of_a_route_are_goals(node, tree, board):
 
 
 class TestGetNextFewGoals:
-    """The first goals."""
+    """GetNextFewGoals writes the first goals."""
 
     @pytest.mark.parametrize(("count", "expected"), [("2", [1.0, 2.0]), ("9", [1.0, 2.0, 3.0])])
     def test_so_many_or_all(self, node, tree, board, count, expected):
-        """In their order."""
+        """The goals keep their order."""
         tree(node(GetNextFewGoals, input_goals="1;0|2;0|3;0", num_goals=count, output_goals="{out}")).tick()
 
         assert expected == [goal.pose.position.x for goal in board["/out"]]
@@ -324,7 +324,7 @@ class TestCancels:
         assert "no answer" == ticked.root.feedback_message
 
     def test_the_action_may_have_another_name(self, node, tree, asked):
-        """As its node may."""
+        """The port server_name gives it, as for the action's node."""
         tree(node(CancelControl, server_name="/wall_e/wait"), **asked).tick()
 
         assert ["wall_e/wait"] == asked["client"].requests
@@ -342,7 +342,7 @@ NO_OPS = {
 
 @pytest.mark.parametrize("tag", NO_OPS)
 def test_what_there_is_nothing_to_do_for_succeeds_at_once(node, tree, tag):
-    """With Nav2's ports."""
+    """These nodes have Nav2's ports and no effect."""
     assert "S" == tree(node(registry()[tag], **NO_OPS[tag])).tick()
 
 

@@ -1,4 +1,4 @@
-"""Whether a path is still open: checked against the simulator's lanes."""
+"""Checks of open paths against the simulator's lanes."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from bt_controller.nodes.conditions.path_validity import IsPathValid, ValidatePath
-from bt_controller.nodes.controls.sequence import ReactiveSequence
+from bt_controller.nodes.conditions.paths import IsPathValid, ValidatePath
+from bt_controller.nodes.controls.sequences import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import RequestTimeout
@@ -18,7 +18,7 @@ LANES = [(A, B), (B, A), (B, C), (C, B), (C, D)]
 
 
 class World:
-    """Tells which lanes are open.
+    """A client that returns the open lanes.
 
     Attributes:
         lanes: Those, in the direction in which they are driven.
@@ -86,7 +86,7 @@ def test_all_such_poses_are_reported_if_requested(checked, board):
 
 
 def test_a_lane_that_is_closed_the_other_way_is_open(checked):
-    """One may drive it."""
+    """Robots may drive on it."""
     assert "S" == checked([B, C], (C, B))
 
 

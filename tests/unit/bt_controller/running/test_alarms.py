@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from bt_controller.core.topics import Topics
-from bt_controller.running.alarms import Alarms
+from bt_controller.running.schedule import Alarms
 from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.errors import RequestError
 
@@ -16,7 +16,7 @@ LOW, FULL = (Condition("wall_e/battery_state", (("/percentage", *when),)) for wh
 
 
 class Lockstep:
-    """Notes what is watched.
+    """A client in lockstep that records the watched conditions.
 
     Attributes:
         watched: By condition, what is called when it is met.
@@ -30,7 +30,7 @@ class Lockstep:
         self.asked = 0
 
     def watch(self, condition, then):
-        """Watch a condition."""
+        """Record a condition to watch."""
         self.watched[condition] = then
         self.asked += 1
         return partial(self.watched.pop, condition, None)
@@ -61,7 +61,7 @@ def alarms(lockstep, topics, woken):
 
 
 def test_a_condition_is_watched_until_it_is_not_wanted(alarms, lockstep):
-    """It is told once, however often the tree is ticked meanwhile."""
+    """The simulator gets it once, no matter how often the tree is ticked meanwhile."""
     alarms.set("wall_e", [LOW])
     alarms.set("wall_e", [LOW, FULL])
     alarms.set("wall_e", [FULL])

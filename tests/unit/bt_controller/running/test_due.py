@@ -13,8 +13,8 @@ from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.nodes.actions.sleep import Sleep
-from bt_controller.running.tick_schedule import due
+from bt_controller.nodes.actions.btcpp import Sleep
+from bt_controller.running.schedule import due
 from hmrsim.interfaces.nav2_msgs import Wait
 
 NEVER = math.inf
@@ -52,7 +52,7 @@ def test_a_goal_needs_no_tick(leaf):
 
 
 def test_a_timer_is_due_at_its_end():
-    """Not a period later."""
+    """The next period does not matter."""
     assert due_after_a_tick(Timer("T", 3.5)) == 13.75
 
 

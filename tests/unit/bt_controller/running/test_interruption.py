@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while a behaviour does not return."""
+"""Ctrl-C and SIGTERM while a behavior does not return."""
 
 from __future__ import annotations
 

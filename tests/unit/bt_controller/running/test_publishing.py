@@ -54,7 +54,7 @@ class Controller:
 
 @pytest.fixture
 def served():
-    """Serve the small world."""
+    """Serve the small world of the tests."""
     served = Served()
     host = served.host(real_time_factor=0)
     host.start()
@@ -153,7 +153,7 @@ def test_changes_are_published(control, tester):
 
 
 def test_the_end_of_the_controller_is_published(control, tester):
-    """A viewer of the tree learns that no more messages come; no query is answered afterwards."""
+    """A viewer learns that no further messages come, and queries get no reply afterwards."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)

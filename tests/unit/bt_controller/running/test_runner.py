@@ -13,13 +13,12 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.directory import NotServed
 from bt_controller.examples import go_to_pose
 from bt_controller.loading.trees import Plan
-from bt_controller.running.clocks import clock_for
-from bt_controller.running.mailbox import STOP, Mailbox
+from bt_controller.running.clocks import STOP, Mailbox, clock_for
 from bt_controller.running.mission import Mission, TreeCrashed
 from bt_controller.running.runner import Runner
-from bt_controller.world.directory import NotServed
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim_zenoh.errors import SimulatorGone
 
@@ -51,7 +50,7 @@ class Stage:
         return self.client.goals[number]
 
     def stop(self):
-        """Press Ctrl-C."""
+        """Request the end, as Ctrl-C does."""
         self.mailbox.put(STOP)
 
 
@@ -75,7 +74,7 @@ class Broken(Behaviour):
     """Raises an error at its first tick."""
 
     def update(self):
-        """Break."""
+        """Raise an error in a tick."""
         raise KeyError("whoops")
 
 
@@ -87,7 +86,7 @@ class BreaksWhenStopped(Behaviour):
         return Status.RUNNING
 
     def terminate(self, new_status):
-        """Break."""
+        """Raise an error in a halt."""
         raise KeyError(new_status.name)
 
 
@@ -114,7 +113,7 @@ class TestScenario2:
         ]
 
     def test_then_the_robot_reports_the_remaining_distance(self, stage):
-        """Stage 2: feedback."""
+        """The second stage is the feedback."""
         assert self.stages(stage)[1] == [
             "{-} GoToPoseSequence [*]",
             "    {o} GoToPoseFallback [*]",
@@ -123,7 +122,7 @@ class TestScenario2:
         ]
 
     def test_then_it_has_arrived(self, stage):
-        """Stage 3: the result."""
+        """The third stage is the result."""
         assert self.stages(stage)[2] == [
             "{-} GoToPoseSequence [✓]",
             "    {o} GoToPoseFallback [✓]",
@@ -254,7 +253,7 @@ class TestTicks:
 
 
 class TestEnds:
-    """How a run ends."""
+    """A run ends with its trees, by a signal or with the simulator."""
 
     def test_all_trees_have_to_succeed(self, stage):
         """One failure fails the whole."""
@@ -303,7 +302,7 @@ class TestEnds:
             """Gives up on the runner from within a tick, in a thread as the signals' is."""
 
             def update(self):
-                """Do it."""
+                """Wait until another thread has given up on the runner."""
                 stage.goal().when_canceled = stage.goal().end_canceled
                 thread = Thread(target=lambda: seen.append(stage.runner.give_up()))
                 thread.start()
@@ -329,7 +328,7 @@ class TestEnds:
         assert (outcome.gone, outcome.succeeded) == (True, False)
 
     def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
-        """The error names the robot, the behaviour and the place; no goal is left behind."""
+        """The error names the robot, the behavior and the place; no goal is left behind."""
 
         def tree():
             policy = ParallelPolicy.SuccessOnAll()
@@ -366,7 +365,7 @@ class TestEnds:
 
 
 class TestEntries:
-    """What a tree writes, it may look at itself."""
+    """A tree may read its own entries."""
 
     def test_what_was_written_is_looked_at_at_once(self, stage):
         """Not a period later: the goal that was sent in the same tick is canceled at the same instant."""
@@ -389,7 +388,7 @@ class TestEntries:
             """Writes how often it was ticked, and wants an end the tenth time."""
 
             def setup(self, **_kwargs):
-                """Be ready to write."""
+                """Register the key for writing."""
                 self.board = self.attach_blackboard_client()
                 self.board.register_key("count", Access.WRITE)
 

@@ -1,4 +1,4 @@
-"""What a tree looks like, and why it failed."""
+"""Snapshots of trees, and the reasons of their failures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hmrsim_zenoh.wire.tree_state import TreeState
 
 
 def ticked(root):
-    """Return the behaviours of a tree after a tick."""
+    """Return the behaviors of a tree after a tick."""
     root.tick_once()
     return nodes_of(root)
 
@@ -33,7 +33,7 @@ def mission(function):
 
 
 class PipelineSequence(Control):
-    """As Nav2 calls it."""
+    """A control with the name of Nav2's."""
 
 
 class RecoveryNode(Control):
@@ -47,10 +47,10 @@ class Found(Enum):
 
 
 class TestSymbols:
-    """The symbols of kinds."""
+    """Each kind of behavior has its symbol."""
 
     def test_a_tree_is_drawn_as_py_trees_draws_it(self):
-        """Users know these symbols."""
+        """Users of py_trees know these symbols."""
         root = Parallel(
             "Parallel",
             policy=ParallelPolicy.SuccessOnAll(),
@@ -66,7 +66,7 @@ class TestSymbols:
 
     @pytest.mark.parametrize(("kind", "symbol"), [(PipelineSequence, "[-]"), (RecoveryNode, "{*}"), (Success, "-->")])
     def test_nodes_of_files_have_symbols_too(self, kind, symbol):
-        """A control that does as one of py_trees has its symbol, others have one of their own."""
+        """A control that corresponds to one of py_trees has its symbol; the others share another one."""
         assert f"{symbol} Node" == nodes_of(kind("Node"))[0].line(status=False)
 
     def test_the_place_in_a_file_is_given(self):
@@ -78,7 +78,7 @@ class TestSymbols:
 
     @pytest.mark.parametrize("message", ["a\nb", "a\x1bb"])
     def test_a_message_can_not_garble_the_terminal(self, message):
-        """What a robot says is shown on its line, and commands nothing."""
+        """A message of a robot stays on its line and contains no control characters."""
         leaf = Success("Leaf")
         leaf.tick_once()
         leaf.feedback_message = message
@@ -87,11 +87,11 @@ class TestSymbols:
 
 
 class TestReasons:
-    """Why a tree failed."""
+    """The reasons of a failure are the deepest failed behaviors."""
 
     @staticmethod
     def of(root):
-        """Return the names of the behaviours that made a tree fail."""
+        """Return the names of the behaviors that made a tree fail."""
         return [node.name for node in reasons(ticked(root))]
 
     def test_the_step_that_failed_is_the_reason(self):
@@ -126,7 +126,7 @@ class TestReasons:
 
 
 class TestTip:
-    """Where a tree is."""
+    """The tip is the current behavior of a tree."""
 
     def test_it_is_the_behaviour_that_runs(self):
         """A line for a robot says what it does."""
@@ -144,7 +144,7 @@ class TestTip:
 
 
 class TestBlackboard:
-    """What is on the blackboard, as JSON has it."""
+    """A snapshot has the entries of the blackboard as JSON values."""
 
     def test_values_are_listed_by_key(self):
         """Messages, enumerations and containers of them become JSON."""
@@ -180,7 +180,7 @@ class TestBlackboard:
 
 
 class TestEnd:
-    """Whether there will be another tick."""
+    """A snapshot shows if its tree has ended."""
 
     def test_a_tree_that_is_over_has_ended(self):
         """The snapshot of the last tick says so."""
@@ -191,7 +191,7 @@ class TestEnd:
         assert (False, True) == (before, one.snapshot(0.0).ended)
 
     def test_a_tree_that_was_stopped_has_ended(self):
-        """Its behaviours are not active any more."""
+        """Its behaviors are inactive."""
         one = mission(lambda: Running("Root"))
         one.tick(0.0)
         one.interrupt()
@@ -210,7 +210,7 @@ def test_json_is_what_the_schema_says():
 
 
 def test_json_has_the_coverage_if_it_is_counted():
-    """What each node has done, and what it has never done although it can."""
+    """Each node has its counts, and the outcomes that it can have but never had."""
     steps = [Failure("A"), Success("B")]
     plan = Plan("test", lambda: Selector("Root", memory=True, children=steps), takes_robot=False, confirmed=False)
     one = Mission("wall_e", plan, coverage=TreeCoverage())

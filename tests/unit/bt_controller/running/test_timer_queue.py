@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_controller.running.timer_queue import TimerQueue
+from bt_controller.running.schedule import TimerQueue
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_an_empty_queue_has_no_time():
 
 
 def test_what_was_put_last_counts(timers):
-    """What was put off, or called off, does not come at its former time."""
+    """A time that was replaced or removed is not due."""
     timers.put(1, 5.0)
     timers.put(2, math.inf)
 
@@ -56,7 +56,7 @@ def test_a_time_is_reached_to_the_nanosecond():
 
 @given(st.lists(st.tuples(st.integers(0, 4), st.one_of(st.just(math.inf), st.integers(0, 9).map(float)))))
 def test_it_is_as_a_table_that_is_searched(puts):
-    """Only quicker."""
+    """A search in a table gives the same results."""
     timers, table = TimerQueue(), {}
     for who, time in puts:
         timers.put(who, time)

@@ -1,4 +1,4 @@
-"""The log of transitions."""
+"""The log of changes of statuses."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from py_trees.common import Status
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
-from bt_controller.core.tree_paths import paths
+from bt_controller.core.subtrees import paths
 from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
-from bt_controller.watching.transitions import Transitions
+from bt_controller.watching.display import Transitions
 
 
 class Log:
@@ -27,7 +27,7 @@ class Log:
         self.transitions = Transitions(self.out, [self.mission])
 
     def tick(self, now):
-        """Tick the tree."""
+        """Tick the tree at a time."""
         self.mission.tick(now)
         self.transitions.ticked(self.mission, now)
 
@@ -73,7 +73,7 @@ def test_what_is_reset_within_a_tick_is_logged():
 
 
 def test_what_fails_and_is_tried_again_is_logged_each_time():
-    """The decorator runs meanwhile."""
+    """The decorator is RUNNING meanwhile."""
     log = Log(lambda: Retry("Root", Sequence("Try", memory=True, children=[Success("A"), Failure("B")]), 2))
     log.tick(1.0)
     log.tick(2.0)
@@ -102,7 +102,7 @@ def test_what_is_stopped_after_the_last_tick_is_logged():
 
 
 def test_siblings_of_one_name_are_numbered():
-    """A path means one behaviour."""
+    """A path means one behavior."""
     inner = Sequence("B", memory=True, children=[Success("C")])
     root = Sequence("A", memory=True, children=[Success("B"), inner, Success("C")])
 
@@ -111,7 +111,7 @@ def test_siblings_of_one_name_are_numbered():
 
 def test_people_read_it_in_the_log(caplog):
     """With --log-level info it is on stderr."""
-    caplog.set_level(logging.INFO, "bt_controller.watching.transitions")
+    caplog.set_level(logging.INFO, "bt_controller.watching.display")
     mission = Mission("wall_e", Plan("test", lambda: Running("Root"), takes_robot=False, confirmed=False))
     mission.root.feedback_message = "on its way"
     transitions = Transitions(None, [mission])
@@ -124,7 +124,7 @@ def test_people_read_it_in_the_log(caplog):
 
 @pytest.mark.parametrize(("level", "wanted"), [(logging.INFO, True), (logging.WARNING, False)])
 def test_transitions_are_watched_only_if_they_are_logged(caplog, level, wanted):
-    """Watching has a cost for each behaviour that is ticked."""
-    caplog.set_level(level, "bt_controller.watching.transitions")
+    """Watching has a cost for each behavior that is ticked."""
+    caplog.set_level(level, "bt_controller.watching.display")
 
     assert wanted == Transitions.wanted()

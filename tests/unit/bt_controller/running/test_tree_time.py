@@ -1,4 +1,4 @@
-"""Simulated time for py_trees."""
+"""Simulated time for the timers of py_trees."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TIMES = st.integers(0, 10**15).map(lambda nanoseconds: nanoseconds / 1e9)
 
 
 def status_at(now, behaviour):
-    """Tick a behaviour at a time, and return its status."""
+    """Tick a behavior at a time, and return its status."""
     with simulated_time(now):
         behaviour.tick_once()
     return behaviour.status

@@ -1,4 +1,4 @@
-"""BehaviorTree.CPP's script language."""
+"""The script language of BehaviorTree.CPP."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ def test_assignments(text, value):
 
 
 def test_only_one_assignment_makes_an_entry():
-    """The others say so."""
+    """The other assignments raise an error that names ':='."""
     assert {"x": 1} == after("x := 1")
     with pytest.raises(ScriptError, match=r"script 'x = 1': no entry 'x'; ':=' creates one"):
         after("x = 1")

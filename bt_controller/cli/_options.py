@@ -1,0 +1,100 @@
+"""The options that select a tree, its nodes and its values, and those that show it."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.errors import printable
+
+if TYPE_CHECKING:
+    from bt_controller.loading.trees import Plan
+
+_ROBOT_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
+
+
+def add_tree_options(parser: Any) -> None:
+    """Add TREE and its options."""
+    parser.add_argument("tree", metavar="TREE", help="FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE, …)")
+    parser.add_argument(
+        "--tree", dest="tree_id", metavar="ID", help="the tree of FILE.xml to run (default: its main tree)"
+    )
+    parser.add_argument(
+        "--nodes",
+        action="extend",
+        nargs="+",
+        default=[],
+        metavar="MODULE",
+        help="modules with further nodes for FILE.xml: each public subclass of"
+        " bt_controller.core.node.Node, by its name",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="values",
+        type=_value,
+        metavar="KEY=VALUE",
+        help="write a text to each robot's blackboard before the first tick; ports parse it as in a file; repeatable",
+    )
+
+
+def add_robot_option(parser: Any, about: str) -> None:
+    """Add the names of robots."""
+    parser.add_argument("--robot", action="extend", nargs="+", default=[], type=_robot, metavar="NAME", help=about)
+
+
+def _robot(text: str) -> str:
+    if not _ROBOT_NAME.fullmatch(text):
+        expected = "selectors are for --robots" if ":" in text else "expected letters, digits and underscores"
+        raise argparse.ArgumentTypeError(f"{text!r} is not a robot's name; {expected}")
+    return text
+
+
+def add_picture_options(parser: argparse.ArgumentParser, *, when: str = "") -> None:
+    """Add the options that draw trees to a command."""
+    parser.add_argument("--dot", metavar="FILE", help=f"write a picture for Graphviz{when}; - for stdout")
+    parser.add_argument("--svg", metavar="FILE", help=f"write a picture as SVG{when}, drawn by Graphviz's dot")
+
+
+def add_watching_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that show running trees to a command."""
+    parser.add_argument("--quiet", action="store_true", help="show only the final status of each tree")
+    parser.add_argument(
+        "--transitions", metavar="FILE", help="write a line of JSON for each change of a behaviour's status"
+    )
+    parser.add_argument(
+        "--coverage",
+        type=Path,
+        metavar="FILE",
+        help="count what happens to the nodes, for `bt-controller coverage`: FILE.json, with what is in it already, or"
+        " FILE.info for LCOV's tracefile",
+    )
+    add_picture_options(parser, when=" of the final trees")
+
+
+def _value(text: str) -> tuple[str, str]:
+    key, equals, value = text.partition("=")
+    if not (equals and _KEY.fullmatch(key)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not KEY=VALUE, such as goal=kitchen")
+    return key, value
+
+
+def tree_of(args: argparse.Namespace) -> Plan:
+    """Return the tree that the options select; its warnings go to stderr.
+
+    Raises:
+        TreeError: There is no such tree, or it is invalid.
+    """
+    from bt_controller.core.ports import Given
+    from bt_controller.loading.trees import load
+
+    values = {key: Given(text, key) for key, text in args.values}
+    plan = load(args.tree, tree=args.tree_id, nodes=args.nodes, values=values)
+    for line in plan.doubts:
+        print(f"bt-controller: warning: {printable(line)}", file=sys.stderr)
+    return plan

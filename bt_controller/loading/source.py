@@ -1,0 +1,220 @@
+"""Reading of untrusted XML files with limits of size, and the errors in them: one line each, with file and line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+from xml.etree.ElementTree import Element as _Element
+
+from bt_controller.errors import TreeError
+from hmrsim.diagnostics import shortened, shown
+from hmrsim.errors import reason_of
+from hmrsim.safe_xml import XmlError, parse
+
+MAX_BYTES: Final = 1 << 20
+"""The largest size of all files of a tree in bytes; a hand-written one has a few thousand."""
+MAX_NODES: Final = 10_000
+"""The largest number of elements in all files of a tree, and of nodes in the tree."""
+MAX_LETTERS: Final = 10_000
+"""The largest length of a tag or an attribute."""
+
+_MAX_INCLUDES: Final = 20
+"""The largest depth of includes."""
+
+_INCLUDES: Final = ("include", "Include", "Import")
+_PATHS: Final = ("path", "src", "file")
+"""The attributes of an included path in BehaviorTree.CPP and in py_trees."""
+
+
+class Element(_Element):
+    """An element with its place in the file."""
+
+    def __init__(self, tag: str, attributes: dict[str, str], origin: Origin) -> None:
+        super().__init__(tag, attributes)
+        self.origin = origin
+
+
+def read(path: str) -> Element:
+    """Return the root element of a file, with included files inserted.
+
+    Raises:
+        TreeError: The file can't be read, is not XML, or exceeds a limit.
+    """
+    file = Path(path)
+    if missing := _missing(file):
+        raise TreeError(Origin(str(file), 0).says(missing))
+    return _Reader(file).main()
+
+
+class _Reader:
+    """Reads a file and the files that it includes, each once."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._folder = path.parent.resolve()
+        self._left = MAX_BYTES
+        self._elements = 0
+        self._mistakes: dict[str, None] = {}
+        self._begun: list[Path] = []
+        self._done: set[Path] = set()
+
+    def main(self) -> Element:
+        origin = Origin(str(self._path), 0)
+        root = self._read(self._path.resolve(), origin, origin)
+        if self._mistakes:
+            raise TreeError("\n".join(list(self._mistakes)[:MAX_FAULTS]))
+        return root
+
+    def _read(self, path: Path, file: Origin, asked: Origin) -> Element:
+        try:
+            with path.open("rb") as opened:
+                data = opened.read(max(self._left, 0) + 1)
+        except OSError as error:
+            raise TreeError(asked.says(f"can't read {file.file!r}: {reason_of(error)}")) from None
+        self._left -= len(data)
+        if self._left < 0:
+            raise TreeError(file.says(f"larger than {MAX_BYTES} bytes, with all included files"))
+        make = partial(self._element, file.file)
+        try:
+            root = parse(data, make, max_elements=MAX_NODES)
+        except XmlError as error:
+            raise TreeError(Origin(file.file, error.line or 1).says(str(error))) from None
+        self._begun.append(path)
+        self._inline(root, path)
+        self._begun.pop()
+        return root
+
+    def _element(self, file: str, tag: str, attributes: dict[str, str], line: int) -> Element:
+        self._elements += 1
+        if self._elements > MAX_NODES:
+            raise XmlError(f"has more than {MAX_NODES} elements, with all included files", line)
+        if max(map(len, [tag, *attributes, *attributes.values()])) > MAX_LETTERS:
+            raise XmlError(f"has a text of more than {MAX_LETTERS} characters", line)
+        return Element(tag, attributes, Origin(file, line, tag, attributes.get("name", "")))
+
+    def _inline(self, root: Element, path: Path) -> None:
+        """Insert included files into an element."""
+        children: list[Any] = list(root)
+        root[:] = []
+        for child in children:
+            if child.tag in _INCLUDES:
+                root.extend(self._included_if_right(child, path))
+            else:
+                root.append(child)
+
+    def _included_if_right(self, element: Element, path: Path) -> list[Any]:
+        """Return the trees of an included file; its errors are reported after all files have been read."""
+        try:
+            return self._included(element, path)
+        except TreeError as error:
+            self._mistakes[str(error)] = None
+            return []
+
+    def _included(self, element: Element, path: Path) -> list[Any]:
+        origin = element.origin
+        if "ros_pkg" in element.attrib:
+            raise TreeError(origin.says("ROS packages are not supported; give a path relative to this file"))
+        name = next((element.attrib[key] for key in _PATHS if key in element.attrib), "")
+        if not name.isprintable() or not name:
+            raise TreeError(origin.says('needs path="…", relative to this file'))
+        try:
+            wanted = (path.parent / name).resolve()
+        except (OSError, RuntimeError):
+            raise TreeError(origin.says(f"{shown(name)} is not a valid path")) from None
+        if not wanted.is_relative_to(self._folder):
+            raise TreeError(origin.says(f"{shown(name)} is outside the folder of {self._path.name!r}"))
+        if wanted in self._begun:
+            raise TreeError(origin.says(f"{shown(name)} includes itself"))
+        if len(self._begun) >= _MAX_INCLUDES:
+            raise TreeError(origin.says(f"includes are nested more than {_MAX_INCLUDES} deep"))
+        if wanted in self._done:
+            return []
+        self._done.add(wanted)
+        if missing := _missing(wanted):
+            raise TreeError(origin.says(f"{shown(name)}: {missing}"))
+        root = self._read(wanted, Origin(str(self._path.parent / wanted.relative_to(self._folder)), 0), origin)
+        if root.tag != "root":
+            raise TreeError(root.origin.says("not a file of trees; expected <root>"))
+        return list(root)
+
+
+def _missing(path: Path) -> str:
+    """Return why a path can't be read; empty if it can."""
+    try:
+        if path.is_file():
+            return ""
+        return "not a regular file" if path.exists() else "no such file"
+    except OSError as error:
+        return reason_of(error)
+
+
+MAX_FAULTS: Final = 50
+"""The largest number of mistakes in a message: more do not help, and each suggestion takes time to compute."""
+
+_MAX_LINE: Final = 400
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The place of an element in the files.
+
+    Attributes:
+        file: The file, as the user names it.
+        line: The line, from 1; 0 for the whole file.
+        name: The element's ``name``; empty if it has none.
+    """
+
+    file: str
+    line: int
+    tag: str = ""
+    name: str = ""
+
+    def __str__(self) -> str:
+        """Return file and line."""
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+    def says(self, text: str) -> str:
+        """Return a message about the element as one line."""
+        element = f" <{shortened(self.tag)}>" if self.tag else ""
+        name = f" {shown(self.name)}" if self.name and self.name != self.tag else ""
+        line = " ".join(f"{self}:{element}{name}{':' if element else ''} {text}".splitlines())
+        return line if len(line) <= _MAX_LINE else f"{line[:_MAX_LINE]}…"
+
+
+class Faults:
+    """The errors found so far."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, None] = {}
+        self._warnings: dict[str, None] = {}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The warnings; one line for each."""
+        return tuple(self._warnings)
+
+    def add(self, origin: Origin, text: str) -> None:
+        """Add an error; duplicates count once.
+
+        Raises:
+            TreeError: There are too many to go on.
+        """
+        self._lines[origin.says(text)] = None
+        if len(self._lines) >= MAX_FAULTS:
+            raise TreeError("\n".join([*self._lines, f"stopped after {MAX_FAULTS} mistakes"]))
+
+    def warn(self, origin: Origin, text: str) -> None:
+        """Add a warning; only a limited number of them is kept."""
+        if len(self._warnings) < MAX_FAULTS:
+            self._warnings[origin.says(text)] = None
+
+    def raise_any(self) -> None:
+        """Raise an error if there were any.
+
+        Raises:
+            TreeError: Something was; a line each.
+        """
+        if self._lines:
+            raise TreeError("\n".join(self._lines))
