@@ -11,7 +11,7 @@ from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.events.robots import Docked, DockQueued, Undocked
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.history.occurrence import SceneSeen, lane, records, text, texts
-from hmrsim.history.part import Part
+from hmrsim.history.timeline import Part
 
 if TYPE_CHECKING:
     from hmrsim.history.timeline import Timeline

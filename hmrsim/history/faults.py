@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events.faults import FaultBegan, FaultEnded
 from hmrsim.history.occurrence import SceneSeen, records
-from hmrsim.history.part import Part
+from hmrsim.history.timeline import Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.history.occurrence import SceneSeen, point, records, text
-from hmrsim.history.part import Part
+from hmrsim.history.timeline import Part
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point

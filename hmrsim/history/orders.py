@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.events.orders import OrderDelivered, OrderEvent, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
 from hmrsim.events.robots import ItemDropped, ItemPlaced
-from hmrsim.history.part import Part
+from hmrsim.history.timeline import Part
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:

@@ -21,8 +21,7 @@ from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.events.traffic import MadeRoom, Rerouted, Waiting, WentOn
 from hmrsim.history.motion import motion_in
 from hmrsim.history.occurrence import BatterySeen, SceneSeen, number, records, text, whole
-from hmrsim.history.part import Part
-from hmrsim.history.timeline import GoalSeen, Phase
+from hmrsim.history.timeline import GoalSeen, Part, Phase
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 

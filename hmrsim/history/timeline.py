@@ -1,9 +1,9 @@
-"""The time of a run: occurrences in order, alarms between them, and work at the end of each instant."""
+"""The time of a run: occurrences in order, alarms between them, and the parts of its state that follow it."""
 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
@@ -214,3 +214,23 @@ class Timeline:
             calls, self._unsettled = self._unsettled, {}
             for call in calls:
                 call(self.now)
+
+
+class Part:
+    """A part of the state, such as that of all doors; watchers follow one member of it by name."""
+
+    def __init__(self) -> None:
+        self._watchers: dict[Hashable, list[Callable[[], object]]] = {}
+
+    def watch(self, name: Hashable, call: Callable[[], object]) -> None:
+        """Call a function after each change of a member."""
+        self._watchers.setdefault(name, []).append(call)
+
+    def changed(self, name: Hashable) -> None:
+        """Call the watchers of a member."""
+        for call in self._watchers.get(name, ()):
+            call()
+
+    def begin_anew(self) -> None:
+        """Return to the initial state, as after a reset."""
+        raise NotImplementedError

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from hmrsim.geometry import distance
 from hmrsim.history.history import History
-from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.positions import Positions, point_of
 from hmrsim.properties.observing.pulses import pulse
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
@@ -17,8 +16,7 @@ from hmrsim.simulation.demand import NEAR
 if TYPE_CHECKING:
     from hmrsim.events import EventPattern
     from hmrsim.geometry import Point
-    from hmrsim.history.part import Part
-    from hmrsim.history.timeline import Timeline
+    from hmrsim.history.timeline import Part, Timeline
     from hmrsim.properties.results import ItemEnd, Reference
     from hmrsim.world.model import World
 
@@ -39,7 +37,6 @@ class Observations:
         self._radius = NEAR[world.units]
         self._signals: dict[Hashable, Signal] = {}
         self._pulses: list[tuple[EventPattern, Signal]] = []
-        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
 
     @cached_property
     def positions(self) -> Positions:
@@ -158,7 +155,3 @@ class Observations:
             signal = self._signals[key] = Signal(value())
             part.watch(name, lambda: signal.set(value()))
         return signal
-
-    def _begin_anew(self, _at: int) -> None:
-        if "positions" in vars(self):
-            self.positions.begin_anew()

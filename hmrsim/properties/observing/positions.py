@@ -13,6 +13,7 @@ from hmrsim.geometry import distance
 from hmrsim.history.motion import Motion, Span, closest, motion_in, spans_near
 from hmrsim.history.occurrence import SceneSeen, point, records, text
 from hmrsim.history.timeline import Phase
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
 from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
 from hmrsim.simulation.demand import NEAR
 
@@ -51,7 +52,8 @@ class Positions:
         self._motions: dict[str, Sequence[Motion]] = {}
         self._near: dict[str, dict[str, _Near]] = {}
         self._told: dict[str, tuple[int, MotionBegan]] = {}
-        self.begin_anew()
+        self._begin_anew(0)
+        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
         timeline.on(MotionBegan, self._move)
         for stops in (Stopped, Waiting):
             timeline.on(stops, lambda at, event: self._stand(at, event.robot, event.at))
@@ -90,9 +92,8 @@ class Positions:
         elif where is not None:
             near.closest = min(near.closest, distance(where, near.place))
 
-    def begin_anew(self) -> None:
-        """Put all robots to where they start."""
-        now = self._timeline.now
+    def _begin_anew(self, now: int) -> None:
+        """Return all robots to their initial positions."""
         for name in [*self._at]:
             if name not in self._world.robots:
                 self._stand(now, name, None)
