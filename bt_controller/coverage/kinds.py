@@ -1,6 +1,8 @@
-"""Knowledge about classes of nodes without running them: their outcomes, and their effects on their children.
+"""The possible outcomes of a node at its place in a tree, as far as they are known without running it.
 
-It is known what the leaves of py_trees and of this package can return; of others, anything is taken as possible.
+The outcomes of leaves of py_trees and of this package are known; other leaves may return any status. The outcomes of a
+composite follow from those of its children. A node can be canceled if one above it halts running children. A failure
+can be recovered if a node above it tries something else, or the same again.
 """
 
 from __future__ import annotations
