@@ -220,12 +220,12 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("bt_controller.nodes.decorators.repetition", Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
             ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
             (
-                "bt_controller.nodes.decorators.results",
+                "bt_controller.nodes.decorators.gates",
                 Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all),
                 "Inverter",
             ),
-            ("bt_controller.nodes.decorators.results", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
-            ("bt_controller.nodes.decorators.results", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
+            ("bt_controller.nodes.decorators.gates", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
+            ("bt_controller.nodes.decorators.gates", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_R)), "Delay"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_F), halts=_all), "Timeout"),
         )
