@@ -109,7 +109,8 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     def write_result(self, result: Any) -> None:
         """Write the result of a succeeded goal to the output ports."""
-        self._write_fields(result, _result_ports(type(self), result.__class__))
+        if ports := _result_ports(type(self), result.__class__):
+            self._write_fields(result, ports)
 
     def write_feedback(self, feedback: Any) -> None:
         """Write the latest feedback to the output ports."""

@@ -1,4 +1,4 @@
-"""Simulated time for trees: `now` for this package's nodes, and a ``time`` module for py_trees' timers."""
+"""Simulated time for trees: `now` for nodes, ``time`` for py_trees' timers, and a limit of turns at an instant."""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Files of coverage: JSON, which can be merged, and LCOV's tracefile."""
+"""Files and summaries of coverage: JSON, which can be merged, and LCOV's tracefile for editors and CI services.
+
+In a tracefile, a line is one on which a node stands, and its count is that of the node's ticks. Its branches are the
+outcomes of the node: 0 success, 1 failure, 2 canceled, 3 recovered. Trees in Python have no lines. They get those of
+an outline with one line per node, which is saved beside the tracefile.
+"""
 
 from __future__ import annotations
 

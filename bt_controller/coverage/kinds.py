@@ -1,6 +1,8 @@
-"""Knowledge about classes of nodes without running them: their outcomes, and their effects on their children.
+"""The possible outcomes of a node at its place in a tree, as far as they are known without running it.
 
-It is known what the leaves of py_trees and of this package can return; of others, anything is taken as possible.
+The outcomes of leaves of py_trees and of this package are known; other leaves may return any status. The outcomes of a
+composite follow from those of its children. A node can be canceled if one above it halts running children. A failure
+can be recovered if a node above it tries something else, or the same again.
 """
 
 from __future__ import annotations
@@ -218,12 +220,12 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("bt_controller.nodes.decorators.repetition", Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
             ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
             (
-                "bt_controller.nodes.decorators.results",
+                "bt_controller.nodes.decorators.gates",
                 Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all),
                 "Inverter",
             ),
-            ("bt_controller.nodes.decorators.results", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
-            ("bt_controller.nodes.decorators.results", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
+            ("bt_controller.nodes.decorators.gates", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
+            ("bt_controller.nodes.decorators.gates", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_R)), "Delay"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_F), halts=_all), "Timeout"),
         )

@@ -64,7 +64,7 @@ class Blueprint:
         Raises:
             TreeError: A constructor raises an error.
         """
-        children = [child.build() for child in self.children]
+        children = [child.build() for child in self.children] if self.children else []
         arguments: dict[str, Any] = {}
         if issubclass(self.node, Decorator):
             arguments["child"] = children[0]

@@ -155,11 +155,12 @@ class Mission:
             at = "" if isinstance(error, HmrsimError) else _ticked(error)
             where = f" at {at!r}" if at else ""
             raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {described_error(error)}") from error
-        if self.status is Status.SUCCESS:
+        status = self.root.status
+        if status is Status.SUCCESS:
             self._successes_due -= 1
             self._over = self._successes_due == 0
         else:
-            self._over = self.status is not Status.RUNNING
+            self._over = status is not Status.RUNNING
 
     def due(self, now: float, period: float) -> Due:
         """Return when the running tree has to be ticked again; what it waits for may depend on its blackboard."""

@@ -1,10 +1,10 @@
-"""The operators of scripts on values, as in BehaviorTree.CPP.
+"""The operators of scripts on values, as in BehaviorTree.CPP, and the terms that apply them.
 
-Values are numbers, texts, truth values (1 and 0 as numbers), and whatever else is on the blackboard, which can only
-be passed on. A text that reads as a number, ``true`` or ``false`` counts as that beside a number.
+Values are numbers, texts, truth values (1 and 0 as numbers), and any other entry of the blackboard, which can only be
+passed on. A text that reads as a number, ``true`` or ``false`` counts as that beside a number.
 
-What is different: whole numbers stay whole as long as they fit into 64 bits, so that ports for whole numbers take
-them; and a division by zero is an error instead of an infinity.
+There are two differences to BehaviorTree.CPP. Whole numbers stay whole as long as they fit into 64 bits, so that ports
+for whole numbers take them. A division by zero is an error instead of an infinity.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
-"""Decorators that decide whether and when a child starts: by entries, scripts, time or earlier runs."""
+"""Decorators that decide whether and when a child starts, or change its result."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import ClassVar, Final
 
 from py_trees.common import Status
@@ -162,4 +164,45 @@ class Timeout(Decoration):
         return status
 
 
-FAMILY = Family.of("gates", SkipUnlessUpdated, WaitValueUpdate, RunOnce, SingleTrigger, Precondition, Delay, Timeout)
+class _Changed(Decoration):
+    """Ticks its child and maps its status; RUNNING and skipped are unchanged."""
+
+    becomes: ClassVar[Mapping[Status, Status]]
+
+    def advance(self) -> Ticks:
+        """Tick the child, and map its status."""
+        status = yield from self.tick_child()
+        return self.becomes.get(status, status)
+
+
+class Inverter(_Changed):
+    """Succeeds when its child fails, and fails when its child succeeds."""
+
+    becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE, Status.FAILURE: Status.SUCCESS})
+
+
+class ForceSuccess(_Changed):
+    """Succeeds when its child has ended, whatever its status."""
+
+    becomes = MappingProxyType({Status.FAILURE: Status.SUCCESS})
+
+
+class ForceFailure(_Changed):
+    """Fails when its child has ended, whatever its status."""
+
+    becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE})
+
+
+FAMILY = Family.of(
+    "gates",
+    SkipUnlessUpdated,
+    WaitValueUpdate,
+    RunOnce,
+    SingleTrigger,
+    Precondition,
+    Delay,
+    Timeout,
+    Inverter,
+    ForceSuccess,
+    ForceFailure,
+)

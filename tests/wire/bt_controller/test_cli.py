@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_controller.cli import main, run_trees
+from bt_controller.cli import main
 from bt_controller.coverage import TreeCoverage
 from hmrsim_zenoh.client.client import Client
 from tests.served_world import served_world
@@ -51,7 +51,7 @@ def simulator(client, monkeypatch):
             return sender
 
     client.then = lambda goal: goal.succeed()
-    monkeypatch.setattr(run_trees, "Client", Connected)
+    monkeypatch.setattr("hmrsim_zenoh.client.client.Client", Connected)
     return client
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.decorators.gates import Precondition, RunOnce
+from bt_controller.nodes.decorators.gates import ForceFailure, ForceSuccess, Inverter, Precondition, RunOnce
 from bt_controller.nodes.decorators.repetition import KeepRunningUntilFailure, Repeat, RetryUntilSuccessful
-from bt_controller.nodes.decorators.results import ForceFailure, ForceSuccess, Inverter
 from bt_controller.scripting.parser import ScriptError, parse
 
 NEVER = float("inf")
