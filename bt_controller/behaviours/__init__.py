@@ -1,1 +1,1 @@
-"""Behaviours for trees, one file each; `bt_controller.core.action_leaf` serves all other actions."""
+"""Behaviors for trees, one file each; `bt_controller.core.action_leaf` serves all other actions."""

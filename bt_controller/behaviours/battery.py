@@ -1,4 +1,4 @@
-"""The battery state, by a behaviour named as in py_trees_ros."""
+"""The battery state, by a behavior named as in py_trees_ros."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The control that suspends a mission to charge: the base of the Python behaviour and of the XML node."""
+"""The control that suspends a mission to charge: the base of the Python behavior and of the XML node."""
 
 from __future__ import annotations
 

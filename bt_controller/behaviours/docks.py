@@ -1,4 +1,4 @@
-"""Behaviours that dock and undock the robot."""
+"""Behaviors that dock and undock the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Behaviours that pick items up and put them down."""
+"""Behaviors that pick items up and put them down."""
 
 from __future__ import annotations
 

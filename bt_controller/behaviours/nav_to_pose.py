@@ -1,4 +1,4 @@
-"""Behaviours that drive to a pose or a place."""
+"""Behaviors that drive to a pose or a place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A behaviour that keeps the robot in place."""
+"""A behavior that keeps the robot in place."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the program, whose commands have their arguments when they are asked for."""
     parser = LazyParser(
         prog="bt-controller",
-        description="Drive robots with behaviour trees, as a client of a simulator.",
+        description="Drive robots with behavior trees, as a client of a simulator.",
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
     parser.add_argument("--version", action="version", version=f"bt-controller {__version__}")

@@ -1,4 +1,4 @@
 """The base of leaves and nodes: ports, action leaves, topics and suspension.
 
-Behaviours for Python trees and nodes for XML trees build on it.
+Behaviors for Python trees and nodes for XML trees build on it.
 """

@@ -1,4 +1,4 @@
-"""The nodes of XML trees: py_trees behaviours with ports and with BehaviorTree.CPP's semantics.
+"""The nodes of XML trees: py_trees behaviors with ports and with BehaviorTree.CPP's semantics.
 
 The differences to py_trees:
 
@@ -46,15 +46,15 @@ class PortError(HmrsimError):
 
 
 class QuietBehaviour(Behaviour):
-    """A behaviour without children and without py_trees' debug log, which takes longer than the tick itself."""
+    """A behavior without children and without py_trees' debug log, which takes longer than the tick itself."""
 
     def tick(self) -> Iterator[Behaviour]:
-        """Tick the behaviour, as py_trees does."""
+        """Tick the behavior, as py_trees does."""
         if self.status is not Status.RUNNING:
             self.initialise()
         status = self.update()
         if not isinstance(status, Status):
-            text = f"A behaviour returned an invalid status, setting to INVALID [{status}][{self.name}]"
+            text = f"A behavior returned an invalid status, setting to INVALID [{status}][{self.name}]"
             self.logger.error(text)
             status = Status.INVALID
         if status is not Status.RUNNING:
@@ -63,7 +63,7 @@ class QuietBehaviour(Behaviour):
         yield self
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End the behaviour with a status, or interrupt it with INVALID."""
+        """End the behavior with a status, or interrupt it with INVALID."""
         self.terminate(new_status)
         self.status = new_status
 

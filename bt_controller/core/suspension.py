@@ -1,6 +1,6 @@
 """Suspending a subtree, and resuming it.
 
-No behaviour is stopped: composites keep their current child, decorators their counts. Only the goals are canceled, and
+No behavior is stopped: composites keep their current child, decorators their counts. Only the goals are canceled, and
 the parent does not tick the subtree until it resumes it; then leaves send their unfinished goals again.
 """
 

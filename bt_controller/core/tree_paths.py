@@ -1,4 +1,4 @@
-"""The paths of a tree's behaviours: the names from the root to each of them."""
+"""The paths of a tree's behaviors: the names from the root to each of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
-    """Yield all behaviours with the names from the root to each; siblings of one name are numbered, from 1."""
+    """Yield all behaviors with the names from the root to each; siblings of one name are numbered, from 1."""
     todo = [(root, root.name)]
     while todo:
         node, path = todo.pop()

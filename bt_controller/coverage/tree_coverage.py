@@ -1,4 +1,4 @@
-"""The coverage of behaviour trees: counts of what happened to each node, which can be merged and kept as JSON."""
+"""The coverage of behavior trees: counts of what happened to each node, which can be merged and kept as JSON."""
 
 from __future__ import annotations
 

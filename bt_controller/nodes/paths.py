@@ -1,6 +1,6 @@
 """Geometry of poses and paths: distances, progress along a path, and parts of paths.
 
-Paths have a pose at each bend, while Nav2's have one every few centimetres. So the closest pose of a path in Nav2's
+Paths have a pose at each bend, while Nav2's have one every few centimeters. So the closest pose of a path in Nav2's
 documentation corresponds to the closest point here.
 """
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, also while a behaviour does not return."""
+"""Ctrl-C and SIGTERM, also while a behavior does not return."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _OVER: Final = 0
 def on_interrupt(stop: Callable[[], None], give_up: Callable[[], None]) -> Iterator[list[int]]:
     """Stop regularly on the first SIGINT or SIGTERM, and end the process on the second or after a time limit.
 
-    The signals are heard by a thread of its own: the main thread may be in a behaviour that blocks, even in C.
+    The signals are heard by a thread of its own: the main thread may be in a behavior that blocks, even in C.
     Yields where it keeps the numbers of the signals. In the main thread only.
 
     Args:

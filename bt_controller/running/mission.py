@@ -38,7 +38,7 @@ _FLEET: Final = "fleet"
 
 
 class TreeCrashed(HmrsimError):
-    """A behaviour raised an error; the text says which tree, which error and where."""
+    """A behavior raised an error; the text says which tree, which error and where."""
 
 
 class Mission:
@@ -136,8 +136,8 @@ class Mission:
         """Tick the tree at a simulated time.
 
         Raises:
-            TreeCrashed: A behaviour raised an error.
-            SimulatorNotFound, SimulatorGone: A behaviour sent a request, and no simulator answers any more.
+            TreeCrashed: A behavior raised an error.
+            SimulatorNotFound, SimulatorGone: A behavior sent a request, and no simulator answers any more.
         """
         self._ticks += 1
         self._count_at(now)
@@ -183,14 +183,14 @@ class Mission:
             self._recorder.end()
 
     def interrupt(self, now: float | None = None) -> None:
-        """Stop the tree where it is, and cancel its goals; a behaviour that breaks then is logged."""
+        """Stop the tree where it is, and cancel its goals; a behavior that breaks then is logged."""
         self.end_coverage()
         with self._ticking, self._board.in_use(), simulated_time(now):
             self._stopped = True
             try:
                 if not self._over:
                     self.root.stop(Status.INVALID)
-            except Exception as error:  # noqa: BLE001 - whatever a behaviour raises, the goals are canceled
+            except Exception as error:  # noqa: BLE001 - whatever a behavior raises, the goals are canceled
                 _log.error("the tree of %r broke while it was stopped: %s", self.robot, told(error))
             # A tree that broke does not know of all that it has begun.
             self.cancel()
@@ -213,7 +213,7 @@ class Mission:
             return self._seen(sim_time, known)
 
     def glimpse(self, sim_time: float | None) -> Snapshot | None:
-        """Return the tree's snapshot, or None during a tick: for callers that a behaviour may call."""
+        """Return the tree's snapshot, or None during a tick: for callers that a behavior may call."""
         if not self._ticking.acquire(blocking=False):
             return None
         try:
@@ -257,12 +257,12 @@ def told(error: Exception) -> str:
 
 
 def _ticked(error: Exception) -> str:
-    """Return the name of the behaviour that raised an error, the deepest one; empty if it came from none."""
+    """Return the name of the behavior that raised an error, the deepest one; empty if it came from none."""
     name = ""
     for frame, _ in traceback.walk_tb(error.__traceback__):
-        behaviour = frame.f_locals.get("self")
-        if isinstance(behaviour, Behaviour):
-            name = str(behaviour.name)
+        behavior = frame.f_locals.get("self")
+        if isinstance(behavior, Behaviour):
+            name = str(behavior.name)
     return name
 
 

@@ -44,7 +44,7 @@ def run_tree(
         TreeError: The tree can't be built.
         NotServed: The simulator lacks a robot or an action.
         SimulatorNotFound, SimulatorGone, Unreachable: No simulator answers.
-        TreeCrashed: A behaviour raised an error.
+        TreeCrashed: A behavior raised an error.
         Idle: A tree waits for what can't happen.
         Dropped: The simulator goes on without this client.
     """

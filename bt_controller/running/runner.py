@@ -42,7 +42,7 @@ _MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
 
 _LAST_WORDS: Final = 0.5
-"""Wall seconds that canceled goals have to end when a behaviour blocks."""
+"""Wall seconds that canceled goals have to end when a behavior blocks."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Outcome:
         interrupted: Whether the user stopped it.
         gone: Whether it was given up because the simulator is gone.
         left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
-        reasons: By robot whose tree failed, the behaviours that made it fail; where it had not ended, the one that was
+        reasons: By robot whose tree failed, the behaviors that made it fail; where it had not ended, the one that was
             running. Each with its ``node``, its ``message`` and, if it comes from a file, its ``origin`` there.
     """
 
@@ -132,7 +132,7 @@ class Runner:
         Raises:
             NotServed: The simulator lacks a robot or an action.
             SimulatorNotFound, SimulatorGone, Unreachable: It does not say what it has.
-            TreeCrashed: A behaviour raised an error.
+            TreeCrashed: A behavior raised an error.
             Idle: A tree waits for what can't happen.
             Dropped: The simulator goes on without this client.
         """
@@ -153,7 +153,7 @@ class Runner:
         return self._with_left(outcome)
 
     def give_up(self) -> Outcome:
-        """Cancel the goals while a behaviour keeps the trees' own thread from it; from another thread."""
+        """Cancel the goals while a behavior keeps the trees' own thread from it; from another thread."""
         for mission in self._missions:
             mission.cancel()
         # The mailbox may still hold reasons, such as the one that requested the end.

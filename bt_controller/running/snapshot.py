@@ -83,14 +83,14 @@ class Node(NamedTuple):
         return f"{self.name}: {self.message}" if self.message else self.name
 
     def line(self, symbols: Mapping[Status, str] = UNICODE, *, status: bool = True) -> str:
-        """Return the behaviour as a line of py_trees' text trees."""
+        """Return the behavior as a line of py_trees' text trees."""
         text = f"{' ' * _INDENT * self.depth}{self.symbol} {self.name}"
         if status:
             text += f" [{symbols[self.status]}]"
         return f"{text} -- {self.message}" if self.message else text
 
     def to_json(self) -> dict[str, Any]:
-        """Return the behaviour as JSON values."""
+        """Return the behavior as JSON values."""
         told = {**self._asdict(), "status": self.status.value}
         if not self.origin:
             del told["origin"]
@@ -108,7 +108,7 @@ class Snapshot:
     Attributes:
         sim_time: Simulated seconds; None before the first clock message.
         tick: The number of the tick, from 1.
-        nodes: The behaviours, parents before their children.
+        nodes: The behaviors, parents before their children.
         ended: Whether the tree will not be ticked again.
         blackboard: The entries of its blackboard as JSON values; None if not requested.
     """
@@ -150,18 +150,18 @@ class Snapshot:
 
 
 def nodes_of(root: Behaviour, covered: Callable[[Behaviour], NodeCoverage] | None = None) -> tuple[Node, ...]:
-    """Return the behaviours of a tree as they are now, with what was counted of each, if that is given."""
+    """Return the behaviors of a tree as they are now, with what was counted of each, if that is given."""
     found: list[Node] = []
     _add(root, 0, found, covered)
     return tuple(found)
 
 
 def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    """Return the behaviours that made a tree fail: the deepest ones whose ancestors have all failed.
+    """Return the behaviors that made a tree fail: the deepest ones whose ancestors have all failed.
 
     A decorator that fails although its child has not is a reason itself.
     """
-    # The deepest level up to which all behaviours above the next one have failed.
+    # The deepest level up to which all behaviors above the next one have failed.
     failed = -1
     found: list[Node] = []
     for node in nodes:
@@ -175,7 +175,7 @@ def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
 
 
 def tip(nodes: tuple[Node, ...]) -> Node:
-    """Return the current behaviour of a tree: the last that is RUNNING or has failed; else the root."""
+    """Return the current behavior of a tree: the last that is RUNNING or has failed; else the root."""
     if failed := reasons(nodes):
         return failed[-1]
     running = [node for node in nodes if node.status is Status.RUNNING]
@@ -197,7 +197,7 @@ def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Beha
             kind=kind.__name__,
             name=_one_line(node.name),
             status=node.status,
-            # py_trees leaves the last message on a behaviour that it has reset.
+            # py_trees leaves the last message on a behavior that it has reset.
             message=_one_line(node.feedback_message) if active else "",
             origin=node.origin if isinstance(node, XmlNode) else "",
             coverage=None if covered is None else _counts(covered(node)),

@@ -72,7 +72,7 @@ def due(root: Behaviour, now: float, period: float) -> Due:
 
 
 class _Kind(NamedTuple):
-    """What a class of behaviours is, which takes a while to find out of classes as py_trees' are.
+    """What a class of behaviors is, which takes a while to find out of classes as py_trees' are.
 
     Attributes:
         xml: Whether it is a node of XML trees, which says itself when it has to be ticked.

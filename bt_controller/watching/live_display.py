@@ -120,7 +120,7 @@ class LiveDisplay:
         return running[-room:] if alone and room > 0 else ()
 
     def _without_what_is_over(self, nodes: tuple[Node, ...]) -> Iterator[Node]:
-        """Yield behaviours, but none below those that have succeeded or were not begun."""
+        """Yield behaviors, but none below those that have succeeded or were not begun."""
         closed = sys.maxsize
         for node, following in zip(nodes, (*nodes[1:], nodes[0]), strict=True):
             if node.depth > closed:
@@ -149,7 +149,7 @@ class LiveDisplay:
     def _snapshot(self, mission: Mission) -> Snapshot:
         """Return the tree; one that was stopped as it was before.
 
-        So is one that is being ticked: what a behaviour prints has the terminal drawn anew, in the middle of the tick.
+        So is one that is being ticked: what a behavior prints has the terminal drawn anew, in the middle of the tick.
         """
         tick = self._ticked[mission.robot]
         seen, snapshot = self._seen[mission.robot]

@@ -1,4 +1,4 @@
-"""Trees as pictures: in Graphviz's language, with py_trees' shapes and colours, and as SVG."""
+"""Trees as pictures: in Graphviz's language, with py_trees' shapes and colors, and as SVG."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MAX_LETTERS: Final = 60
 
 
 def dot(trees: Mapping[str, Sequence[Node]], *, statuses: bool = False) -> str:
-    """Return trees, by their titles, as a graph; with *statuses*, border colours and feedback messages are shown."""
+    """Return trees, by their titles, as a graph; with *statuses*, border colors and feedback messages are shown."""
     lines = [
         "digraph {",
         "  ordering=out;",
@@ -74,8 +74,8 @@ def check_graphviz() -> str:
 def _graph(nodes: Sequence[Node], first: int, *, statuses: bool) -> Iterator[str]:
     above: list[int] = []
     for number, node in enumerate(nodes, first):
-        shape, colour = _SHAPES[node.symbol]
-        look = f"shape={shape}, fillcolor={colour}"
+        shape, color = _SHAPES[node.symbol]
+        look = f"shape={shape}, fillcolor={color}"
         label = f"{node.symbol} {node.name}" if shape in _CONTROLS else node.name
         if statuses:
             look += f", color={_COLOURS[node.status]}, penwidth=3"

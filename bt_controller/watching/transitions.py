@@ -76,7 +76,7 @@ class Transitions:
         def note() -> None:
             nonlocal last
             if node.status is not last:
-                # py_trees leaves the last message on a behaviour that it has reset.
+                # py_trees leaves the last message on a behavior that it has reset.
                 message = "" if node.status is Status.INVALID else node.feedback_message
                 change = {"from": last.value, "to": node.status.value, "message": message}
                 self._noted.append({"robot": robot, "node": path, **change})

@@ -68,7 +68,7 @@ class ClearCostmapAroundPose(_NoOp):
 
 
 class ReinitializeGlobalLocalization(_NoOp):
-    """Simulated robots are always localised."""
+    """Simulated robots are always localized."""
 
 
 class ToggleCollisionMonitor(_NoOp):

@@ -1,4 +1,4 @@
-"""Nav2's conditions on localisation: a simulated robot is always localised."""
+"""Nav2's conditions on localisation: a simulated robot is always localized."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FRAMES: Final = ("map", "base_link")
 
 
 class InitialPoseReceived(Leaf):
-    """Succeeds unless the file sets the port to false: simulated robots are localised from the start."""
+    """Succeeds unless the file sets the port to false: simulated robots are localized from the start."""
 
     INPUTS: ClassVar = {"initial_pose_received": input_port(BOOL, "Whether there is a pose", default=True)}
 

@@ -18,7 +18,7 @@ class RoundRobin(Control):
     otherwise the node fails once after the last child, and then begins with the first. If all children are skipped, so
     is the node. After a halt it begins with the first child.
 
-    This is the documented behaviour; Nav2's implementation fails when the last child has ended, whatever its status.
+    This is the documented behavior; Nav2's implementation fails when the last child has ended, whatever its status.
     """
 
     INPUTS: ClassVar = {"wrap_around": input_port(BOOL, "Whether the first child follows the last one", default=False)}
