@@ -24,7 +24,7 @@ QUICK: dict[str, Any] = {"rounds": 3, "runs": 3, "missions": 1}
 
 _TREE = "bt_controller.examples.hospital:mission"
 _SPEED = 1.2
-"""Metres a second, of which each run's robots have a little more than those of the run before."""
+"""Meters a second, of which each run's robots have a little more than those of the run before."""
 
 
 def run(*, rounds: int = 20, runs: int = 10, missions: int = 3) -> list[Row]:

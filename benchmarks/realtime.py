@@ -48,10 +48,10 @@ def run(*, factors: Sequence[float] = (1.0, 10.0), robots: int = 20, window: flo
 
 
 def _world(lanes: dict[str, float]) -> World:
-    """Return a world with a lane of so many metres for each robot, which drives 1 m/s."""
+    """Return a world with a lane of so many meters for each robot, which drives 1 m/s."""
     ends = {
-        f"{robot}_{end}": (end * metres, float(row))
-        for row, (robot, metres) in enumerate(lanes.items())
+        f"{robot}_{end}": (end * meters, float(row))
+        for row, (robot, meters) in enumerate(lanes.items())
         for end in (0, 1)
     }
     return World.model_validate(

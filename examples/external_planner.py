@@ -13,7 +13,7 @@ import zenoh
 
 KEY = "hmrsim/_planner/compute_path_to_pose"
 DETOUR = 100.0
-"""Metres of detour that are preferred to the way through the kitchen."""
+"""Meters of detour that are preferred to the way through the kitchen."""
 
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:

@@ -20,7 +20,7 @@ FILE: Final = Path(__file__).resolve().parents[1] / "maps" / "warehouse.yaml"
 _HEAD: Final = """\
 # yaml-language-server: $schema=../schemas/world.schema.json
 #
-# A warehouse, in metres: a hundred robots of seven types between racks, one-way aisles and packing stations.
+# A warehouse, in meters: a hundred robots of seven types between racks, one-way aisles and packing stations.
 # tools/generate_warehouse.py writes this file: change that, and run it.
 #
 #     y 50  parking and chargers: a one-way street north of each aisle, two of them joined at their ends

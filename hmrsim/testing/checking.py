@@ -60,7 +60,7 @@ def check(  # noqa: PLR0913 - what the command has as options
     Args:
         world: The name of a shipped world, the path of a file, or what a file says, in plain values.
         properties: The properties that have to hold, beside the built-in ones: the path of a file, or what one says.
-        tree: The controller, if it is a behaviour tree: ``MODULE:FUNCTION``, or the path of an XML file.
+        tree: The controller, if it is a behavior tree: ``MODULE:FUNCTION``, or the path of an XML file.
         python: The controller, if it is a function that takes a client: ``MODULE:FUNCTION``.
         command: The controller, if it is a program.
         robots: Who runs the tree; all robots if left out.

@@ -178,7 +178,7 @@ class Run:
             ValueError: No tree was given.
             TreeError: It can't be built.
             NotServed: The world lacks a robot or an action.
-            TreeCrashed: A behaviour raised an error.
+            TreeCrashed: A behavior raised an error.
             Idle: A tree waits for what can't happen.
             TreeGoesOn: It has not ended after an hour of simulated time, and the settings have no duration.
         """

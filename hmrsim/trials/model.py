@@ -32,7 +32,7 @@ class Controller(Part):
     """A controller under test.
 
     Attributes:
-        tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
+        tree: A behavior tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
         python: A function that is given a `hmrsim_zenoh.Client`, or a coroutine function that is given a
             `hmrsim_zenoh.AsyncClient`, in the same process.
         command: A command line; it is started for each run, with its own endpoint in its environment.

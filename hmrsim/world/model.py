@@ -1,6 +1,6 @@
 """The models of world files, and the checks of a model that need more than one field.
 
-Lengths are in the world's unit (metres or pixels), speeds in that unit a second, weights in kg, angles in
+Lengths are in the world's unit (meters or pixels), speeds in that unit a second, weights in kg, angles in
 radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever flipped.
 """
 
@@ -482,7 +482,7 @@ class World(Model):
 
     Attributes:
         name: What it is called, in traces, on the page and in reports.
-        units: Metres, with y up; or pixels, with y down.
+        units: Meters, with y up; or pixels, with y down.
         waypoints: Points that lanes join, by name: [x, y], or with a capacity.
         lanes: The ways of robots: pairs of waypoints, driven in both directions, or with their own settings.
         walls: Polylines and outlines that are in the way of robots off the lanes.

@@ -158,7 +158,7 @@ _DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: 
 def frames_metadata(units: str) -> dict[str, str]:
     """Return the metadata of the frames of a world in these units."""
     if units == "m":
-        return {"frames": f"{MAP}, in metres, y up"}
+        return {"frames": f"{MAP}, in meters, y up"}
     return {"frames": f"{MAP}, 1 px as 1 m, y down; {_WORLD}, in which {MAP} is upside down: look at it from above"}
 
 

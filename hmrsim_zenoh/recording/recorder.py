@@ -288,7 +288,7 @@ class Recorder:
         self._file.add(known[0], self.time.now, known[1].encode({"goal_id": goal_id, "feedback": event.feedback}))
 
     def tree(self, robot: str, state: Mapping[str, Any]) -> None:
-        """Write the state of a robot's behaviour tree, at the time of the latest event."""
+        """Write the state of a robot's behavior tree, at the time of the latest event."""
         self._add_json(f"/{robot}/_tree", tree_schema, state)
 
     def settle(self) -> None:

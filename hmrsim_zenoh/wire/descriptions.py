@@ -95,7 +95,7 @@ class SessionsInfo(_Part):
 
 
 class TreeInfo(_Part):
-    """The message of a behaviour tree's state, as far as an overview shows it."""
+    """The message of a behavior tree's state, as far as an overview shows it."""
 
     status: _Text = ""
 

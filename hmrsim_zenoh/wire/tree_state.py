@@ -11,7 +11,7 @@ Status = Literal["SUCCESS", "FAILURE", "RUNNING", "INVALID"]
 
 
 class NodeCounts(BaseModel):
-    """What has happened to a behaviour, in all trees of the controller with this behaviour."""
+    """What has happened to a behavior, in all trees of the controller with this behavior."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

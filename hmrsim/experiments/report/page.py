@@ -111,7 +111,7 @@ def page_of(summary: Summary, folder: str) -> str:
             "treatments": ["treatment", "#runs", *(f"#{name}" for name in summary.measures)],
             "endings": ["treatment", "share of runs", *(f"#{ending.name}" for ending in summary.endings)],
         },
-        colours=_colours(summary.endings),
+        colors=_colours(summary.endings),
         undecided=sum(each.verdict == "undecided" for one in summary.comparisons for each in one.measures.values()),
         verdicts=sum(len(one.measures) for one in summary.comparisons),
     )
@@ -201,7 +201,7 @@ def _effects(summary: Summary, name: str) -> _Effects:
 
 
 def _colours(endings: Sequence[Ending]) -> dict[str, str]:
-    """Return the colour of each ending, as the name of a variable of the style."""
+    """Return the color of each ending, as the name of a variable of the style."""
     found: dict[str, str] = {}
     good, other = iter(_SUCCESSES), 0
     for ending in endings:

@@ -52,7 +52,7 @@ class Box(NamedTuple):
     rotation: float = 0.0
 
     @property
-    def centre(self) -> Point:
+    def center(self) -> Point:
         """The center as in the original: half the size, rounded down."""
         return (self.x + self.width // 2, self.y + self.height // 2)
 

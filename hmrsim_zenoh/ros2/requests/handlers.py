@@ -116,7 +116,7 @@ class PendingRosReply:
         try:
             return encode(values)
         except CdrError as error:
-            _log.exception("the reply of %s can't be serialised", self.handler.name)
+            _log.exception("the reply of %s can't be serialized", self.handler.name)
             return encode(self.handler.refusal(f"the simulator has a bug: {error}"))
 
     def _attachment(self) -> zenoh.ZBytes | bytes | None:

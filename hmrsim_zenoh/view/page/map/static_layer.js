@@ -9,7 +9,7 @@ import { faint } from './shapes.js';
 import { Signs } from './signs.js';
 import { NAME_FONT } from './sprites.js';
 
-const METRE = { m: 1, px: 80 }; // units of the world per meter
+const METER = { m: 1, px: 80 }; // units of the world per meter
 const ROAD = { m: 0.5, px: 18 }; // the width of a lane
 const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
 
@@ -20,8 +20,8 @@ const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
  */
 export function measuresOf(world) {
   const { units } = world;
-  const box = world.bounds ?? around(world.extent, METRE[units]);
-  return { meter: METRE[units], road: ROAD[units], body: BODY[units], box };
+  const box = world.bounds ?? around(world.extent, METER[units]);
+  return { meter: METER[units], road: ROAD[units], body: BODY[units], box };
 }
 
 /** Return a box with a margin. */
