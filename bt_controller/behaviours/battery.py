@@ -55,7 +55,7 @@ class WaitUntilCharged(subscribers.Handler):
 
     Args:
         percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
-        name: The behaviour's name; says the share if left out.
+        name: The behavior's name; says the share if left out.
         robot: The robot; None for the one that the tree is run for.
     """
 

@@ -19,7 +19,7 @@ class BatteryGuard(BatteryGuardNode):
         BatteryGuard("Guard", mission=errand, charge=Dock("charger_1"), below=0.2, until=0.9)
 
     Args:
-        name: The behaviour's name.
+        name: The behavior's name.
         mission: The mission. It and its timers stand still while the battery is charged: its active goals are
             canceled and sent again afterwards, and its finished steps stay finished. First the robot drives back to
             where it was interrupted, unless the mission resumes with a drive.

@@ -30,7 +30,7 @@ class IsDetected(subscribers.Handler):
 
     Args:
         entity: The entity's name, or its class.
-        name: The behaviour's name; names the entity if left out.
+        name: The behavior's name; names the entity if left out.
         robot: The robot; None for the one that the tree is run for.
     """
 

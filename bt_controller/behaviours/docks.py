@@ -20,7 +20,7 @@ class Dock(FromConstant[DockRobot.Goal, DockRobot.Result, DockRobot.Feedback]):
     Args:
         max_staging_time: Simulated seconds within which the robot has to reach the dock, including the wait for
             other robots to leave; 0 for no limit.
-        name: The behaviour's name; says the dock if left out.
+        name: The behavior's name; says the dock if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """
 

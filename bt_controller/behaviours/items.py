@@ -15,7 +15,7 @@ class Pickup(ActionLeaf[Any, moveit_msgs.Pickup.Result, moveit_msgs.Pickup.Feedb
     """Picks up an item that is in reach.
 
     Args:
-        name: The behaviour's name; says the item if left out.
+        name: The behavior's name; says the item if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
 
     Raises:
@@ -35,7 +35,7 @@ class Place(ActionLeaf[Any, moveit_msgs.Place.Result, moveit_msgs.Place.Feedback
     """Puts down an item that the robot holds.
 
     Args:
-        name: The behaviour's name; says the item if left out.
+        name: The behavior's name; says the item if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
 
     Raises:

@@ -44,7 +44,7 @@ class GoTo(NavToPoseActionClient):
 
     Args:
         target: The place's name; or x, y and, if it matters, yaw, in the world's unit of length and radians.
-        name: The behaviour's name; says the target if left out.
+        name: The behavior's name; says the target if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
 
     Raises:

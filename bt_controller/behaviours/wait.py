@@ -13,7 +13,7 @@ class Wait(FromConstant[nav2_msgs.Wait.Goal, nav2_msgs.Wait.Result, nav2_msgs.Wa
 
     Args:
         seconds: Simulated seconds.
-        name: The behaviour's name; says how long if left out.
+        name: The behavior's name; says how long if left out.
         robot: The robot that serves the action; None for the one that the tree is run for.
     """
 

@@ -227,7 +227,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             self.cancel()
 
     def ended(self, handle: GoalHandle[R, F]) -> Status:
-        """Return the behaviour's status for the end of the goal."""
+        """Return the behavior's status for the end of the goal."""
         if handle.error is None and handle.status is GoalStatus.SUCCEEDED:
             return self._succeeded("successfully completed")
         self.feedback_message = _verdict(handle)

@@ -206,7 +206,7 @@ class Node(PortsMixin):
         """Keep the places, and check the ports' texts early.
 
         Args:
-            **kwargs: *places*, a `Places`, and the arguments of other behaviours.
+            **kwargs: *places*, a `Places`, and the arguments of other behaviors.
 
         Raises:
             PortError: A port's value in the file is invalid.

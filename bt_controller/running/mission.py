@@ -115,7 +115,7 @@ class Mission:
         return {leaf.action.name: leaf.action for leaf in leaves if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
-        """Set up all behaviours.
+        """Set up all behaviors.
 
         Args:
             client: The connection to the simulator.
@@ -201,7 +201,7 @@ class Mission:
             leaf.cancel()
 
     def shutdown(self) -> None:
-        """Shut down the behaviours."""
+        """Shut down the behaviors."""
         with self._board.in_use():
             for node in self._nodes():
                 node.shutdown()

@@ -58,7 +58,7 @@ class NodeCounts(NamedTuple):
 
 
 class Node(NamedTuple):
-    """One behaviour.
+    """One behavior.
 
     Attributes:
         depth: 0 for the root.

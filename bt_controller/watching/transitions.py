@@ -1,6 +1,6 @@
-"""A log of the behaviours' statuses with simulated times: one line for each change.
+"""A log of the behaviors' statuses with simulated times: one line for each change.
 
-What runs and is reset within one tick is in it, too: the log listens to each behaviour's ``tick`` and ``stop``.
+What runs and is reset within one tick is in it, too: the log listens to each behavior's ``tick`` and ``stop``.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ class There:
         docks: Those of the docks.
         lifts: Those of the lifts.
         items: Those of the items.
-        made: What items are called, with a number, that orders will make.
+        made: The base names of the items that orders will create.
         cells: How many cells the battery of a robot has, by its name; None if it has no battery.
     """
 

@@ -134,7 +134,7 @@ def _names(client: Client, timeout: float) -> dict[str, str]:
         found = described(key, client.get(key, timeout), SessionsInfo).get("sessions", ())
         return {one["session"]: one["name"] for one in found}
     except (RequestError, Unreachable, UnreadableError):
-        # A simulator with access control of its own configuration does not say.
+        # A simulator whose Zenoh configuration has access control may deny this query.
         return {}
 
 

@@ -159,12 +159,12 @@ class Snapshot:
 
     @cached_property
     def ros(self) -> Domain:
-        """The requested ROS domain."""
+        """The ROS domain that the user asked for."""
         return self.domains.get(self.domain, Domain())
 
     @property
     def uses_ros(self) -> bool:
-        """Whether ROS is in use."""
+        """True if the user asked for ROS, or the environment or the network shows signs of it."""
         return (
             self.wants_ros
             or any(name.startswith(("ROS_", "RMW_")) for name in self.environment)
@@ -173,7 +173,7 @@ class Snapshot:
 
     @property
     def where(self) -> str:
-        """The endpoints as text."""
+        """The endpoints as text, separated by commas."""
         return ", ".join(self.endpoints)
 
     @property

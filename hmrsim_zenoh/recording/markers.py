@@ -173,7 +173,7 @@ class WorldMarkers:
         self._closed: dict[tuple[str, str], str] = {}
 
     def load(self, definition: Mapping[str, Any]) -> None:
-        """Replace the world."""
+        """Replace the world by that of a definition."""
         self._world = World.model_validate(definition)
 
     def follow(self, scene: Mapping[str, Any]) -> None:

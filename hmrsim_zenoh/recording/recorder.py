@@ -57,7 +57,7 @@ class Timeline:
 
     @property
     def simulated(self) -> int:
-        """The latest simulated time."""
+        """The latest simulated time, in nanoseconds."""
         return self.now - self.offset
 
     def at(self, nanoseconds: int) -> int:
@@ -144,7 +144,7 @@ _THINGS_PERIOD: Final = NANOSECONDS // 10
 
 
 class LogLine(NamedTuple):
-    """A line on ``/rosout``.
+    """A line of the log on ``/rosout``.
 
     Attributes:
         level: The severity, as in `Log`.
@@ -182,7 +182,7 @@ class Recorder:
 
     @property
     def scene_due(self) -> bool:
-        """Whether to write the scene again now, which takes long with many robots."""
+        """True if the scene has to be written again now; scenes of many robots are expensive."""
         return self._restarted or (self.stale and self.time.now - self._scene_at >= _SCENE_PERIOD)
 
     def begin(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any], **more: str) -> None:

@@ -80,10 +80,10 @@ class Rule:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a policy says of a message.
+    """The decision of a policy about a message.
 
     Attributes:
-        rule: The rule that decides; empty where none does, which is a denial.
+        rule: The rule that allows or denies the message; empty if no rule applies, so that it is denied.
     """
 
     allowed: bool
@@ -98,7 +98,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class AccessControl:
-    """A policy: the rules of each certificate's common name. What no rule allows is denied."""
+    """A policy: rules for each certificate's common name. Messages that no rule allows are denied."""
 
     rules: Mapping[str, tuple[Rule, ...]]
 

@@ -55,7 +55,7 @@ class _Service(_Part):
 
 
 class WorldInfo(_Part):
-    """The message of ``_world/info``."""
+    """The message that ``_world/info`` returns: the simulator, its world, robots and services."""
 
     contract: int | _Text | None = None
     hmrsim: _Text = ""
@@ -71,7 +71,7 @@ class WorldInfo(_Part):
 
 
 class TimeInfo(_Part):
-    """The message of ``_world/time/state``."""
+    """The message that ``_world/time/state`` returns: the clock and the participants of lockstep."""
 
     now: float = 0.0
     clock: _Text = ""
@@ -89,7 +89,7 @@ class _Session(_Part):
 
 
 class SessionsInfo(_Part):
-    """The message of ``_world/sessions``."""
+    """The message that ``_world/sessions`` returns: the connected sessions with their certificates' names."""
 
     sessions: list[_Session] = []
 

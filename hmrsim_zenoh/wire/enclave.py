@@ -79,7 +79,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Enclave:
-    """A member's folder.
+    """The folder with the certificate and policy of one member.
 
     Attributes:
         folder: Where it is.

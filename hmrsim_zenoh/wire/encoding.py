@@ -130,5 +130,5 @@ def event_payload(event: GoalChanged | EventStamped) -> bytes:
 
 
 def error(text: str, field: str = "", value: object = None) -> bytes:
-    """Return the body of Zenoh's error reply for one mistake."""
+    """Return the body of Zenoh's error reply for a single error."""
     return dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})

@@ -27,7 +27,7 @@ class UnreadableError(HmrsimError):
     """A payload can't be read.
 
     Attributes:
-        details: One mapping for each mistake: ``field`` (dotted path from the message's root), ``message``, ``value``.
+        details: One mapping for each error: ``field`` (dotted path from the message's root), ``message``, ``value``.
     """
 
     def __init__(self, error: str, details: list[dict[str, Any]] | None = None) -> None:
@@ -58,9 +58,9 @@ class SendGoalRequest(Envelope, Generic[G]):
 
 
 class ExecuteRequest(SendGoalRequest[G], Generic[G]):
-    """A goal that is followed to its end."""
+    """A goal to execute: the reply stays open until the goal ends."""
 
-    feedback: bool = Field(default=False, description="Whether to be sent its feedback in between.")
+    feedback: bool = Field(default=False, description="Whether the simulator also sends the goal's feedback.")
 
 
 class GoalInfo(Envelope):
@@ -71,7 +71,7 @@ class GoalInfo(Envelope):
 
 
 class SendGoalResponse(Envelope):
-    """Whether a goal was accepted, or the reason of its rejection."""
+    """The answer to a goal: its acceptance, or the reason for its rejection."""
 
     accepted: bool
     goal_id: str
@@ -109,7 +109,7 @@ class GetResultResponse(Envelope, Generic[G]):
 
 
 class Ending(GetResultResponse[G], Generic[G]):
-    """Likewise, and why the goal did not succeed, which comes beside that; empty if it did."""
+    """A goal's final status and result, and the cause if it did not succeed."""
 
     cause: str = ""
 
@@ -123,21 +123,21 @@ class ResultStatus(BaseModel):
 
 
 class FeedbackMessage(Envelope, Generic[G]):
-    """A goal's feedback."""
+    """A feedback message with the id of its goal."""
 
     goal_id: str
     feedback: G
 
 
 class GoalStatusEntry(Envelope):
-    """One goal's status."""
+    """The status of a goal, and its id."""
 
     goal_info: GoalInfo
     status: int
 
 
 class GoalStatusArray(Envelope):
-    """All goals that are kept, in order of acceptance."""
+    """The goals that the server keeps, in order of acceptance."""
 
     status_list: list[GoalStatusEntry]
 
@@ -152,7 +152,7 @@ def around(envelope: type[BaseModel], message: type[Message]) -> SchemaValidator
 def plain(envelope: type[BaseModel]) -> SchemaValidator:
     """Return the reader of an *envelope* or message without type parameters; built upon first use."""
     envelope.model_rebuild()
-    # Plugins of pydantic put something else in its place, which has the same methods.
+    # Plugins of pydantic replace it by a wrapper with the same methods.
     reader: SchemaValidator = envelope.__pydantic_validator__  # type: ignore[assignment]
     return reader
 
@@ -164,7 +164,7 @@ def read(reader: SchemaValidator, payload: bytes, *, max_payload: int = MAX_PAYL
         UnreadableError: The payload is too large, not JSON, or not of the reader's type.
     """
     if len(payload) > max_payload:
-        raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are taken")
+        raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are allowed")
     if not payload:
         raise UnreadableError("empty payload; expected a JSON object")
     try:
@@ -174,7 +174,7 @@ def read(reader: SchemaValidator, payload: bytes, *, max_payload: int = MAX_PAYL
 
 
 def read_often(reader: SchemaValidator, payload: bytes) -> Any:
-    """Return likewise what is sent again and again, such as a goal; all that read it share one immutable model."""
+    """Return the model in a *payload* that clients send repeatedly; equal payloads share one immutable model."""
     if len(payload) > _MAX_KEPT:
         return read(reader, payload)
     return _kept(reader, payload)
@@ -191,11 +191,11 @@ def _kept(reader: SchemaValidator, payload: bytes) -> Any:
 
 _OBJECT: Final = "Input should be an object"
 _IN_JSON: Final = {"model_type": _OBJECT, "dict_type": _OBJECT, "list_type": "Input should be a valid array"}
-"""Pydantic's messages that differ where plain values are read, which have Python's types."""
+"""Messages in JSON's terms for errors that pydantic describes in Python's terms."""
 
 
 def unreadable(error: ValidationError) -> UnreadableError:
-    """Return a validation error as an error of the wire, in JSON's words also where plain values were read."""
+    """Return a validation error as an error of the wire, with JSON's terms even if the input was Python values."""
     details: list[dict[str, Any]] = [
         {
             "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],

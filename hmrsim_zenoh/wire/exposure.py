@@ -1,4 +1,4 @@
-"""Which endpoints of a simulator are open to other machines."""
+"""The check whether endpoints of a simulator are open to other machines."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.options import SessionOptions
 
 _SECURING: Final = ("access_control/enabled", "transport/auth/usrpwd/dictionary_file")
-"""The settings of a Zenoh configuration that keep strangers out."""
+"""The settings of a Zenoh configuration that restrict access at all endpoints."""
 
 _CERTIFIED: Final = "transport/link/tls/enable_mtls"
-"""Likewise, at endpoints that are encrypted."""
+"""The setting that restricts access at encrypted endpoints."""
 
 
 def exposed(options: SessionOptions, endpoints: Sequence[str]) -> list[str]:

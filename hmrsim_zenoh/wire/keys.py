@@ -6,7 +6,7 @@
     <prefix>/<robot>/<topic>
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
-    <prefix>/_participant/<name>                                            likewise, of lockstep's participants
+    <prefix>/_participant/<name>                                            liveliness tokens of lockstep's participants
     <prefix>/_planner/compute_path_to_pose                                  the queryable of an external planner
     <prefix>/<robot>/_tree                                                  the state of a controller's tree
 """

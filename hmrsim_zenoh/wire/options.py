@@ -61,7 +61,7 @@ def seconds(text: str, *, what: str = "time") -> float:
 
 
 _OF_ONE_SESSION: Final = frozenset({"role"})
-"""What no variable says: one that was left set would be a surprise."""
+"""The options without an environment variable, because a variable would affect all sessions of a shell."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class SessionOptions:
         secure: A keystore or an enclave of ``hmrsim security``: sessions are encrypted, and both sides show their
             certificates; None for open sessions.
         role: The enclave of the keystore, by name or role; None for *default_role*.
-        default_role: The role of a session that is told none; a simulator's is always ``simulator``.
+        default_role: The role of a session without *role*; a simulator's role is always ``simulator``.
         default: The default endpoint of simulators and tools. Zenoh tries all addresses of a name, so that
             ``tcp/localhost:7447`` works even if localhost resolves to ``::1`` first.
     """

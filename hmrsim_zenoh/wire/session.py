@@ -230,7 +230,7 @@ class _Settings:
 
     @property
     def _has_choice(self) -> bool:
-        """Whether one of several endpoints will do."""
+        """True if the session may connect to any one of several endpoints."""
         return len(self.connect) > 1 and not self.listen
 
     def _open_in_turn(self, advice: str) -> zenoh.Session:

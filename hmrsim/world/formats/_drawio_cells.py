@@ -100,22 +100,22 @@ class Cell:
 
     @property
     def is_edge(self) -> bool:
-        """Whether it is a line."""
+        """True if the cell is a line."""
         return self.own.get("edge") == "1"
 
     @property
     def is_shape(self) -> bool:
-        """Whether it is neither a line nor a layer."""
+        """True if the cell is neither a line nor a layer."""
         return not self.is_edge and self.geometry is not None
 
     @property
     def is_layer(self) -> bool:
-        """Whether it only contains other cells."""
+        """True if the cell only contains other cells."""
         return self.geometry is None and {"vertex", "edge"}.isdisjoint(self.own)
 
     @property
     def is_relative(self) -> bool:
-        """Whether its position is a share of its parent, or it is the label of its parent."""
+        """True if the cell's position is a share of its parent, or if the cell is the label of its parent."""
         return self.geometry is not None and self.geometry.attributes.get("relative") == "1"
 
     @property

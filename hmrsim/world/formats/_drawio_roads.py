@@ -46,7 +46,7 @@ class _Piece:
     _box: tuple[float, float, float, float] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Compute its bounding box."""
+        """Compute the bounding box of the piece."""
         (ax, ay), (bx, by) = self.start, self.end
         self._box = (min(ax, bx), min(ay, by), max(ax, bx), max(ay, by))
 

@@ -103,14 +103,14 @@ class Step(str):
     quoted: bool
 
     def __new__(cls, text: str, *, quoted: bool = False) -> Self:
-        """Create a step."""
+        """Create a step of a path."""
         step = super().__new__(cls, text)
         step.quoted = quoted
         return step
 
     @property
     def is_pattern(self) -> bool:
-        """Whether the step matches several entries."""
+        """True if the step matches several entries."""
         return not self.quoted and "*" in self
 
 

@@ -48,7 +48,7 @@ _SHORT: Final = {"lanes": ("from", "to"), "waypoints": ("at",)}
 
 @dataclass(frozen=True)
 class Overlay:
-    """Changes of a world.
+    """An overlay: changes that are applied to a world.
 
     Attributes:
         source: The file or option, with its changes.
