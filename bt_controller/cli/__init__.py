@@ -16,7 +16,7 @@ from hmrsim.program.command_line import Later, LazyParser, add_commands, autocom
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
     "check": "load and check a tree without running it",
-    "coverage": "show what runs of trees have covered",
+    "coverage": "show which nodes the runs of a tree have covered",
     "nodes": "list the nodes of XML trees",
 }
 """The subcommands and their help; each is a module of this package with a function *configure*."""

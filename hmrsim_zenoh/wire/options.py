@@ -123,14 +123,19 @@ class SessionOptions:
     secure: Annotated[
         Path | None,
         Option(
-            "encrypt, and show a certificate: a folder of `hmrsim security create`, or an enclave of one",
+            "encrypt the connection and authenticate with a certificate: a keystore made by "
+            "`hmrsim security create`, or one of its enclaves",
             "DIR",
             group="session",
         ),
     ] = None
     role: Annotated[
         str | None,
-        Option("with --secure, the enclave to use: its name, or the role if one alone has it", "NAME", group="session"),
+        Option(
+            "with --secure, the enclave to use: its name, or its role if no other enclave has that role",
+            "NAME",
+            group="session",
+        ),
     ] = None
     default_role: str = "operator"
     default: str = DEFAULT_ENDPOINT
