@@ -113,5 +113,5 @@ class _Again:
 
 
 def _beside(missions: int) -> float:
-    """Return the wall seconds that the mission takes over Zenoh, between processes of their own."""
+    """Return the wall seconds that the mission takes over Zenoh, between separate processes."""
     return statistics.median(_mission.in_lockstep().wall for _ in range(missions))

@@ -1,4 +1,4 @@
-"""How long large maps take to load, and how much memory."""
+"""The time and memory for loading large maps."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""How late results come in real time: the wall time at which a client has one, against when it should.
+"""The latency of results in real time: when a client receives a result, compared with when it is due.
 
-Robots shuttle on lanes of their own, so that it is known how long each drive takes. What should be is counted from
-the moment of sending, so that the way of the goal to the simulator, and that of the result back, count as late.
+Each robot shuttles on a separate lane, so that the duration of each drive is known. The due time counts from sending
+the goal, so the latency includes the transport of the goal and of the result.
 """
 
 from __future__ import annotations

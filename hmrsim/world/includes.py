@@ -87,7 +87,7 @@ def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete:
 
 @dataclass
 class _Includes:
-    """Adds what files include, each file once."""
+    """Adds the files that other files include, each file once."""
 
     merged: Merged
     options: ReadOptions
@@ -109,7 +109,7 @@ class _Includes:
         for i, name in enumerate(names):
             target = _target(name, above, self.seen)
             if isinstance(target, Path) and target.name != Path(name).name:
-                # A shipped world, without its suffix; a file of that very name would come before it.
+                # A shipped world, without its suffix; a file of the same name would take precedence.
                 self.merged.absent.add(above[-1].parent / name)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))

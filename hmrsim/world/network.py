@@ -60,7 +60,7 @@ def as_networkx(
     Args:
         about: Attributes of the graph; ``speed`` is the one that costs are for.
         nodes: Attributes of the waypoints, by name.
-        ways: Its edges.
+        ways: The edges of the graph.
         doors: The doors that a lane crosses, by the names of its ends; none where a lane is missing.
         locked: The doors that open for no robot.
     """

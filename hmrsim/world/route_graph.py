@@ -1,4 +1,4 @@
-"""The ways open to the robots, as the GeoJSON of Nav2's Route Server."""
+"""The lanes that are open to robots, as the GeoJSON of Nav2's Route Server."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class RouteIds(NamedTuple):
 
 
 def route_ids(world: World) -> RouteIds:
-    """Return the numbers of what a world's route graph has, as `to_geojson` writes them."""
+    """Return the numbers of the nodes and edges of a world's route graph, as `to_geojson` writes them."""
     numbers = count()
     nodes = {name: next(numbers) for name in world.waypoints}
     lanes = {(start, end): next(numbers) for _, start, end in _ways(world)}

@@ -75,7 +75,7 @@ class SegmentGrid:
                 self._cells[cell].append(i)
 
     def first_crossing(self, a: Point, b: Point) -> int | None:
-        """Return the least index of the segments that the line from *a* to *b* meets; None for none."""
+        """Return the lowest index of the segments that the line from *a* to *b* meets; None if it meets no segment."""
         return next(iter(self.crossings(a, b)), None)
 
     def crossings(self, a: Point, b: Point) -> list[int]:

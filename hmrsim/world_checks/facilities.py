@@ -70,7 +70,7 @@ class _Ways:
     """Points joined by lanes in any direction, or by a straight line without obstacles.
 
     Args:
-        world: Where they are; its names must be right, or what is not is left out.
+        world: The world; its names must be valid, or the invalid parts left out.
     """
 
     def __init__(self, world: World) -> None:

@@ -23,7 +23,7 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.session import enclave_of, encrypted
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.doctor.problem import Problem
+    from hmrsim_zenoh.doctor.snapshot import Problem
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.options import SessionOptions
 

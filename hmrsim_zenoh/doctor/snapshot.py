@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
@@ -181,3 +181,30 @@ class Snapshot:
         """The command that starts a simulator there; at the default endpoint it joins a running Zenoh by itself."""
         elsewhere = [endpoint for endpoint in self.endpoints if endpoint not in _DEFAULTS]
         return f"`hmrsim run WORLD --ros2{''.join(f' --connect {endpoint}' for endpoint in elsewhere[:1])}`"
+
+
+_SHOWN: Final = 4
+"""The number of names that a message lists."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem on the network.
+
+    Attributes:
+        kind: A machine-readable word, such as ``no_router``.
+        severity: A ``warning`` may be intended.
+    """
+
+    kind: str
+    text: str
+    remedy: str
+    severity: Literal["error", "warning"] = "error"
+
+
+def first_few(names: Iterable[str]) -> str:
+    """Return the first few names and the number of the others, as text."""
+    every = list(names)
+    shown = every if len(every) <= _SHOWN + 1 else every[:_SHOWN]
+    more = len(every) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more else "")

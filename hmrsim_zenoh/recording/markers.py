@@ -163,7 +163,7 @@ def frames_metadata(units: str) -> dict[str, str]:
 
 
 class WorldMarkers:
-    """Makes markers, in two arrays: `markers` for what rarely changes and `things` for what often does."""
+    """Makes markers, in two arrays: `markers` for static and `things` for moving objects."""
 
     def __init__(self) -> None:
         self._world = World()

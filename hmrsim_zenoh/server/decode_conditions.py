@@ -10,9 +10,8 @@ from pydantic import Field
 from hmrsim.protocol.conditions import ORDERS, Comparison, Unwatch, Watch
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.wire.envelopes import Envelope, UnreadableError, unreadable_at
+from hmrsim_zenoh.wire.envelopes import MAX_TEXT, Envelope, UnreadableError, unreadable_at
 from hmrsim_zenoh.wire.keys import ActionKey, Keys, TopicKey, Verb
-from hmrsim_zenoh.wire.texts import MAX_TEXT
 
 MAX_COMPARISONS: Final = 20
 """The comparisons of a condition."""

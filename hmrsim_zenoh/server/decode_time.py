@@ -26,6 +26,7 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     Envelope,
     UnreadableError,
+    check_texts,
     dump,
     plain,
     read,
@@ -34,7 +35,6 @@ from hmrsim_zenoh.wire.envelopes import (
     unreadable_at,
 )
 from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
     from pydantic_core import SchemaValidator

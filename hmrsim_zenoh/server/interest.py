@@ -11,7 +11,7 @@ from typing import Final, Generic, Protocol, TypeVar
 
 import zenoh
 
-from hmrsim_zenoh.wire.wildcards import servers_own
+from hmrsim_zenoh.wire.keys import servers_own
 
 K = TypeVar("K", bound="Hashable")
 K_contra = TypeVar("K_contra", bound="Hashable", contravariant=True)

@@ -49,8 +49,7 @@ from hmrsim_zenoh.server.liveliness import MAX_TOKENS
 from hmrsim_zenoh.server.rate_limit import FeedbackLimiter
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.wildcards import servers_own
+from hmrsim_zenoh.wire.keys import Verb, servers_own
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command

@@ -1,4 +1,4 @@
-"""Zenoh's access control: which certificate may do what on which key, and by which rule.
+"""Zenoh's access control: the permissions of certificates on keys, and the rules that grant them.
 
 The simulator's session enforces a policy. Everybody else reads it to explain a denial, or to filter in advance.
 """
@@ -43,7 +43,7 @@ READING: Final = "all read values"
 
 @dataclass(frozen=True)
 class Rule:
-    """Allows, or denies, some messages on some keys; a denial comes before all permissions.
+    """Allows or denies some messages on some keys; a denial takes precedence over permissions.
 
     Attributes:
         id: Its name, which explanations show.

@@ -1,4 +1,4 @@
-"""Reading what a simulator says of itself: it may be of another version, or something that only claims to be one."""
+"""Reading a simulator's descriptions of itself, which may come from another version or from another program."""
 
 from __future__ import annotations
 
@@ -115,10 +115,10 @@ def plain_values(name: str, payload: bytes) -> Any:
 
 
 def described(name: str, payload: bytes, kind: type[BaseModel]) -> dict[str, Any]:
-    """Return a description in plain values; its known fields have the types that *kind* says.
+    """Return a description in plain values; its known fields have the types of *kind*.
 
     Raises:
-        UnreadableError: They have others.
+        UnreadableError: A known field has another type.
     """
     found = plain_values(name, payload)
     if not isinstance(found, dict):

@@ -6,8 +6,9 @@ They have the fields of the corresponding ROS types, with a goal's id as 32 hex 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -18,6 +19,8 @@ from hmrsim.interfaces.message import Message
 from hmrsim.settings.option import MAX_PAYLOAD
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from pydantic_core import SchemaValidator
 
 G = TypeVar("G")
@@ -164,7 +167,7 @@ def read(reader: SchemaValidator, payload: bytes, *, max_payload: int = MAX_PAYL
         UnreadableError: The payload is too large, not JSON, or not of the reader's type.
     """
     if len(payload) > max_payload:
-        raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are allowed")
+        raise UnreadableError(f"payload of {len(payload)} bytes; at most {max_payload} are taken")
     if not payload:
         raise UnreadableError("empty payload; expected a JSON object")
     try:
@@ -233,3 +236,76 @@ def _shown(value: object) -> object:
 def dump(values: Mapping[str, Any]) -> bytes:
     """Return a mapping of plain values as compact JSON."""
     return _encode(values).encode()
+
+
+MAX_TEXT: Final = 4096
+"""Characters of a text in a request, such as a name."""
+
+_TEXT: Final = frozenset({str, str | None})
+"""The types of fields that hold a text."""
+
+_SHORT: Final = frozenset({bool, int, float})
+"""The types of fields that hold no text."""
+
+_LONG: Final = frozenset({"resource_string", "settings", "goal_id"})
+"""The fields that may be long: files, such as worlds, and ids, which have separate checks."""
+
+
+def check_texts(message: object, size: int) -> None:
+    """Check the texts of a message that came in a payload of *size* bytes.
+
+    Raises:
+        UnreadableError: A text is too long.
+    """
+    if size > MAX_TEXT:
+        check_texts_of(message)
+
+
+def check_texts_of(message: object) -> None:
+    """Check the texts of a message that did not come in a payload.
+
+    Raises:
+        UnreadableError: A text is too long.
+    """
+    kind: Any = type(message)
+    texts_in = _texts_in(kind)
+    if texts_in is not None and max(map(len, filter(None, texts_in(message))), default=0) <= MAX_TEXT:
+        return
+    for path, text in _texts(message):
+        if len(text) > MAX_TEXT:
+            raise unreadable_at(path, f"a text of {len(text)} characters; at most {MAX_TEXT} are taken", text)
+
+
+@cache
+def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str | None]] | None:
+    """Return the function that finds the texts in messages of a type; None for types with lists, which are walked."""
+    paths = _paths(kind)
+    if paths is None:
+        return None
+    return attrgetter(*paths) if len(paths) > 1 else lambda message: [attrgetter(path)(message) for path in paths]
+
+
+def _paths(kind: Any) -> list[str] | None:
+    found: list[str] = []
+    for name, field in getattr(kind, "model_fields", {}).items():
+        of = field.annotation
+        if name in _LONG or of in _SHORT:
+            continue
+        inner = [""] if of in _TEXT else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
+        if inner is None:
+            return None
+        found += [f"{name}.{path}".rstrip(".") for path in inner]
+    return found
+
+
+def _texts(value: object) -> Iterator[tuple[str, str]]:
+    """Yield the path of each text in a message, and the text."""
+    if isinstance(value, str):
+        yield "", value
+    elif isinstance(value, BaseModel):
+        for name, each in value:
+            if name not in _LONG:
+                yield from ((f"{name}.{path}".rstrip("."), text) for path, text in _texts(each))
+    elif isinstance(value, list):
+        for number, each in enumerate(value):
+            yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))

@@ -142,9 +142,9 @@ class SessionOptions:
 
     @classmethod
     def from_environment(cls) -> SessionOptions:
-        """Return the options that ``HMRSIM_CONNECT``, ``HMRSIM_PREFIX``, ``HMRSIM_SECURE`` and others say.
+        """Return the options of the environment variables: ``HMRSIM_CONNECT``, ``HMRSIM_PREFIX`` and so on.
 
-        They are those of the command line, with commas between several values; an empty variable is none.
+        Values are spelled as on the command line, with commas between several values. Empty variables are ignored.
 
         Raises:
             BadOptions: A value is not valid.

@@ -34,7 +34,7 @@ class BadCell(Exception):
     """A cell that can't be interpreted; the message gives the reason.
 
     Attributes:
-        value: The invalid value; None if there is none in particular.
+        value: The invalid value; None if the problem has no particular value.
     """
 
     def __init__(self, message: str, value: object = None) -> None:

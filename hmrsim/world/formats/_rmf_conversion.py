@@ -35,7 +35,7 @@ class Shafts:
 
     Attributes:
         levels: All levels by name; the waypoints of those that are read have names.
-        reference: The level in whose drawing a lift is that does not say.
+        reference: The level for the drawing of lifts that name no level.
         down: Whether y points down in drawings.
     """
 

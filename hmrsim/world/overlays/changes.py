@@ -157,7 +157,7 @@ def matching(step: Step, parts: dict[str, Any] | list[Any]) -> Iterator[str | in
 
 
 def index_of(step: str, entries: Sequence[object]) -> int | None:
-    """Return a step as an index of a list, or None if it is none."""
+    """Return a step as an index of a list, or None if it is not an index."""
     index = int(step) if step.isdecimal() and len(step) < 10 else -1  # noqa: PLR2004
     return index if 0 <= index < len(entries) else None
 

@@ -124,7 +124,7 @@ def setting(text: str) -> Overlay:
     """Return the change of ``--set PATH=VALUE``, or of ``--set ~PATH``, which removes an entry.
 
     Raises:
-        WorldError: *text* is neither.
+        WorldError: *text* is not as expected.
     """
     place = f"--set {text}"
     path, equals, value_text = text.partition("=")

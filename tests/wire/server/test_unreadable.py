@@ -85,7 +85,7 @@ def test_a_payload_over_one_mebibyte_is_refused(shared, key, size):
     """The answer has both sizes."""
     (reply,) = shared.ask(key, b"{" + b" " * (size - 2) + b"}")
 
-    assert (False, f"payload of {size} bytes; at most 1048576 are allowed") == (reply.ok, reply.body["error"])
+    assert (False, f"payload of {size} bytes; at most 1048576 are taken") == (reply.ok, reply.body["error"])
 
 
 def test_a_payload_of_one_mebibyte_is_read(shared):
