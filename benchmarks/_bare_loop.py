@@ -1,4 +1,4 @@
-"""What simulations are measured against: simpy alone, with as many processes that only wait as long as a lane takes."""
+"""The baseline of simulations: bare simpy with as many processes, each of which waits for the duration of a lane."""
 
 from __future__ import annotations
 

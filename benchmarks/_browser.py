@@ -65,7 +65,7 @@ def until(page: Page, condition: str, arg: Any = None, *, seconds: float = PATIE
     Args:
         page: The page.
         condition: In JavaScript; of *arg* if it is a function, as in ``(name) => hmrsim.model.robots.has(name)``.
-        arg: What the function is called with, as JSON values.
+        arg: The function's argument, as JSON values.
         seconds: Wall seconds after which that is an error.
     """
     function = condition if condition.startswith("(") else f"() => {condition}"

@@ -43,7 +43,7 @@ _BLOCKED = FollowPath.Result.PATIENCE_EXCEEDED
 
 @dataclass
 class Outcome:
-    """What came of one run.
+    """The outcome of one run.
 
     Attributes:
         served: Orders that were delivered.
@@ -72,12 +72,12 @@ class Outcome:
 
     @property
     def flawless(self) -> bool:
-        """Whether every order was served, no robots touched, and none waits for ever."""
+        """True if every order was served, no robots touched, and no robot waits forever."""
         return self.served == self.total and not (self.touching or self.waiting)
 
 
 def dispatched(world: World, limit: float = LIMIT) -> Outcome:
-    """Run a world with the plain dispatcher until nothing happens any more, or *limit* simulated seconds are over."""
+    """Run a world with the plain dispatcher until nothing is due, for at most *limit* simulated seconds."""
     outcome = Outcome()
     dispatcher = _Dispatcher(world, outcome)
     simulator = Simulator(world, sinks=[dispatcher])
@@ -106,12 +106,12 @@ def _wait_of(robot: Robot) -> str:
 
 
 class _Task(NamedTuple):
-    """What a robot does.
+    """The task that a robot works on.
 
     Attributes:
         order: The order.
-        step: Which of the four goals it pursues.
-        tries: How often it has tried that.
+        step: The index of the current one of its four goals.
+        tries: The number of attempts at this goal.
     """
 
     order: OrderPlaced

@@ -22,7 +22,7 @@ _BT_CONTROLLER = (sys.executable, "-m", "bt_controller")
 
 @dataclass
 class Mission:
-    """What one run of the mission took.
+    """The cost of one run of the mission.
 
     Attributes:
         wall: Wall seconds, from the moment when the controller began to the moment when it was done.

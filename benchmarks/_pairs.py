@@ -37,7 +37,7 @@ PAIRS = (("go", "wait"), ("go", "home"), ("pickup", "wait"), ("pickup", "home"),
 
 
 def mission(client: Client, first: str, second: str, porter: int) -> bool:
-    """Have each porter bring its box; recover once from what fails.
+    """Deliver each porter's box, with one recovery from a failure.
 
     The bug: one *porter* is lost if a part of that recovery, the *second*, fails after a step of its errand, the
     *first*.

@@ -38,11 +38,11 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """The id of the process."""
         return int(self._process.pid)
 
     def ask(self, question: object) -> Any:
-        """Send something, and return what comes back."""
+        """Send a question, and return the answer."""
         self._pipe.send(question)
         return self.receive()
 

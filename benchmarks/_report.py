@@ -1,4 +1,4 @@
-"""What a benchmark says: rows, and how they are shown to people and to programs."""
+"""The report of a benchmark: its rows, as a table or as JSON."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _SEVERAL_DIGITS = 100
 
 @dataclass(frozen=True)
 class Row:
-    """One figure.
+    """One figure of a benchmark.
 
     Attributes:
-        what: What was measured.
-        value: How much of it; a `Spread` where there were several rounds.
-        unit: Of the value.
-        ratio: Against what the benchmark compares with, which was measured in the same run, a `Spread` where it was
-            so round by round; None for no comparison.
-        at_most: The value's target; None for none.
-        at_least: Likewise.
-        ratio_at_most: The ratio's target; None for none.
+        what: The measured quantity.
+        value: The measured value; a `Spread` if there were several rounds.
+        unit: The unit of the value.
+        ratio: The ratio to the baseline, which was measured in the same run; a `Spread` if there were several rounds,
+            None for no comparison.
+        at_most: The maximum of the value; None for no target.
+        at_least: The minimum of the value; None for no target.
+        ratio_at_most: The maximum of the ratio; None for no target.
     """
 
     what: str
@@ -44,7 +44,7 @@ class Row:
 
     @property
     def met(self) -> bool | None:
-        """Whether every target is met; None when there is none."""
+        """True if the row meets all its targets; None if it has none."""
         verdicts = []
         if self.at_most is not None:
             verdicts.append(self.value <= self.at_most)
@@ -56,7 +56,7 @@ class Row:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The row as people read it."""
+        """The cells of the row in a table."""
         targets = [
             f"{sign} {_number(limit)} {unit}"
             for sign, limit, unit in (

@@ -18,7 +18,7 @@ _TURN = 6
 
 
 def _nothing() -> None:
-    """Do nothing."""
+    """Do nothing after a call."""
 
 
 def _as_it_is(seconds: float) -> float:
@@ -26,18 +26,18 @@ def _as_it_is(seconds: float) -> float:
 
 
 def microseconds(seconds: float) -> float:
-    """Return seconds as microseconds, for figures that are shown in these."""
+    """Return seconds as microseconds."""
     return seconds * 1e6
 
 
 @dataclass(frozen=True)
 class Variant:
-    """Something to time.
+    """A function to time.
 
     Attributes:
-        name: What it is called.
-        timed: What is timed.
-        after: What puts everything back, untimed.
+        name: The name of the variant.
+        timed: The function to time.
+        after: Restores the initial state after each call, untimed.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Rounds:
-    """What variants that took turns have needed.
+    """The times of variants that took turns.
 
     Attributes:
         taken: By variant, its seconds in each round; the rounds of all variants are the same.

@@ -1,4 +1,4 @@
-"""A world served from a process of its own, and clients of it that cost as little as Python allows."""
+"""A world served by a separate process, and clients with as little overhead as Python allows."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Served:
 
     @contextmanager
     def session(self) -> Iterator[zenoh.Session]:
-        """Connect."""
+        """Open a session that is connected to the world."""
         with open_client(SessionOptions(connect=(self.endpoint,), secure=self.secure)) as session:
             yield session
 
@@ -138,7 +138,7 @@ def answer(replies: Any, key: str) -> bytes:
 
 @dataclass
 class GoalSender:
-    """Sends goals of one robot's action by bare keys, with ids of its own making.
+    """Sends goals to one robot's action by bare keys, with generated ids.
 
     Attributes:
         session: An open session.
@@ -181,7 +181,7 @@ class GoalSender:
         self._accepted(answer(sent, key))
 
     def execute(self) -> None:
-        """Have the goal executed by one query, and return with its result."""
+        """Execute the goal with one query, and return with its result."""
         payload = ask(self.session, self._key("execute"), self._next_goal())
         if json.loads(payload).get("status") != _SUCCEEDED:
             raise RuntimeError(f"{self.action}: {payload!r}")

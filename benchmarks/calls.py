@@ -70,7 +70,7 @@ _JSON: Final = frozenset({("json.encoder", "encode"), ("json.decoder", "decode")
 
 @dataclass
 class Counts:
-    """What was done.
+    """The counts of calls and of conversions.
 
     Attributes:
         calls: The calls of each module's Python functions.
@@ -82,7 +82,7 @@ class Counts:
 
     @property
     def total(self) -> int:
-        """All calls."""
+        """The number of all calls."""
         return sum(self.calls.values())
 
     def note(self, frame: FrameType, event: str, function: Any) -> None:

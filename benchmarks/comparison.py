@@ -1,6 +1,6 @@
-"""How often an anytime-valid comparison is wrong, looked at after each pair, and how many runs it takes.
+"""The error rate of an anytime-valid comparison that is checked after each pair, and the number of runs it takes.
 
-Against Welch's test with a number of runs that is fixed beforehand.
+The baseline is Welch's test with a number of runs that is fixed beforehand.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ _SKEWED: Final = 10.0
 
 @dataclass(frozen=True)
 class _Measure:
-    """How a measure is distributed.
+    """The distribution of a measure.
 
     Attributes:
-        name: As people call it.
-        of: Makes it of standard normal numbers.
-        stddev: Its standard deviation, which differences are told in.
+        name: The name of the distribution.
+        of: Computes values from standard normal numbers.
+        stddev: The standard deviation, which is the unit of differences.
         yes_no: Whether it is 0 or 1.
     """
 
@@ -72,13 +72,13 @@ def _yes(share: float) -> _Measure:
 
 @dataclass(frozen=True)
 class _Differences:
-    """How B - A is distributed, whose mean is 0 although A and B differ.
+    """The distribution of B - A with a mean of 0, although A and B differ.
 
     Attributes:
-        name: A and B, as people call them.
-        of: Draws some.
-        at_most: Percent of false verdicts.
-        measure: What A and B are like.
+        name: The names of A and B.
+        of: Samples differences.
+        at_most: The maximum percentage of false verdicts.
+        measure: The distribution of A and B.
     """
 
     name: str

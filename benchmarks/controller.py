@@ -1,4 +1,4 @@
-"""Behaviour trees of many robots in one process, in lockstep: what an event costs it, however many robots there are.
+"""Behavior trees of many robots in one process, in lockstep: what an event costs it, however many robots there are.
 
 An event takes one round trip, so that the processor time of a bare query in the same process is what it is compared
 with.

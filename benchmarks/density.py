@@ -67,7 +67,7 @@ class _Seen:
 
 
 class _Measured(NamedTuple):
-    """What came of a crowd.
+    """The results of a crowd.
 
     Attributes:
         arrivals: A robot-minute.
@@ -174,7 +174,7 @@ def _hall_of_racks(robots: int, racks: int) -> tuple[World, int, list[Point]]:
 
 
 def _shipped(name: str) -> World:
-    """Return a shipped world with robots that have no errand of their own, and need no charge."""
+    """Return a shipped world whose robots have neither scripts nor batteries."""
     world = load_world(name).world
     robots = {name: robot.model_copy(update={"script": (), "components": {}}) for name, robot in world.robots.items()}
     types = {name: kind.model_copy(update={"components": {}}) for name, kind in world.robot_types.items()}
@@ -182,9 +182,9 @@ def _shipped(name: str) -> World:
 
 
 def _measured(world: World, goals: Collection[Point], seconds: float, most: float) -> _Measured:
-    """Let a crowd wander for some simulated seconds, or until *most* processor seconds are over; then count its lanes.
+    """Measure a crowd that wanders for some simulated seconds, or for at most *most* processor seconds.
 
-    That is done in a second run, as who counts takes time.
+    A second run counts the lanes, because counting takes time.
     """
     seen = _Seen()
     simulator = _sent_off(world, goals, seen)
@@ -208,7 +208,7 @@ def _measured(world: World, goals: Collection[Point], seconds: float, most: floa
 
 
 def _sent_off(world: World, goals: Collection[Point], sink: Sink) -> Simulator:
-    """Return a simulator whose crowd sets out, and knows the ways to its goals."""
+    """Return a simulator whose crowd has started and whose routes are planned."""
     crowd = Wanderers(world, points=goals)
     simulator = Simulator(world, sinks=[crowd, sink])
     for point in goals:

@@ -33,7 +33,7 @@ _POLICIES = ("reserve", "priority", "planned")
 
 
 class _Run(NamedTuple):
-    """What came of one fleet under one policy."""
+    """The outcome of one fleet under one policy."""
 
     seed: int
     policy: str
@@ -41,7 +41,7 @@ class _Run(NamedTuple):
 
 
 class _Runs(NamedTuple):
-    """What came of one fleet under each policy, and whether it is solvable."""
+    """The outcomes of one fleet under each policy, and whether its orders can be delivered."""
 
     verdict: Verdict
     searched: bool

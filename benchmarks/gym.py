@@ -41,14 +41,14 @@ class Goals:
         self.sent: list[Sent] = []
 
     def wants(self, _topic: Topic) -> bool:
-        """Return that nothing is wanted."""
+        """Return False for all topics."""
         return False
 
     def emit(self, output: Output) -> None:
-        """Take no notice."""
+        """Ignore the outputs of the simulation."""
 
     def commanded(self, command: Command, _by: str, now: float) -> None:
-        """Keep a goal."""
+        """Record a goal that was sent."""
         if isinstance(command, SendGoal):
             self.sent.append(Sent(now, command._replace(reply_to=None, result_to=None)))
 
@@ -57,7 +57,7 @@ def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
     """Return how many decisions a second there are, of the rule to serve the nearest order.
 
     Args:
-        rounds: How often each variant has its turn, with a seed of its own.
+        rounds: The number of turns of each variant, each with another seed.
         horizon: Simulated seconds of an episode.
     """
     setting = Setting.of("warehouse_orders", horizon=horizon)
@@ -93,7 +93,7 @@ def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
 
 
 class _One:
-    """The environment of Gymnasium."""
+    """Runs episodes of the Gymnasium environment."""
 
     def __init__(self, horizon: float) -> None:
         self._env = gymnasium.make("hmrsim/Dispatch-v0", world="warehouse_orders", horizon=horizon).unwrapped
@@ -109,7 +109,7 @@ class _One:
 
 
 class _Many:
-    """The environment of PettingZoo."""
+    """Runs episodes of the PettingZoo environment."""
 
     def __init__(self, horizon: float) -> None:
         self._env = parallel_env("warehouse_orders", horizon=horizon)
@@ -125,7 +125,7 @@ class _Many:
 
 
 def _bare(setting: Setting, seed: int) -> tuple[int, float]:
-    """Return how many decisions an episode has, and the processor time of its goals where nobody listens."""
+    """Return the number of decisions of an episode, and the processor time of its goals without subscribers."""
     goals, decisions = Goals(), 0
     run, observer = Dispatching(setting, seed, [goals]), Observer(setting)
     run.run_on()

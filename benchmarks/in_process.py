@@ -24,7 +24,7 @@ QUICK: dict[str, Any] = {"rounds": 3, "runs": 3, "missions": 1}
 
 _TREE = "bt_controller.examples.hospital:mission"
 _SPEED = 1.2
-"""Metres a second, of which each run's robots have a little more than those of the run before."""
+"""Meters a second, of which each run's robots have a little more than those of the run before."""
 
 
 def run(*, rounds: int = 20, runs: int = 10, missions: int = 3) -> list[Row]:
@@ -113,5 +113,5 @@ class _Again:
 
 
 def _beside(missions: int) -> float:
-    """Return the wall seconds that the mission takes over Zenoh, between processes of their own."""
+    """Return the wall seconds that the mission takes over Zenoh, between separate processes."""
     return statistics.median(_mission.in_lockstep().wall for _ in range(missions))

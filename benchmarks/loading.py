@@ -1,4 +1,4 @@
-"""How long large maps take to load, and how much memory."""
+"""The time and memory for loading large maps."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MEGABYTES = 300.0
 _PILLAR = 8
 """Each cell whose column and row are multiples of this is closed."""
 _GAP = 2.0
-"""Metres between neighbours in the hall."""
+"""Meters between neighbours in the hall."""
 
 
 def run(*, side: int = 512, lanes: int = 20_000, walls: int = 3_000, rounds: int = 5) -> list[Row]:

@@ -170,7 +170,7 @@ class _Scripts:
         self.load()
 
     def load(self) -> None:
-        """Begin anew."""
+        """Load the world again from its beginning."""
         settings = RunSettings(keep_results=1)
         self._trace = TraceFile(self._path, self._world, settings)
         self._simulator = Simulator(self._world, settings, self._trace.sinks)

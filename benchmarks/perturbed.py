@@ -103,7 +103,7 @@ def _digest(number: int, controllers: int, trace: Path) -> str:
 
 @contextmanager
 def _listening(endpoint: str, keys: Sequence[str]) -> Iterator[zenoh.Session]:
-    """Subscribe to some keys."""
+    """Subscribe to keys, and ignore their messages."""
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         for key in keys:
             session.declare_subscriber(key, _IGNORE)

@@ -1,4 +1,4 @@
-"""What it costs to watch over properties: a formula on samples beside mstlo, whole monitors on a mission's events."""
+"""The cost of monitoring properties: one formula on samples, compared with mstlo, and monitors on mission events."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _of_formula(name: str, samples: _Samples, rounds: int) -> Row:
 
 
 class _Watched(NamedTuple):
-    """What is watched, and how often in a turn."""
+    """The events to monitor, and the number of missions per turn."""
 
     world: World
     occurrences: Sequence[Occurrence]

@@ -1,7 +1,7 @@
-"""How late results come in real time: the wall time at which a client has one, against when it should.
+"""The latency of results in real time: when a client receives a result, compared with when it is due.
 
-Robots shuttle on lanes of their own, so that it is known how long each drive takes. What should be is counted from
-the moment of sending, so that the way of the goal to the simulator, and that of the result back, count as late.
+Each robot shuttles on a separate lane, so that the duration of each drive is known. The due time counts from sending
+the goal, so the latency includes the transport of the goal and of the result.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ def run(*, factors: Sequence[float] = (1.0, 10.0), robots: int = 20, window: flo
 
 
 def _world(lanes: dict[str, float]) -> World:
-    """Return a world with a lane of so many metres for each robot, which drives 1 m/s."""
+    """Return a world with a lane of so many meters for each robot, which drives 1 m/s."""
     ends = {
-        f"{robot}_{end}": (end * metres, float(row))
-        for row, (robot, metres) in enumerate(lanes.items())
+        f"{robot}_{end}": (end * meters, float(row))
+        for row, (robot, meters) in enumerate(lanes.items())
         for end in (0, 1)
     }
     return World.model_validate(

@@ -1,4 +1,4 @@
-"""What it costs to record (--record), while all robots of the grid drive: processor time, messages and bytes."""
+"""The cost of recording (--record) while all robots of the grid drive: processor time, messages and bytes."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ class _Observer:
                 raise RuntimeError(f"only {self._count} tokens are there")
 
     def settled(self) -> int:
-        """Wait until no more tokens come, and return their number."""
+        """Wait until no further tokens arrive, and return their number."""
         while time.perf_counter() - self._last < _QUIET:
             time.sleep(_QUIET / 10)
         return self._count

@@ -1,6 +1,6 @@
-"""How fast many robots run without a subscriber: simulated seconds per wall second, all of them driving.
+"""The speed of simulations with many driving robots and no subscriber, in simulated seconds per wall second.
 
-The ratio says how much faster bare simpy is: as many processes that only wait for lanes' ends.
+The ratio compares with bare simpy: the same number of processes, which only wait for the ends of lanes.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ class _Speed:
 
 @dataclass(frozen=True)
 class _Found:
-    """What one size gave.
+    """The results for one number of robots.
 
     Attributes:
         factor: Simulated seconds a wall second.
         events: Events a wall second.
         bare: How much faster simpy alone is.
         planning: Share of the time that is spent in planning.
-        searching: Wall seconds to find the ways to one waypoint from everywhere, for the first time.
-        megabytes: Resident memory of the robots, that of the graph not counted.
+        searching: Wall seconds of the first search of routes to one waypoint from all others.
+        megabytes: Resident memory of the robots, without that of the graph.
     """
 
     factor: Spread
@@ -120,7 +120,7 @@ def _speed(env: simpy.Environment, run_until: Callable[[float], None], robots: i
     began = time.perf_counter()
     while (took := time.perf_counter() - began) < window:
         run_until(env.now + chunk)
-    return _Speed((env.now - since) / took, (next(env._eid) - scheduled) / took)  # noqa: SLF001 - likewise
+    return _Speed((env.now - since) / took, (next(env._eid) - scheduled) / took)  # noqa: SLF001 - simpy's counter
 
 
 def _planning_share(simulator: Simulator, robots: int, window: float) -> float:

@@ -123,9 +123,9 @@ def _rows(took: Rounds, ratios: Mapping[str, float], values: Mapping[str, float]
     """Return a row a variant; the first is what the others are compared with.
 
     Args:
-        took: What the variants have needed.
-        ratios: The targets of some ratios.
-        values: Those of some values, in microseconds.
+        took: The times of the variants.
+        ratios: Targets of ratios, by variant.
+        values: Targets of values in microseconds, by variant.
     """
     bare = next(iter(took.taken))
     return [
@@ -160,7 +160,7 @@ class _Here:
         self._results.pop()
 
     def emit(self, output: Output) -> None:
-        """Take a result."""
+        """Keep the result of a goal."""
         if isinstance(output, Answered):
             self._results.append(output.answer)
 
@@ -170,14 +170,14 @@ class _Here:
 
 
 class _Fresh:
-    """Scenario 2 in this process, whose first goal has to find its way."""
+    """Scenario 2 in this process, where the first goal needs route planning."""
 
     def __init__(self, world: World) -> None:
         self._world = world
         self.load()
 
     def load(self) -> None:
-        """Begin anew."""
+        """Load the world again from its beginning."""
         self._here = _Here(self._world)
 
     def drive(self) -> None:

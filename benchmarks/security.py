@@ -90,7 +90,7 @@ def _topics(stack: ExitStack, keystores: dict[str, Path | None], messages: int, 
 
 @dataclass
 class _Stream:
-    """A publisher in a process of its own, and a subscriber in this one."""
+    """A publisher in a separate process, and a subscriber in this one."""
 
     publisher: Child
     come: threading.Semaphore

@@ -1,4 +1,4 @@
-"""How long one waits for the simulator to start."""
+"""The time that the simulator takes to start."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What the rules of traffic cost a lane that is driven: the same crowd under each policy, in turns.
+"""The cost of traffic policies per driven lane: the same crowd under each policy, in turns.
 
-One crowd goes about its errands in the warehouse, another wanders without rest over a grid of single tracks, where a
-robot in four meets another head on. Ratios are of processor time a lane: in the warehouse to robots that pass through
-each other, on the grid to simpy's bare loop.
+One crowd executes its scripts in the warehouse. Another one wanders over a grid of single tracks, where one robot in
+four meets another head on. Ratios compare the processor time per lane: in the warehouse with robots that pass through
+each other, on the grid with simpy's bare loop.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _a_lane(bare: simpy.Environment, seconds: float) -> float:
     """Return the processor seconds of a timeout, over some simulated seconds."""
     scheduled = next(bare._eid)  # noqa: SLF001 - simpy counts its events there
     took = _timed(lambda: bare.run(until=bare.now + seconds))
-    return took / (next(bare._eid) - scheduled)  # noqa: SLF001 - likewise
+    return took / (next(bare._eid) - scheduled)  # noqa: SLF001 - simpy's counter
 
 
 def _run_scripts(world: World, sinks: Sequence[Sink]) -> float:

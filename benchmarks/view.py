@@ -1,4 +1,4 @@
-"""What it costs to be looked at: the page, its server and the simulator, while robots drive."""
+"""The cost of the live view while robots drive: in the page, its server and the simulator."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ KEY = "hmrsim/wall_e/navigate_to_pose/_action/execute"
 
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:
-    """Have one goal executed; print that it is accepted, and its result."""
+    """Execute one goal, and print its acceptance and its result."""
     config = zenoh.Config()
     config.insert_json5("mode", '"client"')
     config.insert_json5("connect/endpoints", json.dumps([endpoint]))

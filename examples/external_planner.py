@@ -1,4 +1,4 @@
-"""Plan paths for robots from a process of its own, with nothing but a Zenoh session and networkx.
+"""Plan paths for robots in a separate process, with nothing but a Zenoh session and networkx.
 
 Start ``hmrsim run examples/external_planner.yaml`` first, then run ``python examples/external_planner.py [ENDPOINT]``.
 The simulator's own planner knows lengths only; this one keeps robots out of the kitchen, where it can.
@@ -13,7 +13,7 @@ import zenoh
 
 KEY = "hmrsim/_planner/compute_path_to_pose"
 DETOUR = 100.0
-"""Metres of detour that are preferred to the way through the kitchen."""
+"""Meters of detour that the planner prefers to a route through the kitchen."""
 
 
 def main(endpoint: str = "tcp/127.0.0.1:7447") -> None:

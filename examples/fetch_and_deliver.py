@@ -1,4 +1,4 @@
-"""Fetch and deliver as a behaviour tree: four steps, one after the other.
+"""Fetch and deliver as a behavior tree: four steps, one after the other.
 
 Start ``hmrsim run scenario1 --clock lockstep`` first, then run
 ``bt-controller run examples.fetch_and_deliver:deliver --robot wall_e``.

@@ -1,4 +1,4 @@
-"""A program runs a world by itself: no network, no second process, as fast as the machine can.
+"""Run a world inside a program: no network, no second process, as fast as the machine can.
 
 One robot follows its script, another one gets a goal; a sink prints how goals begin and end.
 """
@@ -11,10 +11,10 @@ from hmrsim.protocol.topics import Topic
 
 
 class Printer:
-    """A sink: it is told what happens."""
+    """A sink, which receives the outputs of the simulation."""
 
     def wants(self, _topic: Topic) -> bool:
-        """Goals come unasked, samples are not wanted."""
+        """Return False for all topics of samples; changes of goals arrive in any case."""
         return False
 
     def emit(self, output: Output) -> None:

@@ -1,4 +1,4 @@
-"""Fetch and deliver as a finite-state machine in plain Python, without a behaviour tree.
+"""Fetch and deliver as a finite-state machine in plain Python, without a behavior tree.
 
 Start ``hmrsim run scenario1 --clock lockstep`` first, then run ``python examples/state_machine.py [ENDPOINT]``.
 """

@@ -1,7 +1,7 @@
-"""What a world leaves to chance: distributions where seconds or factors stand.
+"""The distributions that a world may have in place of seconds or factors.
 
-Each value is the quantile of one random number, so that two distributions that are drawn from with the same number
-give values of the same rank: runs that differ in a parameter alone stay as alike as they can be.
+Each value is the quantile of one random number, so that two distributions that are sampled with the same number
+return values of the same rank: runs that differ in one parameter only stay as similar as possible.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hmrsim.interfaces.quantities import SECONDS
 _MAX: Final = 1e9
 _STANDARD: Final = NormalDist()
 _STEPS: Final = 1_000
-"""Quantiles whose mean is that of a distribution that is cut off."""
+"""Number of the quantiles whose mean approximates that of a truncated distribution."""
 
 Number = Annotated[float, Field(strict=True, ge=-_MAX, le=_MAX)]
 NotNegative = Annotated[float, Field(strict=True, ge=0, le=_MAX)]
@@ -34,11 +34,11 @@ class _Kind(BaseModel):
 
 
 class _Continuous(_Kind, ABC):
-    """One that may be cut off: values beyond the bounds do not occur, the others do in the same proportion.
+    """A continuous distribution, which may be truncated to bounds.
 
     Attributes:
-        min: The least value; 0 if left out, as what is drawn are seconds and factors.
-        max: The greatest value; None for none.
+        min: The minimum of the values, which are seconds or factors and never negative.
+        max: The maximum of the values; None for no maximum.
     """
 
     min: NotNegative = 0.0
@@ -50,7 +50,7 @@ class _Continuous(_Kind, ABC):
 
     @abstractmethod
     def _quantile(self, u: float) -> float:
-        """Return the value below which a fraction of all values is, without bounds."""
+        """Return the value below which a fraction of all values lies, without bounds."""
 
     @property
     @abstractmethod
@@ -67,38 +67,38 @@ class _Continuous(_Kind, ABC):
 
     @cached_property
     def _span(self) -> tuple[float, float]:
-        """The random numbers between which the values are that may occur."""
+        """The range of random numbers whose values are within the bounds."""
         return self._cdf(self.min), 1.0 if self.max is None else self._cdf(self.max)
 
     @property
     def least(self) -> float:
-        """The least value."""
+        """The minimum of the values."""
         return self.min
 
     @property
     def greatest(self) -> float:
-        """The greatest value; infinite if there is none."""
+        """The maximum of the values; infinite without a maximum."""
         return math.inf if self.max is None else self.max
 
     @cached_property
     def expected(self) -> float:
-        """Its mean; of one that is cut off that of 1,000 quantiles."""
+        """The mean of the values; for a truncated distribution, the mean of 1,000 quantiles."""
         if self._span == (0.0, 1.0):
             return self._mean
         return math.fsum(self.value((i + 0.5) / _STEPS) for i in range(_STEPS)) / _STEPS
 
     def value(self, u: float) -> float:
-        """Return the value below which a fraction of all values is."""
+        """Return the value below which a fraction of all values lies."""
         low, high = self._span
         return min(max(self._quantile(low + u * (high - low)), self.min), self.greatest)
 
 
 class Normal(_Continuous):
-    """The normal distribution, cut off at 0, or at *min* and *max*.
+    """The normal distribution, truncated at 0, or at *min* and *max*.
 
     Attributes:
-        mean: Its mean before it is cut off.
-        stddev: Its standard deviation before it is cut off.
+        mean: The mean before truncation.
+        stddev: The standard deviation before truncation.
     """
 
     mean: Number
@@ -123,7 +123,7 @@ class LogNormal(_Continuous):
 
     Attributes:
         mean: The mean of the values, not of their logarithms.
-        stddev: Their standard deviation, likewise.
+        stddev: The standard deviation of the values, not of their logarithms.
     """
 
     mean: Positive
@@ -147,10 +147,10 @@ class LogNormal(_Continuous):
 
 
 class Exponential(_Continuous):
-    """The exponential distribution: the time until something that may come at any moment alike.
+    """The exponential distribution: the time between independent events with a constant rate.
 
     Attributes:
-        mean: Its mean before it is cut off.
+        mean: The mean before truncation.
     """
 
     mean: Positive
@@ -167,11 +167,11 @@ class Exponential(_Continuous):
 
 
 class _Between(_Kind):
-    """One whose values are between two.
+    """A distribution of values between two bounds.
 
     Attributes:
-        low: The least.
-        high: The greatest.
+        low: The minimum of the values.
+        high: The maximum of the values.
     """
 
     low: NotNegative
@@ -179,21 +179,21 @@ class _Between(_Kind):
 
     @property
     def least(self) -> float:
-        """The least value."""
+        """The minimum of the values."""
         return self.low
 
     @property
     def greatest(self) -> float:
-        """The greatest value."""
+        """The maximum of the values."""
         return self.high
 
 
 class Uniform(_Between):
-    """All values between two alike.
+    """The uniform distribution: all values between two bounds are equally likely.
 
     Attributes:
-        low: The least.
-        high: The greatest.
+        low: The minimum of the values.
+        high: The maximum of the values.
     """
 
     @model_validator(mode="after")
@@ -204,21 +204,21 @@ class Uniform(_Between):
 
     @property
     def expected(self) -> float:
-        """Its mean."""
+        """The mean of the values."""
         return (self.low + self.high) / 2
 
     def value(self, u: float) -> float:
-        """Return the value below which a fraction of all values is."""
+        """Return the value below which a fraction of all values lies."""
         return self.low + u * (self.high - self.low)
 
 
 class Triangular(_Between):
-    """All values between two, most often those near a third.
+    """The triangular distribution: values between two bounds, with a most frequent value.
 
     Attributes:
-        low: The least.
-        mode: The most frequent.
-        high: The greatest.
+        low: The minimum of the values.
+        mode: The most frequent value.
+        high: The maximum of the values.
     """
 
     mode: NotNegative
@@ -231,11 +231,11 @@ class Triangular(_Between):
 
     @property
     def expected(self) -> float:
-        """Its mean."""
+        """The mean of the values."""
         return (self.low + self.mode + self.high) / 3
 
     def value(self, u: float) -> float:
-        """Return the value below which a fraction of all values is."""
+        """Return the value below which a fraction of all values lies."""
         span = self.high - self.low
         if u * span < self.mode - self.low:
             return self.low + math.sqrt(u * span * (self.mode - self.low))
@@ -253,21 +253,21 @@ class Empirical(RootModel[Annotated[tuple[NotNegative, ...], Field(min_length=1,
 
     @property
     def least(self) -> float:
-        """The least value."""
+        """The minimum of the values."""
         return self._sorted[0]
 
     @property
     def greatest(self) -> float:
-        """The greatest value."""
+        """The maximum of the values."""
         return self._sorted[-1]
 
     @property
     def expected(self) -> float:
-        """Their mean."""
+        """The mean of the values."""
         return math.fsum(self.root) / len(self.root)
 
     def value(self, u: float) -> float:
-        """Return the value below which a fraction of all values is."""
+        """Return the value below which a fraction of all values lies."""
         return self._sorted[int(u * len(self.root))]
 
 
@@ -275,12 +275,12 @@ class Distribution(BaseModel):
     """A distribution, such as ``{normal: {mean: 5, stddev: 1}}``; exactly one key.
 
     Attributes:
-        normal: Cut off at 0, or at *min* and *max*.
-        lognormal: Mean and standard deviation are those of the values, not of their logarithms; may be cut off.
-        exponential: By its mean; may be cut off.
-        uniform: All values from *low* to *high* alike.
-        triangular: From *low* to *high*, most often near *mode*.
-        empirical: One of the values of a list, each with the same probability.
+        normal: A normal distribution, truncated at 0, or at *min* and *max*.
+        lognormal: A log-normal distribution by the mean and standard deviation of its values; may be truncated.
+        exponential: An exponential distribution by its mean; may be truncated.
+        uniform: A uniform distribution from *low* to *high*.
+        triangular: A triangular distribution from *low* to *high* with the most frequent value *mode*.
+        empirical: A list of values with equal probability.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
@@ -305,21 +305,21 @@ class Distribution(BaseModel):
 
     @property
     def least(self) -> float:
-        """The least value that may occur."""
+        """The minimum of the values."""
         return self._given[0].least
 
     @property
     def greatest(self) -> float:
-        """The greatest value that may occur; infinite if there is none."""
+        """The maximum of the values; infinite without a maximum."""
         return self._given[0].greatest
 
     @property
     def mean(self) -> float:
-        """Its mean."""
+        """The mean of the values."""
         return self._given[0].expected
 
     def value(self, u: float) -> float:
-        """Return the value that a random number stands for: that below which such a fraction of all values is.
+        """Return the quantile of a random number: the value below which that fraction of all values lies.
 
         Args:
             u: More than 0 and less than 1.
@@ -331,7 +331,7 @@ _NAMES: Final = frozenset(Distribution.model_fields)
 
 
 def is_distribution(value: object) -> bool:
-    """Return whether a value of a file is meant as a distribution."""
+    """Return whether a value of a file is a distribution."""
     return isinstance(value, Distribution) or (isinstance(value, dict) and len(value) == 1 and value.keys() <= _NAMES)
 
 
@@ -349,14 +349,14 @@ def _at_most(most: float) -> Callable[[Distribution], Distribution]:
 
 
 Chance: TypeAlias = float | Distribution
-"""A number, or a distribution from which each occurrence has its own."""
+"""A number, or a distribution that is sampled for each occurrence."""
 
 RandomSeconds = Annotated[
     Annotated[float, SECONDS.field, Tag("number")]
     | Annotated[Distribution, AfterValidator(_at_most(SECONDS.greatest)), Tag("distribution")],
     Discriminator(_number_or_distribution),
 ]
-"""Seconds, or a distribution of seconds from which each occurrence has its own."""
+"""Seconds, or a distribution of seconds that is sampled for each occurrence."""
 
 
 SomeRandomSeconds = Annotated[
@@ -364,7 +364,7 @@ SomeRandomSeconds = Annotated[
     | Annotated[Distribution, AfterValidator(_at_most(SECONDS.greatest)), Tag("distribution")],
     Discriminator(_number_or_distribution),
 ]
-"""Likewise, but a number is above 0."""
+"""Seconds above 0, or a distribution of seconds."""
 
 
 def _positive(value: Distribution) -> Distribution:
@@ -382,10 +382,10 @@ RandomFactor = Annotated[
 
 
 def mean(value: Chance) -> float:
-    """Return a number, or the mean of a distribution: what is to be expected."""
+    """Return a number, or the mean of a distribution."""
     return value.mean if isinstance(value, Distribution) else value
 
 
 def latest(value: Chance) -> float:
-    """Return a number, or the greatest value of a distribution; infinite if there is none."""
+    """Return a number, or the maximum of a distribution, which may be infinite."""
     return value.greatest if isinstance(value, Distribution) else value

@@ -52,7 +52,7 @@ class Item:
 
     @property
     def position(self) -> Point:
-        """Its current centre."""
+        """Its current center."""
         return self.carrier.pose().point if self.carrier else self.point
 
     def attach_to(self, carrier: Carrier) -> None:

@@ -69,7 +69,7 @@ def draw(
 
     Args:
         world: The name of a shipped world, the path of a file, or a world that was read.
-        theme: Colours for a light or a dark background.
+        theme: Colors for a light or a dark background.
         width: In pixels.
         names: Whether names are written.
 

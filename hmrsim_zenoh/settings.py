@@ -38,7 +38,8 @@ class RecordSettings(Settings):
     """Whether a run is recorded."""
 
     record: Annotated[
-        Path | None, Option("record all that is published, for Foxglove and `hmrsim view`", "FILE.mcap")
+        Path | None,
+        Option("record all published messages to an MCAP file, for Foxglove and `hmrsim view`", "FILE.mcap"),
     ] = None
 
 
@@ -48,7 +49,7 @@ class MonitorSettings(Settings):
     monitor: Annotated[
         Path | None,
         Option(
-            "watch over the properties in a file: a violation is logged, shown on the page and recorded, and the exit "
+            "monitor the properties in a file: violations are logged, recorded and shown on the page, and the exit "
             "code is 1",
             "FILE",
         ),
@@ -61,7 +62,7 @@ class ViewSettings(Settings):
     view: Annotated[
         int | None,
         Option(
-            f"serve the live picture, too, for a browser on this machine (default port: {DEFAULT_PORT}; 0: a free "
+            f"also serve the live view to a browser on this machine (default port: {DEFAULT_PORT}; 0: a free "
             "one); `hmrsim view` does it elsewhere",
             "PORT",
             at_least=0,
@@ -98,7 +99,7 @@ class Ros2Settings(Settings):
     ros_distro: Annotated[
         tuple[Literal["jazzy", "kilted", "lyrical"], ...],
         Option(
-            "speak its types alone, whose hashes differ from others'; repeatable",
+            "use only the types of this distribution, because type hashes differ between distributions; repeatable",
             group="ROS 2",
             default_text="with --ros2 those of all: jazzy, kilted, lyrical",
         ),
@@ -106,8 +107,8 @@ class Ros2Settings(Settings):
     ros2dds: Annotated[
         bool,
         Option(
-            "speak as zenoh-bridge-ros2dds does, as Open-RMF's free_fleet expects; the types are those of the first "
-            "--ros-distro",
+            "use the keys of zenoh-bridge-ros2dds, as Open-RMF's free_fleet expects; message types are those of the "
+            "first --ros-distro",
             group="ROS 2",
             default_text="jazzy",
         ),

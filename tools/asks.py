@@ -1,4 +1,4 @@
-"""Writes the list of the examples that answer what users of the field have asked for.
+"""Writes the list of examples that answer questions from users of robotics software.
 
 Run as ``python -m tools.asks [--check]``; docs/how_to/asks.md is generated from the docstrings of `examples/asks`.
 """
@@ -31,7 +31,7 @@ An example is one file with a world, a controller and a test, which you can copy
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the page, or say that it is out of date."""
+    """Write the page, or report that it is out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.asks", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -50,7 +50,7 @@ def line_of(path: Path) -> str:
     """Return the line of an example: the first sentence of its docstring, and the issues that it names.
 
     Raises:
-        ValueError: It names none.
+        ValueError: It names no issue.
     """
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
     issues = [f"[{issue[1]}#{issue[2]}]({issue[0]})" for issue in _ISSUE.finditer(text)]

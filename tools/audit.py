@@ -1,4 +1,4 @@
-"""Looks the locked dependencies up among known vulnerabilities, with pip-audit; says so where no index answers.
+"""Checks the locked dependencies for known vulnerabilities with pip-audit, and reports if no index answers.
 
 Run as ``python -m tools.audit``; it needs pip-audit, which `make audit` installs.
 """
@@ -26,7 +26,7 @@ _TIMEOUT: Final = 300.0
 
 
 def main() -> int:
-    """Print the known vulnerabilities of what is locked; return 1 if there are any."""
+    """Print the known vulnerabilities of the locked packages; return 1 if there are any."""
     try:
         done = subprocess.run(_COMMAND, capture_output=True, text=True, timeout=_TIMEOUT, check=False)  # noqa: S603 - ours
         found = json.loads(done.stdout)["dependencies"]

@@ -29,7 +29,7 @@ The `--help` of each command has examples and its exit codes, which [error codes
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the page, or say that it is out of date."""
+    """Write the page, or report that it is out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.commands", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -59,8 +59,8 @@ def _of(parser: argparse.ArgumentParser, level: int) -> Iterator[str]:
         yield "| argument | |\n|---|---|"
         yield from rows
         yield ""
-    if any(group.title == _EVERYWHERE for group in parser._action_groups):  # noqa: SLF001 - argparse tells it nowhere else
-        yield "[Options of a session](#options-of-a-session) are taken, too.\n"
+    if any(group.title == _EVERYWHERE for group in parser._action_groups):  # noqa: SLF001 - argparse has no public attribute for it
+        yield "[Options of a session](#options-of-a-session) are available, too.\n"
     for each, _ in commands.values():
         yield from _of(each, level + 1)
 

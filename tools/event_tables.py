@@ -44,7 +44,7 @@ def _fields(event: type[Event]) -> Iterator[str]:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the tables, or say which are out of date."""
+    """Write the tables, or report which are out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.event_tables", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a table is out of date")
     check, stale, shown = parser.parse_args(argv).check, 0, set[str]()

@@ -20,7 +20,7 @@ FILE: Final = Path(__file__).resolve().parents[1] / "maps" / "warehouse.yaml"
 _HEAD: Final = """\
 # yaml-language-server: $schema=../schemas/world.schema.json
 #
-# A warehouse, in metres: a hundred robots of seven types between racks, one-way aisles and packing stations.
+# A warehouse, in meters: a hundred robots of seven types between racks, one-way aisles and packing stations.
 # tools/generate_warehouse.py writes this file: change that, and run it.
 #
 #     y 50  parking and chargers: a one-way street north of each aisle, two of them joined at their ends
@@ -106,7 +106,7 @@ _FACING_EAST, _FACING_WEST = 0.0, 3.1416
 
 
 class _Bay(NamedTuple):
-    """Where a robot is parked, and which way it faces."""
+    """A parking bay: the waypoint and the robot's heading."""
 
     name: str
     yaw: float
@@ -114,7 +114,7 @@ class _Bay(NamedTuple):
 
 @dataclass
 class _World:
-    """The parts of the file as they come together: the lines of each section."""
+    """The parts of the file: the lines of each section."""
 
     waypoints: list[str] = field(default_factory=list)
     lanes: list[str] = field(default_factory=list)
@@ -137,7 +137,7 @@ class _World:
         return name
 
     def road(self, names: Sequence[str], limit: float) -> None:
-        """Add the one-way lanes that lead through waypoints in this order."""
+        """Add one-way lanes through waypoints in this order."""
         self.lanes += [f"  - {{from: {a}, to: {b}, one_way: true, speed_limit: {limit:g}}}" for a, b in pairwise(names)]
 
     def driveway(self, road: str, bay: str) -> None:
@@ -202,7 +202,7 @@ def _lay_out_aisles(world: _World) -> None:
 
 
 def _lay_out_packing(world: _World) -> None:
-    """Add the packing stations: each has room for three, and an exit of its own."""
+    """Add the packing stations, each with room for three robots and a separate exit."""
     aisles = [*_GOODS]
     for number, (aisle, after) in enumerate(zip(aisles[::2], aisles[1::2], strict=False), start=1):
         name = f"pack_{number}"

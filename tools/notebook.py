@@ -1,4 +1,4 @@
-"""Writes the notebook of the docs from its page, with what each cell shows.
+"""Writes the notebook of the docs from its page, with the output of each cell.
 
 Run as ``python -m tools.notebook [--check]``; docs/how_to/notebook.ipynb is generated from docs/how_to/notebook.md, and
 the code of the page is executed for that.
@@ -25,7 +25,7 @@ _KERNEL: Final = {"kernelspec": {"display_name": "Python 3", "language": "python
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the notebook, or say that it is out of date."""
+    """Write the notebook, or report that it is out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.notebook", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _cells(page: str) -> Iterator[dict[str, Any]]:
-    """Yield the cells: text up to a block of Python, and the block; what a page shows as output is left out."""
+    """Yield the cells: text up to a block of Python, and the block, without the output that the page shows."""
     lines = page.splitlines()
     names: dict[str, Any] = {}
     begin, count = 0, 0
@@ -65,7 +65,7 @@ def _text(lines: list[str]) -> Iterator[dict[str, Any]]:
 
 
 def _run(code: str, names: dict[str, Any], count: int) -> Iterator[dict[str, Any]]:
-    """Yield what a cell prints, and how the value of its last expression is shown."""
+    """Yield the printed output of a cell, and the representation of its last expression."""
     body = ast.parse(code).body
     last = body[-1] if isinstance(body[-1], ast.Expr) else None
     body = body[:-1] if last else body

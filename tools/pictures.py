@@ -101,7 +101,7 @@ def report() -> None:
 
 
 def _photograph(page: Page, name: str) -> None:
-    """Write docs/images/NAME.png, with a palette of its own, which makes it a third: flat pictures have few colours."""
+    """Write docs/images/NAME.png with a palette, which makes flat pictures three times smaller."""
     page.evaluate(_DRAWN)
     path = IMAGES / f"{name}.png"
     page.screenshot(path=path)

@@ -1,4 +1,4 @@
-"""Checks the prose of the documentation for phrases that say nothing, or for which the project has a word.
+"""Checks the prose of the documentation for empty phrases, and for phrases for which the project has a word.
 
 Run as ``python -m tools.prose``; code is left out. Spelling is codespell's.
 """
@@ -30,12 +30,12 @@ _BANNED: Final[Mapping[str, str]] = {
     r"cancel{2}(ed|ing)": "canceled, canceling, as action_msgs has it",
     r"currently|at the moment of writing": "say since which version, or leave it out",
 }
-"""Patterns, and what would do instead."""
+"""The patterns, with alternatives."""
 _PATTERNS: Final = [(re.compile(rf"(?<![\w-])({words})(?![\w-])", re.IGNORECASE), do) for words, do in _BANNED.items()]
 
 
 def flaws_of(text: str) -> Iterator[tuple[int, str]]:
-    """Yield what is wrong with the prose of a page in Markdown: line, and what would do."""
+    """Yield the flaws in the prose of a Markdown page: the line, and a remedy."""
     for block in MarkdownIt("commonmark").enable("table").parse(text):
         words = " ".join(token.content for token in block.children or () if token.type == "text")
         for pattern, instead in _PATTERNS:
@@ -45,7 +45,7 @@ def flaws_of(text: str) -> Iterator[tuple[int, str]]:
 
 
 def main() -> int:
-    """Say what is wrong with the documentation; return 1 if something is."""
+    """Report the flaws in the documentation; return 1 if there are any."""
     wrong = 0
     for page in sorted(path for pattern in _PAGES for path in _ROOT.glob(pattern)):
         for line, flaw in flaws_of(page.read_text(encoding="utf-8")):

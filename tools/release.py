@@ -1,4 +1,4 @@
-"""Checks that what would be released is right: ``python -m tools.release``, which writes ``dist/``.
+"""Builds and checks a release: ``python -m tools.release`` writes ``dist/``.
 
 Wheel and source distribution are built twice, from two copies of the committed files and in different surroundings, and
 have to be the same, byte for byte. The wheel has what it needs and nothing else; installed in an empty environment it
@@ -65,7 +65,7 @@ def main() -> int:
 
 
 def _built(folder: Path, umask: int, variables: Mapping[str, str]) -> dict[str, str]:
-    """Build what is committed, in a folder of its own; return the digests."""
+    """Build the committed files in a new folder, and return the digests."""
     folder.mkdir()
     archive = subprocess.run(["git", "archive", "HEAD"], cwd=_ROOT, check=True, capture_output=True).stdout
     subprocess.run(["tar", "-x", "--no-same-permissions"], cwd=folder, input=archive, check=True, umask=umask)
@@ -75,13 +75,13 @@ def _built(folder: Path, umask: int, variables: Mapping[str, str]) -> dict[str, 
 
 
 def different(first: Mapping[str, str], second: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with two builds, of which the digest of each file is given."""
+    """Return the differences between two builds, by the digests of their files."""
     names = sorted(first.keys() | second.keys())
     return [f"{name}: built twice, it differs" for name in names if first.get(name) != second.get(name)]
 
 
 def wrong_tags(version: str, tags: list[str], changes: str) -> list[str]:
-    """Return what is wrong with the tags of a release; nothing if it has none, as it is not released yet."""
+    """Return the errors in the tags of a release; a commit without tags has none."""
     wrong = [f"tag {tag}: the version is {version}; expected v{version}" for tag in tags if tag != f"v{version}"]
     if tags and f"\n## [{version}]" not in changes:
         wrong.append(f"CHANGELOG.md: no section [{version}]; what is new in it stands under [Unreleased]")
@@ -89,7 +89,7 @@ def wrong_tags(version: str, tags: list[str], changes: str) -> list[str]:
 
 
 def wrong_contents(wheel: Path, packages: list[str]) -> list[str]:
-    """Return what the wheel lacks, and what it has beside its packages."""
+    """Return the files that the wheel lacks, and files outside its packages."""
     names = zipfile.ZipFile(wheel).namelist()
     wrong = [f"{wheel.name}: lacks {name}" for name in _NEEDED if name not in names]
     if not any(".dist-info/sboms/" in name for name in names):
@@ -99,7 +99,7 @@ def wrong_contents(wheel: Path, packages: list[str]) -> list[str]:
 
 
 def _of_metadata(environment: Path) -> Iterator[str]:
-    """Yield what twine, which uploads to indexes, says of the metadata."""
+    """Yield the errors that twine reports in the metadata."""
     python = _environment(environment)
     _output(python, "-m", "pip", "install", "--quiet", _TWINE)
     done = subprocess.run(
@@ -110,7 +110,7 @@ def _of_metadata(environment: Path) -> Iterator[str]:
 
 
 def _of_installation(wheel: Path, environment: Path) -> Iterator[str]:
-    """Yield what is wrong with the wheel once it is installed; nothing that pip has fetched before helps it."""
+    """Yield the errors of the wheel after an installation without pip's cache."""
     began = time.monotonic()
     python = _environment(environment)
     _output(python, "-m", "pip", "install", "--quiet", "--no-cache-dir", wheel)
@@ -136,7 +136,7 @@ def _environment(folder: Path) -> Path:
 
 
 def _output(*words: str | Path, cwd: Path = _ROOT, env: Mapping[str, str] | None = None, umask: int = -1) -> str:
-    """Return what a program writes; where it fails, end with all that it has written."""
+    """Return the output of a program; exit with all of it if the program fails."""
     done = subprocess.run(words, cwd=cwd, env=env, umask=umask, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")

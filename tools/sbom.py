@@ -1,4 +1,4 @@
-"""Writes the bill of materials that the wheel contains: CycloneDX, what is in it and what is installed with it.
+"""Writes the wheel's bill of materials in CycloneDX: its content and its dependencies.
 
 Run as ``python -m tools.sbom [--check]``; sbom.cdx.json is generated from the versions of requirements.lock, from what
 the packages say that they need, and from the library that the page contains. It is that of Linux with the least Python
@@ -37,7 +37,7 @@ _UPLOT: Final = Path("hmrsim_zenoh/view/page/vendor/uplot/uPlot.esm.js")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the file, or say that it is out of date."""
+    """Write the file, or report that it is out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.sbom", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -51,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _bill() -> dict[str, Any]:
-    """Return the bill: hmrsim, the packages that it needs without extras, what it contains, and who needs whom."""
+    """Return the bill: hmrsim, its required packages, its vendored parts, and the dependencies among them."""
     needs: dict[str, list[str]] = {}
     todo = [_NAME]
     while todo:
@@ -95,7 +95,7 @@ def _locked() -> dict[str, str]:
 
 
 def _version_of_uplot() -> str:
-    """Return the version that the copy in the wheel says."""
+    """Return the version in the header of the wheel's copy."""
     found = re.search(r"uPlot \(v([\d.]+)\)", _UPLOT.read_text(encoding="utf-8"))
     if found is None:
         raise ValueError(f"{_UPLOT}: no version of uPlot, such as (v1.6.32), in its first lines")

@@ -45,7 +45,7 @@ _COMMANDS: Final[dict[str, _Command]] = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the tables, or say what is out of date; say which options are none of a model."""
+    """Write the tables, or report which are out of date; report options that belong to no model."""
     parser = argparse.ArgumentParser(prog="python -m tools.settings", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -64,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def strangers(
     name: str, configure: Callable[[argparse.ArgumentParser], None], models: tuple[type, ...]
 ) -> Iterator[str]:
-    """Yield what is wrong with the options of a command: each has to be made from a setting of its models."""
+    """Yield the options of a command that do not derive from a setting of its models."""
     parser, made = CommandParser(), CommandParser()
     configure(parser)
     for model in models:

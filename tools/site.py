@@ -36,7 +36,7 @@ _PUBLIC: Final = (
 
 
 class Page(HTMLParser):
-    """What a page of the site has: names of its places, and where it leads to."""
+    """A page of the site: the ids of its elements, and the targets of its links."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -45,7 +45,7 @@ class Page(HTMLParser):
         self.feed(path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Note what an element has."""
+        """Record the id or the target of an element."""
         for name, value in attrs:
             if name == "id" and value:
                 self.places.add(value)
@@ -100,7 +100,7 @@ def _links_of(text: str) -> Iterator[str]:
 
 
 def fault_of(target: str, folder: Path, pages: dict[Path, Page]) -> str:
-    """Return what is wrong with a link; empty if nothing is. Other sites are not asked."""
+    """Return the error of a link, or an empty text; links to other sites are not checked."""
     parts = urlsplit(target)
     if parts.scheme or parts.netloc:
         return "" if parts.scheme in {"https", "http", "data"} else "expected a path or an address"
@@ -120,7 +120,7 @@ def _missing(pages: dict[Path, Page]) -> Iterator[str]:
     for module in _PUBLIC:
         package = importlib.import_module(module)
         for name in package.__all__:
-            is_module = isinstance(getattr(package, name), ModuleType)  # which has a page of its own
+            is_module = isinstance(getattr(package, name), ModuleType)  # modules have separate pages
             if f"{module}.{name}" not in places and not is_module and not name.startswith("__"):
                 yield f"docs/reference/python: {module}.{name} has no place there"
 

@@ -29,7 +29,7 @@ _Schema = Mapping[str, Any]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the page, or say that it is out of date."""
+    """Write the page, or report that it is out of date."""
     parser = argparse.ArgumentParser(prog="python -m tools.world_keys", description=main.__doc__)
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if something is wrong")
     arguments = parser.parse_args(argv)
@@ -77,7 +77,7 @@ def _tells(part: _Schema) -> bool:
 
 
 def _type(part: _Schema) -> str:
-    """Return the type of a key in words, with a link to what is described elsewhere."""
+    """Return the type of a key in words, with a link to its section."""
     if "$ref" in part:
         return _words(part["$ref"].rpartition("/")[2]).lower()
     if "const" in part or "enum" in part:
@@ -105,7 +105,7 @@ def _words(name: str) -> str:
 
 
 def _cell(text: str) -> str:
-    """Return a text of a docstring as a page has it: on one line, with JSON's word for none."""
+    """Return a text of a docstring for the page: on one line, with JSON's null in place of None."""
     return " ".join(re.sub(r"\bNone\b", "null", text).split()).replace("``", "`").replace("|", "\\|")
 
 

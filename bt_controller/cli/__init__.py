@@ -16,7 +16,7 @@ from hmrsim.program.command_line import Later, LazyParser, add_commands, autocom
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
     "check": "load and check a tree without running it",
-    "coverage": "show what runs of trees have covered",
+    "coverage": "show which nodes the runs of a tree have covered",
     "nodes": "list the nodes of XML trees",
 }
 """The subcommands and their help; each is a module of this package with a function *configure*."""
@@ -50,7 +50,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the program, whose commands have their arguments when they are asked for."""
     parser = LazyParser(
         prog="bt-controller",
-        description="Drive robots with behaviour trees, as a client of a simulator.",
+        description="Drive robots with behavior trees, as a client of a simulator.",
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",
     )
     parser.add_argument("--version", action="version", version=f"bt-controller {__version__}")

@@ -65,7 +65,7 @@ def add_watching_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that show running trees to a command."""
     parser.add_argument("--quiet", action="store_true", help="show only the final status of each tree")
     parser.add_argument(
-        "--transitions", metavar="FILE", help="write a line of JSON for each change of a behaviour's status"
+        "--transitions", metavar="FILE", help="write a line of JSON for each change of a behavior's status"
     )
     parser.add_argument(
         "--coverage",

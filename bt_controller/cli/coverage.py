@@ -1,4 +1,4 @@
-"""``bt-controller coverage``: show what runs of trees have covered."""
+"""``bt-controller coverage``: show which nodes the runs of a tree have covered."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         " files are counted together."
     )
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="what --coverage FILE.json has written")
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a file written by --coverage FILE.json")
     parser.add_argument("--missing", action="store_true", help="show only nodes of which something never happened")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(

@@ -54,7 +54,7 @@ class QuietBehaviour(Behaviour):
             self.initialise()
         status = self.update()
         if not isinstance(status, Status):
-            text = f"A behaviour returned an invalid status, setting to INVALID [{status}][{self.name}]"
+            text = f"A behavior returned an invalid status, setting to INVALID [{status}][{self.name}]"
             self.logger.error(text)
             status = Status.INVALID
         if status is not Status.RUNNING:

@@ -133,7 +133,7 @@ class TreeCoverage:
         except ValidationError as error:
             why = _reason(error)
             raise CoverageError(
-                f"no coverage of trees: {why}; expected what --coverage FILE.json has written"
+                f"no coverage of trees: {why}; expected a file written by --coverage FILE.json"
             ) from None
         found = cls()
         for name, tree in read.trees.items():

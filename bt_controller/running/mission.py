@@ -261,8 +261,8 @@ def _ticked(error: Exception) -> str:
     """Return the name of the behavior that raised an error, the deepest one; empty if it came from none."""
     name = ""
     for frame, _ in traceback.walk_tb(error.__traceback__):
-        behaviour = frame.f_locals.get("self")
-        if isinstance(behaviour, Behaviour):
+        behavior = frame.f_locals.get("self")
+        if isinstance(behavior, Behaviour):
             name = str(behaviour.name)
     return name
 

@@ -74,8 +74,8 @@ def check_graphviz() -> str:
 def _graph(nodes: Sequence[Node], first: int, *, statuses: bool) -> Iterator[str]:
     above: list[int] = []
     for number, node in enumerate(nodes, first):
-        shape, colour = _SHAPES[node.symbol]
-        look = f"shape={shape}, fillcolor={colour}"
+        shape, color = _SHAPES[node.symbol]
+        look = f"shape={shape}, fillcolor={color}"
         label = f"{node.symbol} {node.name}" if shape in _CONTROLS else node.name
         if statuses:
             look += f", color={_COLOURS[node.status]}, penwidth=3"

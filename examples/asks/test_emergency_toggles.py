@@ -21,7 +21,7 @@ async def emergency(client: AsyncClient, drives: list[asyncio.Task[object]]) -> 
 
 
 async def patrol(robots: dict[str, AsyncRobot], client: AsyncClient) -> None:
-    """Let robots drive for short times, with an emergency after each."""
+    """Start short drives, and stop each of them by an emergency."""
     for _ in range(TOGGLES):
         drives = [asyncio.ensure_future(robot.navigate_to(ROUTES[name])) for name, robot in robots.items()]
         await client.sleep(0.3)

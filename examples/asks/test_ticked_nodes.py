@@ -30,7 +30,7 @@ def test_the_way_out_is_not_tested_by_a_run_in_which_all_goes_well() -> None:
 
 
 def test_a_closed_corridor_tests_it() -> None:
-    """Both nodes were ticked."""
+    """With a closed corridor both nodes are ticked."""
     closed = {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}
 
     assert all(ticked(changes={"faults.+": closed}).values())

@@ -49,7 +49,7 @@ examples:
         default=[],
         metavar="MEASURE=X",
         type=_margin,
-        help="differences of the means up to X count as none; repeatable (as the experiment says)",
+        help="treat differences of the means up to X as equal; repeatable (as the experiment says)",
     )
     parser.add_argument(
         "--alpha", type=_alpha, default=0.05, metavar="P", help="probability that any verdict is false (0.05)"

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import printable
 from hmrsim.settings.arguments import reader_of
-from hmrsim_zenoh.doctor.problem import first_few
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
-from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints
+from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, first_few
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.tokens import MAX_TOKENS

@@ -25,9 +25,9 @@ examples:
     add_commands(
         parser,
         {
-            "check": ("list everything that is wrong with an experiment, without running it", _configure_check),
-            "run": ("make the runs of an experiment, or continue them", _configure_run),
-            "status": ("show how far an experiment is", _configure_status),
+            "check": ("list all errors in an experiment, without running it", _configure_check),
+            "run": ("run an experiment, or continue it", _configure_run),
+            "status": ("show the progress of an experiment", _configure_status),
             "show": ("show the results of an experiment, or of one run", _configure_show),
             "report": ("write the results as one page", _configure_report),
             "export": ("write the table of runs as CSV, JSON or Parquet", _configure_export),
@@ -48,7 +48,7 @@ examples:
   hmrsim experiment check delivery.yaml
   hmrsim experiment check delivery.yaml --variant flaky"""
     _add_file(parser)
-    add_json(parser, "print one JSON object with what will be run")
+    add_json(parser, "print the planned runs as one JSON object")
     parser.set_defaults(function=Later("hmrsim.cli.experiment_runs", "check"))
 
 
@@ -126,7 +126,7 @@ def _configure_show(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--by", metavar="FACTOR", action="append", default=[], help="a row for each level of a factor; repeatable"
     )
-    parser.add_argument("--file", action="store_true", help="print the file of the experiment as it was")
+    parser.add_argument("--file", action="store_true", help="print the experiment file with which the runs were made")
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.experiment_results", "show_results"))
 
@@ -149,7 +149,7 @@ examples:
     parser.add_argument(
         "-o", "--output", metavar="FILE", help="the page; - is the standard output (report.html in the folder)"
     )
-    add_json(parser, "print what is on the page as one JSON object")
+    add_json(parser, "print the content of the page as one JSON object")
     parser.set_defaults(function=Later("hmrsim.cli.experiment_results", "report"))
 
 

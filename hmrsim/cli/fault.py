@@ -47,7 +47,9 @@ examples:
 
 docs/reference/faults.md lists all faults and their keys."""
     parser.add_argument("type", metavar="TYPE", help="the fault, such as breakdown")
-    parser.add_argument("keys", metavar="KEY=VALUE", nargs="*", help="its keys, as in a world file; values are YAML")
+    parser.add_argument(
+        "keys", metavar="KEY=VALUE", nargs="*", help="keys of the fault, as in a world file; values are YAML"
+    )
     add_json(parser)
     parser.set_defaults(function=_inject)
     add_connection_options(parser)
@@ -70,7 +72,7 @@ examples:
   hmrsim fault clear                 # all of them
   hmrsim fault clear breakdown_1
   hmrsim fault clear slip            # all of a type"""
-    parser.add_argument("name", metavar="FAULT", nargs="?", help="the name of one, or a type (default: all)")
+    parser.add_argument("name", metavar="FAULT", nargs="?", help="the name or the type of faults (default: all)")
     parser.set_defaults(function=_clear)
     add_connection_options(parser)
 

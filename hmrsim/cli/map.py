@@ -31,7 +31,7 @@ examples:
     add_commands(
         parser,
         {
-            "validate": ("list everything that is wrong with a world file", _configure_validate),
+            "validate": ("list all errors in a world file", _configure_validate),
             "info": ("show the contents of a world file", _configure_info),
             "plan": ("print the route between two points, and its travel time", _configure_plan),
             "convert": ("write a world in another format", _configure_convert),
@@ -53,8 +53,8 @@ examples:
     parser.add_argument(
         "--traffic",
         action="store_true",
-        help="also warn of places and starts where robots will be in the way of others under the traffic policy, of"
-        " corridors in which they block each other for good, and of too few places to wait",
+        help="also warn of places and initial positions where robots block others under the traffic policy, of"
+        " corridors where they deadlock, and of too few places to wait",
     )
     add_json(parser, "print one JSON list")
     parser.set_defaults(function=_validate)
@@ -97,7 +97,7 @@ examples:
         "--speed",
         type=positive,
         metavar="V",
-        help="the maximum speed, in the world's unit per second (default: that of a robot without one)",
+        help="the maximum speed, in the world's unit per second (default: the world's default speed)",
     )
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.map_plan", "plan"))

@@ -49,7 +49,7 @@ def convert(args: argparse.Namespace) -> int:
     for kind, number in left.items():
         warn(f"{args.out}: GeoJSON holds no {kind.replace('_', ' ')}: {number} left out")
     if to == "geojson" and loaded.world.units == "px":
-        warn(f"{args.out}: coordinates stay in pixels, y downwards; Nav2 reads them as metres, y upwards")
+        warn(f"{args.out}: coordinates stay in pixels, y downwards; Nav2 reads them as meters, y upwards")
     if args.out == STDOUT:
         show(text.rstrip("\n"))
         return ExitCode.DONE

@@ -47,7 +47,7 @@ examples:
         metavar="S",
         help="end after this many simulated seconds (default: never)",
     )
-    add_json(parser, "print how much was recorded as one JSON object")
+    add_json(parser, "print a summary of the recording as one JSON object")
     add_connection_options(parser)
     parser.set_defaults(function=_record)
 

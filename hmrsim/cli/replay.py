@@ -34,10 +34,8 @@ examples:
   hmrsim replay run.jsonl
   hmrsim replay run.jsonl --section 2
   hmrsim replay run.jsonl --json | jq .difference"""
-    parser.add_argument("trace", type=Path, metavar="TRACE", help="a file that --trace has written")
-    parser.add_argument(
-        "--section", type=count, metavar="N", help="report on this section, and leave out later ones (default: all)"
-    )
+    parser.add_argument("trace", type=Path, metavar="TRACE", help="a file written by --trace")
+    parser.add_argument("--section", type=count, metavar="N", help="stop after this section (default: all)")
     add_json(parser, "print the outcome as one JSON object")
     add_log_options(parser, default="error")
     parser.set_defaults(function=_replay)

@@ -50,7 +50,7 @@ examples:
   hmrsim report shift.mcap -o report.html --csv tables
   hmrsim report run.jsonl --json | jq '.robots[] | {name, waited, waited_for}'
   python -c 'import pandas; print(pandas.read_csv("tables/goals.csv").groupby("action").duration.describe())'"""
-    parser.add_argument("file", type=Path, metavar="TRACE|MCAP", help="a file that --trace or --record has written")
+    parser.add_argument("file", type=Path, metavar="TRACE|MCAP", help="a file written by --trace or --record")
     parser.add_argument(
         "-o", "--output", metavar="FILE", help="write a self-contained HTML page; - is the standard output"
     )

@@ -28,7 +28,7 @@ def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim robot``."""
     parser.description = "List the robots of a running simulation."
     parser.epilog = _EXAMPLES
-    add_commands(parser, {"list": ("list the robots, where they are and what they do", _configure_list)})
+    add_commands(parser, {"list": ("list the robots with their poses and activities", _configure_list)})
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:

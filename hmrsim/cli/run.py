@@ -115,7 +115,7 @@ def _run(args: argparse.Namespace) -> int:
     from hmrsim.program.memory import Heap
     from hmrsim.world_checks.obstructions import check_obstructions
     from hmrsim_zenoh.hosting.host import Host
-    from hmrsim_zenoh.wire.exposure import exposed
+    from hmrsim_zenoh.wire.configuration import exposed
 
     settings = _Resolved(args)
     run, wires = settings.run, ros2_wires(settings.ros2)

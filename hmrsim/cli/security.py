@@ -39,7 +39,7 @@ examples:
         {
             "create": ("create a keystore: an authority, and an enclave for each role", _configure_create),
             "add": ("add an enclave to a keystore", _configure_add),
-            "renew": ("create new certificates, which are valid for longer", _configure_renew),
+            "renew": ("replace the certificates before they expire", _configure_renew),
             "revoke": ("revoke all rights of an enclave", _configure_revoke),
             "explain": ("explain who may do what on a key, and by which rule", _configure_explain),
             "check": ("verify that a running simulator enforces the policy", _configure_check),
@@ -63,14 +63,14 @@ examples:
         action="append",
         type=Later("hmrsim.cli.security_keystore", "controller"),
         metavar="NAME[=ROBOT,…]",
-        help="a controller, and the robots that it drives (all if none is named); repeatable",
+        help="a controller and the robots that it drives (default: all); repeatable",
     )
     parser.add_argument(
         "--host",
         action="append",
         default=[],
         metavar="HOST",
-        help="a name or address at which the simulator is reached, beside localhost and this machine's name; "
+        help="a name or address of the simulator, in addition to localhost and this machine's name; "
         "repeatable, the first is in the configuration of ROS nodes",
     )
     _add_days(parser)

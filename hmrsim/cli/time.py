@@ -37,10 +37,10 @@ def configure(parser: LazyParser) -> None:
     add_commands(
         parser,
         {
-            "show": ("show the time, its speed, and for whom it waits", _configure_show),
+            "show": ("show the time, its speed, and the participants that it waits for", _configure_show),
             "pause": ("pause time", _configure_pause),
             "resume": ("resume time", _configure_resume),
-            "step": ("advance by some steps while time is paused", _configure_step),
+            "step": ("advance by a number of steps while time is paused", _configure_step),
             "speed": ("set the speed of time relative to real time", _configure_speed),
         },
     )

@@ -144,7 +144,7 @@ examples:
     parser.add_argument(
         "--solvable",
         action="store_true",
-        help=f"use the first of {_SEEDS} seeds from N on whose orders can all be delivered, as a search shows",
+        help=f"use the first of {_SEEDS} seeds from N for which a search can deliver all orders",
     )
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
     parser.set_defaults(function=_generate)

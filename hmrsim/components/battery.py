@@ -22,16 +22,16 @@ _LAST_POWER: Final = 0.05
 
 
 class Drain(Settings):
-    """The consumption of a battery, in units of energy; a unit a second is a watt.
+    """The consumption of a battery, in units of energy; one unit per second is one watt.
 
     Attributes:
-        default: A second, for *still* and *moving* where they are left out; None for 1.
-        still: A second in which the robot stands.
-        moving: A second in which it moves.
-        distance: For each unit of length that it drives, beside *moving*.
-        load: A second, for each kg that it carries.
-        handling: For each item that it picks up or lays down.
-        actions: A second in which a goal of an action runs, by the action's name.
+        default: Consumption per second, for *still* and *moving* if they are omitted; None for 1.
+        still: Consumption per second while the robot stands.
+        moving: Consumption per second while the robot moves.
+        distance: Consumption per unit of length that the robot drives, in addition to *moving*.
+        load: Consumption per second for each kg that the robot carries.
+        handling: Consumption for each item that the robot picks up or puts down.
+        actions: Consumption per second while a goal of an action executes, by the action's name.
     """
 
     default: _Energy | None = None
@@ -43,7 +43,7 @@ class Drain(Settings):
     actions: dict[str, _Energy] = Field(default_factory=dict)
 
     def of_time(self, *, moving: bool) -> float:
-        """Return what a second takes of one that stands or moves, by *still*, *moving* and *default*."""
+        """Return the consumption per second of a robot that stands or moves."""
         drain = self.moving if moving else self.still
         if drain is not None:
             return drain
@@ -54,22 +54,24 @@ class BatterySettings(Settings):
     """The capacity, consumption and cells of a battery.
 
     Attributes:
-        capacity: Units of energy when full.
-        initial_charge: Units of energy at the start; None for a full battery.
+        capacity: Capacity of the battery, in units of energy.
+        initial_charge: Charge at the start, in units of energy; None for a full battery.
         drain: The consumers of the battery.
-        low: Share at which ``battery_low`` is published.
-        critical: Share at which ``battery_critical`` is published, and to which an empty battery has to be charged
-            before the robot can use it.
-        stops_below: Share at which the battery counts as empty, as with a battery management system that switches it
-            off; the rest stays in it.
-        taper_from: Share up to which it is charged at full power.
-        nominal_voltage: Volts of all its cells in series, half full.
-        cells: How many.
-        technology: Of the cells, as sensor_msgs/BatteryState names it.
-        temperature: Degrees Celsius, which do not change.
+        low: Share of the capacity at which ``battery_low`` is published.
+        critical: Share of the capacity at which ``battery_critical`` is published, and to which an empty battery has to
+            be charged before the robot can drive again.
+        stops_below: Share of the capacity at which the battery counts as empty, as with a battery management system
+            that switches the battery off.
+        taper_from: Share of the capacity up to which the battery is charged at full power.
+        nominal_voltage: Voltage of all cells in series at half charge, in volts.
+        cells: The number of cells in series.
+        technology: The technology of the cells, as in sensor_msgs/BatteryState.
+        temperature: The constant temperature, in degrees Celsius.
     """
 
-    capacity: Annotated[float, Field(strict=True, gt=0, le=1e12, description="Units of energy when full.")] = 3600.0
+    capacity: Annotated[
+        float, Field(strict=True, gt=0, le=1e12, description="Capacity of the battery, in units of energy.")
+    ] = 3600.0
     initial_charge: Annotated[float, Field(strict=True, ge=0)] | None = None
     drain: Drain = Drain()
     low: _Share = 0.2

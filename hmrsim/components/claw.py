@@ -20,9 +20,9 @@ class ClawSettings(Settings):
     """The reach and payload of a claw.
 
     Attributes:
-        reach: From the robot's center to the item's, in the world's unit; None for 1 m, or 80 px.
-        max_weight: In kg; None for no limit.
-        handling_time: Seconds that picking up or placing takes.
+        reach: Maximum distance of an item from the robot's center; None for 1 m, or 80 px.
+        max_weight: Maximum weight of an item, in kg; None for no limit.
+        handling_time: Seconds to pick up or to place an item.
     """
 
     reach: Annotated[float, Field(strict=True, gt=0, le=1e9)] | None = None

@@ -14,7 +14,7 @@ class ProximitySettings(SensorSettings):
     Attributes:
         range: Range, from the robot's center to that of the detected entity; None for 2 m, or 160 px.
         resolution: Distance a detected entity has to move before it is published again; None for 0.1 m, or 8 px.
-        through_walls: Whether walls hide nothing from it, as with radio tags.
+        through_walls: Whether the sensor detects entities behind walls, as with radio tags.
     """
 
     through_walls: bool = False

@@ -60,7 +60,7 @@ def registry() -> dict[str, type[Event]]:
     """Return all events by kind.
 
     Raises:
-        PluginError: Two events have the same kind, or one has none.
+        PluginError: Two events have the same kind, or an event has no kind.
     """
     events: dict[str, type[Event]] = {}
     for group in groups().values():

@@ -1,4 +1,4 @@
-"""Templates for the texts of events, which Python and the page fill in in the same way.
+"""Templates for the texts of events, which Python and the page fill in alike.
 
 A template is text with fields of an event's JSON in it:
 

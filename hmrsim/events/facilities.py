@@ -26,13 +26,13 @@ class DoorOpening(DoorEvent, kind="door_opening", severity="debug", text="opens[
 class DoorOpened(
     DoorEvent, kind="door_opened", severity="debug", text="is open[ for {by}]", sets={"state": "open", "locked": False}
 ):
-    """A door is open."""
+    """A door has opened completely."""
 
     by: _By = ""
 
 
 class DoorClosed(DoorEvent, kind="door_closed", severity="debug", text="is closed", sets={"state": "closed"}):
-    """A door is closed."""
+    """A door has closed completely."""
 
 
 _Stop = Annotated[str, Field(description="The stop, by the name of its waypoint.")]

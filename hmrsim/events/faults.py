@@ -36,7 +36,7 @@ class FaultBegan(
     changes=Part.FAULTS,
     sets={"active": True},
 ):
-    """A fault begins."""
+    """A fault begins at its subject."""
 
 
 class FaultEnded(
@@ -46,7 +46,7 @@ class FaultEnded(
     changes=Part.FAULTS,
     sets={"active": False},
 ):
-    """A fault ends."""
+    """A fault ends at its subject."""
 
 
 class FaultMissed(

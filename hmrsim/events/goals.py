@@ -47,7 +47,7 @@ class GoalStatusChanged(
 
 
 class SendGoalRejected(Event, kind="rejected", severity="warning", text="{action} rejected[: {error_msg}|: {reason}]"):
-    """A goal is rejected."""
+    """An action server rejects a goal."""
 
     robot: RobotName
     action: ActionName

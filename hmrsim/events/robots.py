@@ -137,7 +137,7 @@ class BatteryRevived(
 
 
 class BatteryFull(BatteryEvent, kind="battery_full", text="has a full battery", sets={"level": ""}):
-    """A battery is full."""
+    """A battery is fully charged again."""
 
 
 class ChargingBegan(
@@ -168,7 +168,7 @@ class DockQueued(
 
 
 class Docked(DockEvent, kind="dock_docked", text="docked at {dock}", sets={"state": "docked"}):
-    """A robot is docked."""
+    """A robot has docked at its dock."""
 
 
 class Undocked(DockEvent, kind="dock_undocked", text="undocked from {dock}", sets={"state": "away"}):

@@ -28,7 +28,7 @@ class SimulationStateChanged(
 
 
 class SimulationReset(Event, kind="reset", subject=(), text="the simulation was reset", changes=Part.SCENE):
-    """The simulation was reset."""
+    """A client has reset the simulation."""
 
     scope: Annotated[Whole, Field(description="The sum of 1 time, 2 state, 4 spawned; 255 for all.")]
 
@@ -96,13 +96,13 @@ class ParticipantEvent(Event, subject=("participant",), changes=Part.PARTICIPANT
 
 
 class ParticipantJoined(ParticipantEvent, kind="participant_joined", text="joins lockstep", sets={"present": True}):
-    """A controller has joined."""
+    """A controller has joined lockstep."""
 
 
 class ParticipantLeft(
     ParticipantEvent, kind="participant_left", text="leaves lockstep[: {why}]", sets={"present": False}
 ):
-    """A controller has left."""
+    """A controller has left lockstep."""
 
 
 class ParticipantDropped(

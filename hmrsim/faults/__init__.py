@@ -44,29 +44,29 @@ _TITLES = {"at": "Start time", "until": "End time", "mean_time_between": "Mean t
 Name = Annotated[str, Field(min_length=1, max_length=100)]
 SomeSeconds = Annotated[float, Field(strict=True, gt=0, le=_MAX, json_schema_extra={"unit": "s"})]
 MeanSeconds = Annotated[float, Field(strict=True, ge=0.001, le=_MAX, json_schema_extra={"unit": "s"})]
-"""Of what recurs: with no time in between, simulated time would stand still."""
+"""Mean seconds between recurring faults; simulated time would never advance if they could be 0."""
 
 _IN_SECONDS = Field(json_schema_extra={"unit": "s"})
 Probability = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 
 class Occurrence(BaseModel):
-    """Settings that every fault has: when it happens. A fault that is not a `Spell` happens in an instant."""
+    """The settings of every fault: when it happens. A fault that is not a `Spell` is instantaneous."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
 
     name: Name | None = Field(
-        default=None, description="Its name in events, by which it is cleared; None for its type and a number."
+        default=None, description="The fault's name in events and for clearing it; None for its type and a number."
     )
     at: Annotated[RandomSeconds, _IN_SECONDS] | None = Field(
-        default=None, description="When it begins, in simulated seconds; None for at once."
+        default=None, description="When the fault begins, in simulated seconds; None for immediately."
     )
     mean_time_between: MeanSeconds | None = Field(
         default=None,
-        description="Mean seconds until it begins, and from its end until it begins again; None to begin once.",
+        description="Mean seconds before the fault begins, and from its end until it recurs; None to begin once.",
     )
     when: Anchor | None = Field(
-        default=None, description="The event after which it begins, instead of a time; None to wait for none."
+        default=None, description="The event after which the fault begins, instead of a time; None for no event."
     )
 
     @property
@@ -87,13 +87,15 @@ class Occurrence(BaseModel):
 
 
 class Spell(Occurrence):
-    """Settings of a fault that lasts for some time; for ever if no end is given."""
+    """The settings of a fault that lasts for a while; without an end it lasts forever."""
 
-    until: Seconds | None = Field(default=None, description="When it ends, in simulated seconds.")
+    until: Seconds | None = Field(default=None, description="When the fault ends, in simulated seconds.")
     duration: Annotated[SomeRandomSeconds, _IN_SECONDS] | None = Field(
-        default=None, description="How long it lasts, in seconds."
+        default=None, description="How long the fault lasts, in seconds."
     )
-    mean_duration: MeanSeconds | None = Field(default=None, description="How long it lasts on average, in seconds.")
+    mean_duration: MeanSeconds | None = Field(
+        default=None, description="How long the fault lasts on average, in seconds."
+    )
 
     @model_validator(mode="after")
     def _one_end(self) -> Self:

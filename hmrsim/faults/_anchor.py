@@ -20,10 +20,10 @@ class Anchor(EventPattern):
         event: A kind of event, such as ``picked``.
         where: Values of its fields, as its JSON has them; all must be equal.
         goal: The change of a goal; ``ended`` stands for succeeded, canceled and aborted.
-        action: The action of that goal; left out for any.
-        robot: The robot that it is about; left out for any.
-        nth: Which one of them, from 1, since the run or the section began, or the fault was injected.
-        after: How long after it the fault begins, in simulated seconds; with 0 later in the same instant.
+        action: The action of that goal; omitted for any.
+        robot: The robot of the event or goal; omitted for any.
+        nth: The number of the matching event, from 1, since the start of the run, a reset or the fault's injection.
+        after: Simulated seconds from the event to the fault; with 0 the fault begins later in the same instant.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False)
@@ -32,6 +32,6 @@ class Anchor(EventPattern):
     after: Seconds = 0.0
 
     def describe(self) -> str:
-        """Return it in words, such as ``0.5 s after pickup of eve is executing (number 2)``."""
+        """Return the anchor in words, such as ``0.5 s after pickup of eve is executing (number 2)``."""
         delay = f"{self.after:g} s after " if self.after else ""
         return f"{delay}{super().describe()}{f' (number {self.nth})' if self.nth > 1 else ''}"

@@ -11,7 +11,7 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class BatteryCell(Spell):
-    """A period during which a battery cell fails.
+    """The failure of a battery cell.
 
     Attributes:
         robot: The robot's name.

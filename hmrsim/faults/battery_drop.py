@@ -1,4 +1,4 @@
-"""The battery has less left than it said: its charge falls to a share of what it holds, at once."""
+"""The battery has less charge than it reported: the charge drops suddenly to a share of the capacity."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from hmrsim.faults import Case, FaultType, Name, Occurrence
 
 
 class BatteryDrop(Occurrence):
-    """When the charge of which battery falls.
+    """A sudden drop of a battery's charge.
 
     Attributes:
         robot: The robot's name.
-        share: What is left of its capacity, from 0 to 1; one that has less already keeps that.
+        share: The share of the capacity that is left, from 0 to 1; a lower charge does not change.
     """
 
     robot: Name

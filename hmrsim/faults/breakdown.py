@@ -8,10 +8,10 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class Breakdown(Spell):
-    """When which robot breaks down.
+    """The breakdown of a robot.
 
     Attributes:
-        robot: Its name.
+        robot: The robot's name.
     """
 
     robot: Name

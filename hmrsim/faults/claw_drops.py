@@ -8,11 +8,11 @@ from hmrsim.faults import Case, FaultType, Name, Occurrence, Probability
 
 
 class ClawDrops(Occurrence):
-    """When which claw drops what it holds.
+    """The drop of the item that a claw holds.
 
     Attributes:
         robot: The robot's name.
-        probability: That it does.
+        probability: The probability that the item drops.
     """
 
     robot: Name

@@ -9,11 +9,11 @@ from hmrsim.faults import Case, FaultType, Name, Probability, Spell
 
 
 class ClawMisses(Spell):
-    """A period during which a claw misses.
+    """Failures of a claw to grasp items.
 
     Attributes:
         robot: The robot's name.
-        probability: That it does, each time.
+        probability: The probability of a miss, for each attempt.
     """
 
     robot: Name

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class DockOutOfOrder(Spell):
-    """When which dock is out of order.
+    """The outage of a dock.
 
     Attributes:
-        dock: Its name.
+        dock: The dock's name.
     """
 
     dock: Name

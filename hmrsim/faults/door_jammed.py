@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class DoorJammed(Spell):
-    """A period during which a door jams.
+    """The jam of a door.
 
     Attributes:
-        door: Its name.
+        door: The door's name.
     """
 
     door: Name

@@ -13,15 +13,15 @@ from hmrsim.faults._counting import Countdown
 
 
 class GoalsAborted(Spell):
-    """When goals of which robot are aborted.
+    """Goals of a robot that end as aborted.
 
     Attributes:
         robot: The robot's name.
         action: The action of the goals, such as ``dock_robot``; None for all.
         error_code: The code in the result, one of the action's; None for its code for unknown errors.
         error_msg: The text in the result; empty for the name of the fault.
-        delay: How long a goal executes before, in seconds; one that executes for longer already ends at once.
-        count: How many goals are aborted before the fault is over; None for all while it lasts.
+        delay: Seconds of execution before a goal is aborted; goals that have executed for longer end immediately.
+        count: The number of goals to abort before the fault ends; None for all goals during the fault.
     """
 
     robot: Name

@@ -13,13 +13,13 @@ from hmrsim.faults._counting import Countdown
 
 
 class GoalsRejected(Spell):
-    """When goals of which robot are rejected.
+    """Goals of a robot that are rejected.
 
     Attributes:
         robot: The robot's name.
         action: The action of the goals, such as ``navigate_to_pose``; None for all.
         reason: The reason in the answer.
-        count: How many goals are rejected before the fault is over; None for all while it lasts.
+        count: The number of goals to reject before the fault ends; None for all goals during the fault.
     """
 
     robot: Name

@@ -8,10 +8,10 @@ from hmrsim.faults import Case, FaultType, Name, Occurrence
 
 
 class ItemLost(Occurrence):
-    """When which item is lost.
+    """The loss of an item.
 
     Attributes:
-        item: Its name; one that an order makes has the name of its kind and a number, such as ``medicine_2``.
+        item: The item's name; items of orders are numbered, as in ``medicine_2``.
     """
 
     item: Name

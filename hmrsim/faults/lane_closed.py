@@ -12,10 +12,10 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class LaneClosed(Spell):
-    """When which lane is closed.
+    """The closure of a lane.
 
     Attributes:
-        lane: The waypoints at its ends.
+        lane: The waypoints at the ends of the lane.
     """
 
     lane: Annotated[tuple[Name, ...], Field(min_length=2, max_length=2)]

@@ -1,4 +1,4 @@
-"""The lift is out of order: it ends its ride, and then stands; robots go another way."""
+"""The lift is out of order: it completes its ride and then stops; robots take other routes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class LiftOutOfOrder(Spell):
-    """When which lift is out of order.
+    """The outage of a lift.
 
     Attributes:
-        lift: Its name.
+        lift: The lift's name.
     """
 
     lift: Name

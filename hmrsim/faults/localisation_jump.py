@@ -16,13 +16,13 @@ _Offset = Annotated[_Number, Field(json_schema_extra={"unit": "m"})]
 
 
 class LocalisationJump(Spell):
-    """When which robot is off, and by how much.
+    """An error of a robot's published pose.
 
     Attributes:
-        robot: Its name.
-        dx: In the world's unit.
-        dy: Likewise.
-        yaw: In radians.
+        robot: The robot's name.
+        dx: Error along x, in the world's unit.
+        dy: Error along y, in the world's unit.
+        yaw: Error of the yaw, in radians.
     """
 
     robot: Name

@@ -8,10 +8,10 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class MessagesLost(Spell):
-    """When which robot has no connection.
+    """The loss of a robot's connection.
 
     Attributes:
-        robot: Its name.
+        robot: The robot's name.
     """
 
     robot: Name

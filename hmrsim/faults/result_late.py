@@ -8,11 +8,11 @@ from hmrsim.faults import Case, FaultType, Name, SomeSeconds, Spell
 
 
 class ResultLate(Spell):
-    """A period during which updates about a robot's goals reach clients late.
+    """Late updates about a robot's goals.
 
     Attributes:
-        robot: Its name.
-        delay: By how many seconds.
+        robot: The robot's name.
+        delay: Seconds by which updates are late.
     """
 
     robot: Name

@@ -10,11 +10,11 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class SensorBlind(Spell):
-    """When which sensors are blind.
+    """Blindness of a robot's sensors.
 
     Attributes:
         robot: The robot's name.
-        sensor: The component, such as ``camera``; None for all.
+        sensor: The sensor's component, such as ``camera``; None for all sensors.
     """
 
     robot: Name

@@ -10,11 +10,11 @@ from hmrsim.faults import Case, FaultType, Name, Spell
 
 
 class Slip(Spell):
-    """A period during which a robot slips.
+    """Slip of a robot, which makes it slower.
 
     Attributes:
-        robot: Its name.
-        factor: The factor by which its speed is multiplied.
+        robot: The robot's name.
+        factor: Factor on the robot's speed.
     """
 
     robot: Name

@@ -1,4 +1,4 @@
-"""Times and durations."""
+"""Points in time and durations."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ class IsDetected:
         entity: String = ""
 
     class Response(Message):
-        """Whether the robot sees the entity, where, and by which sensors."""
+        """The entity's pose and the sensors that see it, if the robot detects it."""
 
         result: Result = Field(default_factory=Result)
         detected: Bool = False
@@ -29,7 +29,7 @@ class IsDetected:
 
 
 class InjectFault:
-    """Inject a fault."""
+    """Inject a fault now or at a later time."""
 
     class Request(Message):
         """The fault, with the keys of a world file. Fields that are zero or empty are left out.
@@ -93,7 +93,7 @@ class GetFaults:
     """List the active and the scheduled faults."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
         """The known faults, sorted by name."""
@@ -207,6 +207,6 @@ class EndRun:
         values: String = ""
 
     class Response(Message):
-        """Whether the outcome could be read."""
+        """The result: an error if the outcome could not be read."""
 
         result: Result = Field(default_factory=Result)

@@ -33,10 +33,10 @@ class GetState:
     """Return the state of a node."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
-        """The state."""
+        """The current state of the node."""
 
         current_state: State = Field(default_factory=State)
 
@@ -75,7 +75,7 @@ class ChangeState:
         transition: Transition = Field(default_factory=Transition)
 
     class Response(Message):
-        """Whether the node is in the new state."""
+        """True if the node is in the new state."""
 
         success: Bool = False
 
@@ -84,10 +84,10 @@ class GetAvailableStates:
     """List the states that a node can have."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
-        """The states."""
+        """The states that the node can have."""
 
         available_states: list[State] = Field(default_factory=list)
 
@@ -96,9 +96,9 @@ class GetAvailableTransitions:
     """List the transitions of a node: all, or those from its state."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
-        """The transitions."""
+        """The transitions of the node."""
 
         available_transitions: list[TransitionDescription] = Field(default_factory=list)

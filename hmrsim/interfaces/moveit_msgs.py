@@ -287,7 +287,7 @@ class PlaceLocation(Message):
 
 
 class Pickup:
-    """Pick up an object."""
+    """Pick up an object with the gripper."""
 
     class Goal(Message):
         """The object to pick up; hmrsim uses *target_name*. *allowed_planning_time* in seconds."""
@@ -317,7 +317,7 @@ class Pickup:
         planning_time: Float64 = 0.0
 
     class Feedback(Message):
-        """The robot's current step."""
+        """The step that the robot has reached."""
 
         state: String = ""
 
@@ -351,6 +351,6 @@ class Place:
         planning_time: Float64 = 0.0
 
     class Feedback(Message):
-        """The robot's current step."""
+        """The step that the robot has reached."""
 
         state: String = ""

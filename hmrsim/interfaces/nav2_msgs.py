@@ -81,7 +81,7 @@ class Route(Message):
 
 
 class Wait:
-    """Wait in place."""
+    """Wait in place for a while."""
 
     class Goal(Message):
         """The simulated time to wait."""
@@ -105,7 +105,7 @@ class Wait:
 
 
 class Spin:
-    """Turn on the spot."""
+    """Turn on the spot by an angle."""
 
     class Goal(Message):
         """The angle in radians, counter-clockwise, and the time allowed."""
@@ -163,7 +163,7 @@ class BackUp:
 
 
 class DriveOnHeading:
-    """Drive straight ahead."""
+    """Drive straight ahead for a distance."""
 
     class Goal(Message):
         """The distance (*target.x*), the speed, and the time allowed."""
@@ -206,7 +206,7 @@ class DockRobot:
         navigate_to_staging_pose: Bool = True
 
     class Result(Codes, Message):
-        """Whether the robot is docked, the number of retries, and the error if it is not docked."""
+        """The number of retries, and the error if the robot is not docked."""
 
         DOCK_NOT_IN_DB: ClassVar[int] = 901
         DOCK_NOT_VALID: ClassVar[int] = 902
@@ -223,7 +223,7 @@ class DockRobot:
         error_msg: String = ""
 
     class Feedback(Message):
-        """The state of docking."""
+        """The step that the robot has reached."""
 
         NONE: ClassVar[int] = 0
         NAV_TO_STAGING_POSE: ClassVar[int] = 1
@@ -238,7 +238,7 @@ class DockRobot:
 
 
 class UndockRobot:
-    """Leave the dock."""
+    """Leave the dock and drive to its staging pose."""
 
     class Goal(Message):
         """The type of the dock, if the robot can't know it; *max_undocking_time* is in seconds."""
@@ -247,7 +247,7 @@ class UndockRobot:
         max_undocking_time: Annotated[Float32, SECONDS] = 30.0
 
     class Result(Codes, Message):
-        """Whether the robot has left its dock, and the error if it has not."""
+        """The error if the robot has not left its dock."""
 
         DOCK_NOT_VALID: ClassVar[int] = 902
         FAILED_TO_CONTROL: ClassVar[int] = 905
@@ -259,11 +259,11 @@ class UndockRobot:
         error_msg: String = ""
 
     class Feedback(Message):
-        """Empty."""
+        """A feedback message without fields."""
 
 
 class NavigateToPose:
-    """Drive to a pose."""
+    """Drive to a pose, with replanning."""
 
     class Goal(Message):
         """The pose; the behavior tree is accepted and not used."""
@@ -420,7 +420,7 @@ class ComputePathToPose:
         error_msg: String = ""
 
     class Feedback(Message):
-        """Empty."""
+        """A feedback message without fields."""
 
 
 class ComputePathThroughPoses:
@@ -457,11 +457,11 @@ class ComputePathThroughPoses:
         error_msg: String = ""
 
     class Feedback(Message):
-        """Empty."""
+        """A feedback message without fields."""
 
 
 class SmoothPath:
-    """Smooth a path."""
+    """Smooth a path without driving along it."""
 
     class Goal(Message):
         """The path; *smoother_id* chooses among a smoother's plug-ins."""
@@ -488,7 +488,7 @@ class SmoothPath:
         error_msg: String = ""
 
     class Feedback(Message):
-        """Empty."""
+        """A feedback message without fields."""
 
 
 class _RouteCodes(Codes):
@@ -526,7 +526,7 @@ class ComputeRoute:
         error_msg: String = ""
 
     class Feedback(Message):
-        """Empty."""
+        """A feedback message without fields."""
 
 
 class ComputeAndTrackRoute:

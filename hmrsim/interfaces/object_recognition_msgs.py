@@ -1,4 +1,4 @@
-"""Kinds of known objects."""
+"""The types of objects that are detected."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class ParameterValue(Message):
 
 
 class Parameter(Message):
-    """A parameter by name."""
+    """A parameter: its name and value."""
 
     name: String = ""
     value: ParameterValue = Field(default_factory=ParameterValue)
@@ -98,7 +98,7 @@ class ParameterDescriptor(Message):
 
 
 class SetParametersResult(Message):
-    """Whether a parameter was set, and why not."""
+    """The outcome of setting a parameter, with the reason if it was not set."""
 
     successful: Bool = False
     reason: String = ""
@@ -115,7 +115,7 @@ class GetParameters:
     """Return the values of parameters."""
 
     class Request(Message):
-        """The names."""
+        """The names of the parameters."""
 
         names: list[String] = Field(default_factory=list)
 
@@ -129,7 +129,7 @@ class GetParameterTypes:
     """Return the types of parameters."""
 
     class Request(Message):
-        """The names."""
+        """The names of the parameters."""
 
         names: list[String] = Field(default_factory=list)
 
@@ -143,7 +143,7 @@ class DescribeParameters:
     """Return the descriptions of parameters."""
 
     class Request(Message):
-        """The names."""
+        """The names of the parameters."""
 
         names: list[String] = Field(default_factory=list)
 
@@ -165,7 +165,7 @@ class ListParameters:
         depth: UInt64 = 0
 
     class Response(Message):
-        """The names."""
+        """The names of the parameters."""
 
         result: ListParametersResult = Field(default_factory=ListParametersResult)
 
@@ -174,7 +174,7 @@ class SetParameters:
     """Set parameters one by one."""
 
     class Request(Message):
-        """The parameters."""
+        """The parameters with their new values."""
 
         parameters: list[Parameter] = Field(default_factory=list)
 
@@ -188,11 +188,11 @@ class SetParametersAtomically:
     """Set all parameters, or none."""
 
     class Request(Message):
-        """The parameters."""
+        """The parameters with their new values."""
 
         parameters: list[Parameter] = Field(default_factory=list)
 
     class Response(Message):
-        """The outcome."""
+        """The outcome, the same for all parameters."""
 
         result: SetParametersResult = Field(default_factory=SetParametersResult)

@@ -1,4 +1,4 @@
-"""The simulation's clock."""
+"""The message of the simulation's clock."""
 
 from __future__ import annotations
 
@@ -9,6 +9,6 @@ from hmrsim.interfaces.message import Message
 
 
 class Clock(Message):
-    """The simulated time now."""
+    """The current simulated time, from the start."""
 
     clock: Time = Field(default_factory=Time)

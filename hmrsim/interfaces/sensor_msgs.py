@@ -1,4 +1,4 @@
-"""Batteries, joints and images."""
+"""The states of batteries and joints, and images."""
 
 from __future__ import annotations
 

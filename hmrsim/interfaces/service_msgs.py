@@ -1,4 +1,4 @@
-"""Events of service calls."""
+"""The events of service introspection."""
 
 from __future__ import annotations
 

@@ -182,7 +182,7 @@ class GetSpawnables:
     """List the robots and items that can be spawned."""
 
     class Request(Message):
-        """Further sources of spawnables."""
+        """Further sources of entities that can be spawned."""
 
         sources: list[String] = Field(default_factory=list)
 
@@ -227,12 +227,12 @@ class DeleteEntity:
     """Remove an entity from the world."""
 
     class Request(Message):
-        """The entity to remove."""
+        """The name of the entity to remove."""
 
         entity: String = ""
 
     class Response(Message):
-        """The result."""
+        """The result of the request."""
 
         result: Result = Field(default_factory=Result)
 
@@ -241,7 +241,7 @@ class GetEntities:
     """List the entities in the world."""
 
     class Request(Message):
-        """Filters of the entities."""
+        """Filters that the entities have to pass."""
 
         filters: EntityFilters = Field(default_factory=EntityFilters)
 
@@ -256,7 +256,7 @@ class GetEntitiesStates:
     """Return the states of entities."""
 
     class Request(Message):
-        """Filters of the entities."""
+        """Filters that the entities have to pass."""
 
         filters: EntityFilters = Field(default_factory=EntityFilters)
 
@@ -269,7 +269,7 @@ class GetEntitiesStates:
 
 
 class GetEntityInfo:
-    """Describe an entity."""
+    """Return the category, description and tags of an entity."""
 
     class Request(Message):
         """The name of the entity."""
@@ -308,7 +308,7 @@ class SetEntityState:
         state: EntityState = Field(default_factory=EntityState)
 
     class Response(Message):
-        """The result."""
+        """The result of the request."""
 
         INVALID_POSE: ClassVar[int] = 101
 
@@ -324,7 +324,7 @@ class GetNamedPoses:
         tags: TagsFilter = Field(default_factory=TagsFilter)
 
     class Response(Message):
-        """The named poses."""
+        """The named poses with all tags requested."""
 
         result: Result = Field(default_factory=Result)
         poses: list[NamedPose] = Field(default_factory=list)
@@ -349,10 +349,10 @@ class GetSimulatorFeatures:
     """List the features of the simulator."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
-        """The features."""
+        """The features of the simulator."""
 
         features: SimulatorFeatures = Field(default_factory=SimulatorFeatures)
 
@@ -361,7 +361,7 @@ class GetSimulationState:
     """Return whether the simulation is playing, paused or stopped."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
         """The state of the simulation."""
@@ -374,12 +374,12 @@ class SetSimulationState:
     """Play, pause or stop the simulation."""
 
     class Request(Message):
-        """The new state."""
+        """The new state of the simulation."""
 
         state: SimulationState = Field(default_factory=SimulationState)
 
     class Response(Message):
-        """The result."""
+        """The result of the request."""
 
         ALREADY_IN_TARGET_STATE: ClassVar[int] = 101
         STATE_TRANSITION_ERROR: ClassVar[int] = 102
@@ -392,7 +392,7 @@ class StepSimulation:
     """Advance a paused simulation by a number of steps."""
 
     class Request(Message):
-        """The number of steps."""
+        """The number of steps to take."""
 
         steps: Annotated[UInt64, STEPS] = 1
 
@@ -406,12 +406,12 @@ class SimulateSteps:
     """Advance a paused simulation by a number of steps and report each of them."""
 
     class Goal(Message):
-        """The number of steps."""
+        """The number of steps to take."""
 
         steps: UInt64 = 0
 
     class Result(Message):
-        """The result."""
+        """The result of the request."""
 
         result: _ServiceResult = Field(default_factory=_ServiceResult)
 
@@ -437,13 +437,13 @@ class ResetSimulation:
         scope: UInt8 = 0
 
     class Response(Message):
-        """The result."""
+        """The result of the request."""
 
         result: Result = Field(default_factory=Result)
 
 
 class LoadWorld:
-    """Replace the world."""
+    """Replace the world by another one."""
 
     class Request(Message):
         """The file or name of the world, or its text."""
@@ -471,10 +471,10 @@ class GetCurrentWorld:
     """Return the loaded world."""
 
     class Request(Message):
-        """Empty."""
+        """A request without fields."""
 
     class Response(Message):
-        """The world."""
+        """The world that is loaded."""
 
         NO_WORLD_LOADED: ClassVar[int] = 101
 
@@ -494,7 +494,7 @@ class GetAvailableWorlds:
         continue_on_error: Bool = False
 
     class Response(Message):
-        """The worlds."""
+        """The worlds that were found."""
 
         DEFAULT_SOURCES_FAILED: ClassVar[int] = 101
 

@@ -16,7 +16,7 @@ class Header(Message):
 
 
 class Empty(Message):
-    """Empty."""
+    """A message without any fields."""
 
 
 class ColorRGBA(Message):

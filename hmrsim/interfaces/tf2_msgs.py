@@ -1,4 +1,4 @@
-"""Transforms between frames."""
+"""The transforms between coordinate frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identifiers of goals."""
+"""The identifiers that goals carry."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Detected objects."""
+"""The messages of object detection."""
 
 from __future__ import annotations
 

@@ -13,11 +13,11 @@ class GoalResponse(NamedTuple):
     """The answer to a `SendGoal`.
 
     Attributes:
-        goal_id: The goal's id, as given or made; the text that was sent if it is not an id.
+        goal_id: The goal's id, as sent or generated; an invalid id is returned as it was sent.
         stamp: When it was accepted; of a duplicate, when the first one was.
-        reason: Why not, as an identifier.
-        error_code: Why not, as a code of the action's result.
-        error_msg: Why not, as text.
+        reason: The reason for a rejection, as an identifier.
+        error_code: The reason as a code of the action's result.
+        error_msg: The reason as text.
         status: The status of the goal with that id, for a duplicate.
     """
 
@@ -48,7 +48,7 @@ class CancelResponse(NamedTuple):
 class ResultResponse(NamedTuple):
     """The outcome of a goal; *result* has the action's defaults where *status* is unknown.
 
-    *cause* says why it did not succeed, as an identifier.
+    **cause* is the reason why it did not succeed, as an identifier.
     """
 
     status: GoalStatus

@@ -1,7 +1,7 @@
 """Commands from outside: frozen values that `Simulator.submit` takes.
 
-They are named tuples: some are made several times a goal, and a frozen dataclass takes four times as long to make.
-``reply_to`` is an object of the sender's that comes back with the answer; the simulation does not look into it.
+They are named tuples, because some are created several times per goal, and frozen dataclasses take four times as long.
+``reply_to`` is an object of the sender, which is returned with the answer and is opaque to the simulation.
 Times are whole nanoseconds of simulated time.
 """
 
@@ -85,7 +85,7 @@ class StopWaiting(NamedTuple):
 
     Attributes:
         reply_tos: The *reply_to* of the requests.
-        tell: Whether they are answered with the goal's current status; clients that have gone need no answer.
+        tell: Whether the waiting clients get an answer with the goal's current status.
     """
 
     robot: str
@@ -158,7 +158,7 @@ class PlanAnswered(NamedTuple):
 
     Attributes:
         request: The number that `PlanWanted` had.
-        result: The path, or why there is none.
+        result: The path, or the reason why planning failed.
     """
 
     request: int
@@ -166,7 +166,7 @@ class PlanAnswered(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """Abort every goal that runs; nothing may come after it."""
+    """Abort all running goals; no further command may follow."""
 
     reason: str
 
@@ -207,7 +207,7 @@ class Unreadable(NamedTuple):
     """A command of an advance that can't be read, or that its sender may not give.
 
     Attributes:
-        answer: The answer, as made by the reader of the request.
+        answer: The answer, which the reader of the request has created.
     """
 
     answer: Any

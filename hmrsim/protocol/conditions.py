@@ -24,7 +24,7 @@ class Comparison(NamedTuple):
     """A comparison of a message's field with a value; one with a field that is not there, or of another type, fails.
 
     Attributes:
-        path: The names of the field and of those that it is in, from the outside; the number of an item of a list.
+        path: The names of the enclosing fields and of the field, from the outside; indices for items of lists.
         operator: ``==``, ``!=`` or one of `ORDERS`.
         value: A number, a text, true, false or null.
     """
@@ -77,7 +77,7 @@ class Watching(NamedTuple):
 
 
 def _kind(value: object) -> type | None:
-    """Return what a value is to be compared with; None if it has no order."""
+    """Return the operand to compare a value with; None if the value has no order."""
     if isinstance(value, bool) or value is None:
         return None
     return str if isinstance(value, str) else float if isinstance(value, (int, float)) else None

@@ -44,7 +44,7 @@ class Inbox:
         return bool(self._commands)
 
     def poll(self) -> AnyCommand | None:
-        """Return the next command; None when there is none now."""
+        """Return the next command, or None if the inbox is empty."""
         return self._commands.popleft() if self._commands else None
 
     def wait(self, timeout: float | None) -> None:

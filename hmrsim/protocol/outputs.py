@@ -28,9 +28,9 @@ class Answered(NamedTuple):
 
 
 class GoalChanged(NamedTuple):
-    """One goal has another status; *goal* is there when it is accepted, *result* once the status is terminal.
+    """The status of a goal has changed; *goal* is set upon acceptance, *result* with a terminal status.
 
-    *cause* says why it did not succeed, as an identifier; it is empty until then.
+    **cause* is the reason why it did not succeed, as an identifier, else empty.
     """
 
     stamp: int
@@ -43,7 +43,7 @@ class GoalChanged(NamedTuple):
     cause: str = ""
 
     def accepted(self) -> GoalAccepted:
-        """Return the event that says what an accepted goal asks for; of its message what was set."""
+        """Return the event of an accepted goal, with the fields of its message that were set."""
         asked = self.goal.model_dump(mode="json", exclude_unset=True) if self.goal else None
         return GoalAccepted(self.robot, self.action, self.goal_id, asked)
 
@@ -98,7 +98,7 @@ class RosterChanged:
 
 @dataclass(frozen=True, slots=True)
 class OrdersChanged:
-    """An order of the demand has come, or something has become of one."""
+    """An order of the demand was placed or has changed."""
 
 
 class Restart(StrEnum):
@@ -111,7 +111,7 @@ class Restart(StrEnum):
 
 
 class TimeRestarted(NamedTuple):
-    """Simulated time has begun anew at 0: what follows belongs to another section of a trace.
+    """Simulated time was reset to 0, which begins a new section of a trace.
 
     Attributes:
         ended: The time at which it ended, in nanoseconds.

@@ -22,7 +22,7 @@ class Join(NamedTuple):
     """Join lockstep; answered by `Joined`.
 
     Attributes:
-        token: Known to this participant alone: a repeated request is answered as the first one was. Empty for none.
+        token: A secret of this participant, so that a repeated request gets the first answer again; empty for no token.
     """
 
     name: str

@@ -99,7 +99,7 @@ def _charged(spans: Sequence[Span], x: Callable[[float], float]) -> Iterator[str
 
 
 STEPS: Final = 6
-"""Colours, from seldom to often."""
+"""Colors, from seldom to often."""
 
 _MAX_WIDTH: Final = 9.0
 _MAX_RADIUS: Final = 26.0
@@ -107,7 +107,7 @@ _MIN_RADIUS: Final = 3.0
 
 
 def heat_map(report: Report, world: World) -> str:
-    """Return the map as SVG, in the page's colours."""
+    """Return the map as SVG, in the page's colors."""
     colors = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
     drawing = Drawing(world, width=1100.0, legend=False, colors=colors)
     most = most_drives(report)
@@ -129,7 +129,7 @@ def most_drives(report: Report) -> int:
 
 
 def step_of(drives: int, most: int) -> int:
-    """Return the colour of a number of drives, from 1."""
+    """Return the color of a number of drives, from 1."""
     return max(1, math.ceil(STEPS * drives / most))
 
 

@@ -61,10 +61,10 @@ def _colours() -> str:
     """Return the palette as CSS, for both themes."""
     themes = {}
     for theme in THEMES:
-        colours = {name.replace("_", "-"): colour for name, colour in PALETTE[theme].items()}
-        colours |= {f"heat-{i}": colour for i, colour in enumerate(PALETTE["heat"][theme], 1)}
-        themes[theme] = "".join(f"--{name}:{colour};" for name, colour in colours.items())
-    states = "".join(f"--{state}:{colour};" for state, colour in PALETTE["states"].items())
+        colors = {name.replace("_", "-"): color for name, color in PALETTE[theme].items()}
+        colors |= {f"heat-{i}": color for i, color in enumerate(PALETTE["heat"][theme], 1)}
+        themes[theme] = "".join(f"--{name}:{color};" for name, color in colors.items())
+    states = "".join(f"--{state}:{color};" for state, color in PALETTE["states"].items())
     return (
         f":root{{color-scheme:light dark;{themes['light']}{states}}}\n"
         f"@media (prefers-color-scheme:dark){{:root{{{themes['dark']}}}}}\n"

@@ -119,7 +119,8 @@ class RunSettings(Settings):
     planner_timeout: Annotated[
         float,
         Option(
-            "wall seconds that an external planner may take for a path, while time stands in lockstep; -1: for ever",
+            "wall seconds that an external planner may take for a path, while simulated time waits in lockstep; "
+            "-1: no limit",
             group="time",
             more_than=0,
             for_ever=math.inf,
@@ -157,7 +158,7 @@ class RunSettings(Settings):
     result_timeout: Annotated[
         float,
         Option(
-            "wall seconds for which a result is kept; -1: for ever",
+            "wall seconds for which a result is kept; -1: no limit",
             group="server",
             at_least=0,
             for_ever=-1.0,
@@ -193,7 +194,7 @@ class RunSettings(Settings):
         ),
     ] = None
     strict: Annotated[
-        bool, Option("end the run at the first bug of a plug-in, where else only its goal ends", group="server")
+        bool, Option("end the run when a plug-in raises an error; by default only its goal ends", group="server")
     ] = False
     run_id: str = ""
     """The identity of the run in ``_world/info``. In real time it is also part of the goal ids that the simulator
@@ -230,12 +231,12 @@ class WorldSettings(Settings):
     robot: Annotated[tuple[str, ...], Option("add a robot; repeatable", "NAME@X,Y[:TYPE]", group="world")] = ()
     item: Annotated[tuple[str, ...], Option("add an item; repeatable", "NAME@X,Y[:KG]", group="world")] = ()
     overlay: Annotated[
-        tuple[str, ...], Option("lay the changes of a file over the world; repeatable", "FILE", group="world")
+        tuple[str, ...], Option("apply the changes in an overlay file to the world; repeatable", "FILE", group="world")
     ] = ()
     set: Annotated[
         tuple[str, ...],
         Option(
-            "change one value of the world, such as robots.*.base.speed=0.8; ~PATH takes an entry away; repeatable",
+            "change one value of the world, such as robots.*.base.speed=0.8; ~PATH removes an entry; repeatable",
             "PATH=VALUE",
             group="world",
         ),
@@ -250,9 +251,9 @@ class WorldSettings(Settings):
         ),
     ] = None
     rename: Annotated[tuple[str, ...], Option("rename a robot of a drawing; repeatable", "OLD=NEW", group="world")] = ()
-    lenient: Annotated[bool, Option("ignore objects of a drawing without a known type", group="world")] = False
+    lenient: Annotated[bool, Option("ignore objects of a drawing whose type is unknown", group="world")] = False
     neighbours: Annotated[
-        Literal[4, 8] | None, Option("neighbours of a grid cell: 4, or 8 with those at its corners", group="world")
+        Literal[4, 8] | None, Option("neighbors of a grid cell: 4, or 8 including diagonals", group="world")
     ] = None
 
 

@@ -62,7 +62,7 @@ class Controller(Part):
     """A controller under test.
 
     Attributes:
-        tree: A behaviour tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
+        tree: A behavior tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).
         python: A function of a `hmrsim_zenoh.Client`, or a coroutine function of a `hmrsim_zenoh.AsyncClient`, run in
             the worker's process.
         command: A command line, started for each run with the endpoint of the simulator in its environment.

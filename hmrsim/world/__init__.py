@@ -1,6 +1,6 @@
 """The model of a world, the formats that it is read from, and the files that are shipped.
 
-Everything that reads or writes worlds uses it; `hmrsim.world_checks` says whether a world can run.
+Everything that reads or writes worlds uses it; `hmrsim.world_checks` checks whether a world can run.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What follows from a world alone: computed once for each world, and forgotten with it."""
+"""A cache of values that depend on a world only, such as its hash."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ T = TypeVar("T")
 
 
 class Derived(Generic[T]):
-    """A function of a world whose values are kept by the world's identity: to compare worlds takes as long as to read.
+    """A function of a world that computes its value once for each world, and drops it with the world.
+
+    Worlds are compared by identity, because comparing their content takes as long as reading them.
 
     Args:
-        function: Its value must not refer to the world, which would never be forgotten.
-        *parts: The fields of a world that alone decide the value; all if left out. A copy with the same parts, such as
+        function: Computes the value, which must not refer to the world, or else the world would never be freed.
+        **parts: The fields of a world that determine the value; all by default. A copy with the same parts, such as
             one with other faults, has the value of the world that it was copied from.
     """
 
@@ -33,6 +35,6 @@ class Derived(Generic[T]):
             return self._known[key]
         except KeyError:
             value = self._known[key] = self._function(world)
-            # As long as the world is there, nothing else has the identity of it or of its parts.
+            # No other object has the identity of the world or of its parts while the world exists.
             weakref.finalize(world, self._known.pop, key, None).atexit = False
             return value

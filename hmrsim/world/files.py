@@ -32,7 +32,7 @@ def find(source: str | Path) -> Path:
     """Return the file of a source: a path, or the bare name of a shipped world.
 
     Raises:
-        WorldError: There is neither.
+        WorldError: No such file exists, and no shipped world has this name.
     """
     path = Path(source)
     name = str(source)

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from hmrsim.world.formats import Document
 
 _MAX_DEPTH = 10
-"""Includes inside each other."""
+"""Maximum depth of nested includes."""
 
-_IN_TURN = "includes this file in turn; take one of the two includes out"
+_IN_TURN = "includes this file in turn; remove one of the two includes"
 
 _MAX_FILES = 100
 
@@ -31,7 +31,7 @@ _BARE = re.compile(r"\w+(/\w+)*")
 """The form of the names of shipped worlds."""
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".pdf", ".webp")
-"""Suffixes of what draw.io exports beside drawings."""
+"""Suffixes of pictures that draw.io exports."""
 
 
 def read_document(path: Path, file: str, options: ReadOptions = AS_IT_IS) -> Document:
@@ -87,7 +87,7 @@ def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete:
 
 @dataclass
 class _Includes:
-    """Adds what files include, each file once."""
+    """Adds the files that other files include, each file once."""
 
     merged: Merged
     options: ReadOptions
@@ -109,7 +109,7 @@ class _Includes:
         for i, name in enumerate(names):
             target = _target(name, above, self.seen)
             if isinstance(target, Path) and target.name != Path(name).name:
-                # A shipped world, without its suffix; a file of that very name would come before it.
+                # A shipped world, without its suffix; a file of the same name would take precedence.
                 self.merged.absent.add(above[-1].parent / name)
             if isinstance(target, str):
                 self.merged.problems.append(source.problem(Finding(("include", i), target, name)))
@@ -134,7 +134,7 @@ class _Includes:
 
 
 def _reported_by(source: Source, number: int, problem: Problem) -> Problem:
-    """Return why an include can't be read, with the line that asks for it where the problem has none of its own."""
+    """Return the problem of an included file; without a line, it gets the line of the include."""
     if problem.line is not None:
         return problem
     return source.problem(Finding(("include", number), str(problem), problem.value))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from copy import copy
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import Finding, dotted, problem_of, shown
-from hmrsim.errors import Problem
+from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
 from hmrsim.world.pairs import Pairs
 
@@ -19,14 +20,14 @@ if TYPE_CHECKING:
 
 _MAPS = ("waypoints", "places", "docks", "doors", "lifts", "items", "robot_types", "robots", "remap")
 _NOT_OF_WORLDS = ("include", "overlay")
-"""Keys that say how files become a world."""
+"""Keys of a file that do not belong to the world."""
 
 _LISTS = ("lanes", "walls", "faults", "demand")
 
 
 @dataclass(frozen=True)
 class Source:
-    """A file, or what stands for one.
+    """A file, or the option that adds to it.
 
     Attributes:
         file: Its name as the user knows it.
@@ -41,7 +42,7 @@ class Source:
 
 
 def own(value: Any) -> Any:
-    """Return a copy of what files say whose mappings and lists are its own."""
+    """Return a deep copy of the mappings and lists of a value."""
     if isinstance(value, dict):
         return {key: own(part) for key, part in value.items()}
     return [own(part) for part in value] if isinstance(value, list) else value
@@ -49,15 +50,15 @@ def own(value: Any) -> Any:
 
 @dataclass
 class Merged:
-    """Files made into one.
+    """Several files merged into one.
 
     Attributes:
         root: The file that the others are added to.
         data: The top-level keys of a world.
         problems: The problems of the files themselves.
         paths: The files themselves.
-        absent: Files that are not there, and would have been read in place of shipped worlds.
-        overlays: What the files lay over all of them, the last one first.
+        absent: Missing files that would take precedence over shipped worlds.
+        overlays: The overlays of the files, the last one first.
         complete: Whether all files could be read, so that a missing name is an error.
     """
 
@@ -73,7 +74,7 @@ class Merged:
     _claims: int = 0
 
     def __post_init__(self) -> None:
-        """Begin with the root."""
+        """Add the content of the root."""
         self.add(self.root)
 
     def problem(self, finding: Finding) -> Problem:
@@ -81,7 +82,7 @@ class Merged:
         lengths = range(1, len(finding.path) + 1) if self._laid else ()
         laid = [self._laid[finding.path[:length]] for length in lengths if finding.path[:length] in self._laid]
         if not laid and self._laid and not self._is_in_files(finding.path):
-            # A mapping that a change has made to put something into.
+            # A mapping that a change has created for its value.
             laid = [claim for at, claim in self._laid.items() if at[: len(finding.path)] == finding.path]
         if laid:
             _, source, place = max(laid, key=itemgetter(0))
@@ -92,24 +93,24 @@ class Merged:
         return source.problem(Finding(path, finding.message, finding.value, finding.severity, finding.line))
 
     def copied(self) -> Merged:
-        """Return a copy, to which other overlays are added."""
+        """Return a copy to which overlays can be added."""
         twin = copy(self)
         twin.data, twin.problems, twin.paths = {**self.data}, [*self.problems], {*self.paths}
-        twin.overlays, twin._laid = [*self.overlays], {**self._laid}  # noqa: SLF001 - one of its own class
+        twin.overlays, twin._laid = [*self.overlays], {**self._laid}  # noqa: SLF001 - the same class
         return twin
 
     def unshare(self) -> None:
-        """Make all mappings and lists of the data its own, so that they can be changed in place."""
+        """Copy all mappings and lists of the data, so that they can be changed in place."""
         self.data = {key: own(value) for key, value in self.data.items()}
 
     def claim(self, path: Path, source: Source, place: Path) -> None:
-        """Note that what is at a path of the data was put there by *source*, which says so at *place*."""
-        # One for what is above or below counts until the next one of these.
+        """Record *source* as the origin of the data at a path; *place* is its path in the source."""
+        # The latest claim above or below a path counts.
         self._claims += 1
         self._laid[path] = (self._claims, source, place)
 
     def _is_in_files(self, path: Path) -> bool:
-        """Return whether the file that has a part of the world has a path in it, too."""
+        """Return whether the file that defines a part of the world also defines the path."""
         part: Any = self._owner(path)[0].document.data
         for step in path:
             if isinstance(part, (list, Pairs)) and isinstance(step, int):
@@ -128,7 +129,7 @@ class Merged:
         """Merge mappings and concatenate lists; an existing value of another kind is kept."""
         self.problems += [source.problem(finding) for finding in source.document.findings]
         for key, said in source.document.data.items():
-            # Lanes of a grid stay what they are only as long as they are the only ones.
+            # Lanes of a grid become a list when other lanes are added.
             value = [*said] if isinstance(said, Pairs) and key in self.data else said
             if key == "overlay":
                 self._keep_overlay(value, source)
@@ -178,3 +179,45 @@ class Merged:
         for i, part in enumerate(value):
             self._owners[key, len(mine)] = (source, (key, i))
             mine.append(part)
+
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?"
+_ADDITION = re.compile(rf"(?P<name>[^@]+)@(?P<x>{_NUMBER}),(?P<y>{_NUMBER})(?::(?P<rest>.+))?", re.ASCII)
+
+
+def added_robot(text: str) -> Source:
+    """Return the source with the robot of a ``--robot`` option.
+
+    Raises:
+        WorldError: *text* is not as expected.
+    """
+    name, fields, kind = _parse(text, "--robot", "NAME@X,Y or NAME@X,Y:TYPE")
+    if kind is not None:
+        fields["type"] = kind
+    return Source(f"--robot {text}", Document({"robots": {name: fields}}))
+
+
+def added_item(text: str) -> Source:
+    """Return the source with the item of an ``--item`` option.
+
+    Raises:
+        WorldError: *text* is not as expected.
+    """
+    expected = "NAME@X,Y or NAME@X,Y:KG"
+    name, fields, weight = _parse(text, "--item", expected)
+    if weight is not None:
+        if not re.fullmatch(_NUMBER, weight, re.ASCII):
+            raise _error("--item", text, expected)
+        fields["weight"] = float(weight)
+    return Source(f"--item {text}", Document({"items": {name: fields}}))
+
+
+def _parse(text: str, option: str, expected: str) -> tuple[str, dict[str, Any], str | None]:
+    match = _ADDITION.fullmatch(text)
+    if match is None:
+        raise _error(option, text, expected)
+    return match["name"], {"at": [float(match["x"]), float(match["y"])]}, match["rest"]
+
+
+def _error(option: str, text: str, expected: str) -> WorldError:
+    return WorldError([Problem(f"{option} {text}", "", f"expected {expected}")])

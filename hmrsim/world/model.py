@@ -1,7 +1,7 @@
 """The models of world files, and the checks of a model that need more than one field.
 
-Lengths are in the world's unit (metres or pixels), speeds in that unit a second, weights in kg, angles in
-radians; in pixels y points down and yaw runs from +x to +y. Nothing is ever flipped.
+Lengths are in the world's unit (meters or pixels), speeds in that unit per second, weights in kg, angles in radians.
+In pixels y points down and yaw runs from +x to +y. Coordinates are never flipped.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 ROS_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
-"""A ROS name that does not begin with an underscore: those are the simulator's own."""
+"""A ROS name that does not begin with an underscore; the simulator uses names with an underscore itself."""
 
 CHARGER = "charger"
 """The type of docks that charge batteries, of any power."""
@@ -52,11 +52,10 @@ MAX_RIDES = 100_000
 """Maximum number of rides of all lifts."""
 
 DEFAULT_POLICY = "planned"
-"""The traffic policy of a world that sets none, if two of its robots could touch: a newcomer's first fleet should
-neither drive through itself nor stand."""
+"""The traffic policy of a world that sets none, if two of its robots could touch."""
 
 PIXEL_SPEED = 300.0
-"""Speed of a robot that has none in a world in pixels, px/s: the original's 5 px a frame at 60 frames."""
+"""Default speed of robots in a world in pixels, in px/s: the original's 5 px per frame at 60 frames per second."""
 
 
 class Model(BaseModel):
@@ -97,7 +96,7 @@ Outline = Annotated[
 
 
 class Waypoint(Model):
-    """A waypoint with settings.
+    """A waypoint with settings, such as a capacity.
 
     Attributes:
         at: Its point.
@@ -121,13 +120,13 @@ class Lane(Model):
     """A straight connection of two waypoints; in a file also ``[from, to]``.
 
     Attributes:
-        from_: Name of the waypoint where it begins.
-        to: Name of the waypoint where it ends.
-        one_way: Whether it can't be driven from *to* to *from*.
+        from_: The waypoint where it begins.
+        to: The waypoint where it ends.
+        one_way: Whether robots may only drive from *from* to *to*.
         speed_limit: Maximum speed of all robots on it; None for no limit.
         capacity: Maximum number of robots at once under a policy with reservations; None for the traffic's default.
-        speed_factor: What the speed of robots is multiplied with on it, such as where people are in the way; a
-            distribution gives each trip of each robot its own. Routes are planned without it.
+        speed_factor: Factor on the speed of robots, for example in a crowded corridor. A distribution is sampled for
+            each trip of each robot. Route planning ignores it.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True, allow_inf_nan=False, populate_by_name=True)
@@ -150,13 +149,13 @@ class Lane(Model):
 
 
 class PlainLanes(Sequence[Lane]):
-    """Lanes without settings, each of which is made when it is asked for; see `Pairs`."""
+    """Lanes without settings, which are created when they are accessed; see `Pairs`."""
 
     def __init__(self, pairs: Pairs) -> None:
         self.pairs = pairs
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of lanes."""
         return len(self.pairs)
 
     @overload
@@ -166,17 +165,17 @@ class PlainLanes(Sequence[Lane]):
     def __getitem__(self, index: slice) -> tuple[Lane, ...]: ...
 
     def __getitem__(self, index: int | slice) -> Lane | tuple[Lane, ...]:
-        """Make a lane, or several."""
+        """Return a lane, or a slice of lanes."""
         if isinstance(index, slice):
             return tuple(self[i] for i in range(*index.indices(len(self))))
         return Lane.model_validate(self.pairs[index])
 
     def __iter__(self) -> Iterator[Lane]:
-        """Make all lanes, one after the other."""
+        """Yield all lanes in order."""
         return map(Lane.model_validate, self.pairs)
 
     def __eq__(self, other: object) -> bool:
-        """Return whether others are the same lanes in the same order."""
+        """Return whether *other* has the same lanes in the same order."""
         if isinstance(other, PlainLanes):
             return self.pairs == other.pairs
         return isinstance(other, tuple) and len(self) == len(other) and all(map(Lane.__eq__, self, other))
@@ -201,14 +200,14 @@ Lanes = Annotated[
         lambda _, schema: schema(Annotated[tuple[Lane, ...], WrapValidator(_plain_or_checked), WrapSerializer(_dumped)])
     ),
 ]
-"""Lanes in the order of the file; those that the reader of a grid made are taken as they are."""
+"""Lanes in the order of the file; those of a grid are not validated again."""
 
 
 class Solid(Model):
-    """An obstacle: a closed outline that nothing can be inside of.
+    """An obstacle: a closed outline that robots can't enter.
 
     Attributes:
-        solid: The corners of the outline, three at least.
+        solid: The corners of the outline, at least three.
     """
 
     solid: Annotated[tuple[Point, ...], Field(min_length=3), AfterValidator(_not_a_point)]
@@ -222,10 +221,10 @@ Wall = Annotated[Annotated[Outline, Tag("outline")] | Annotated[Solid, Tag("soli
 
 
 class Place(Model):
-    """A named point.
+    """A named point, for goals and items.
 
     Attributes:
-        tags: What controllers may know of it; free texts that mean nothing to the simulator.
+        tags: Free texts for controllers; the simulator ignores them.
     """
 
     at: Point
@@ -233,19 +232,19 @@ class Place(Model):
 
 
 class Dock(Model):
-    """Where robots dock.
+    """A dock, where robots charge or load.
 
     Attributes:
         at: Where a docked robot stands: x, y, or the name of a waypoint or place.
-        type: Its type; a ``charger`` charges batteries.
-        capacity: How many robots may be docked at once.
+        type: The dock's type; a ``charger`` charges batteries.
+        capacity: Maximum number of docked robots.
         yaw: The yaw of a docked robot; None for that of its arrival.
-        power: Units of energy a second that it charges with; None for a fifteenth of the battery a minute where it is
-            a charger, and nothing where it is none.
-        staging: Where a robot lines up before it drives in, and goes when it leaves; None for the nearest point of a
-            lane from which it is seen.
+        power: Charging power, in units of energy per second. By default, a charger fills a fifteenth of the battery per
+            minute, and other docks do not charge.
+        staging: Where a robot lines up before it docks, and where it goes when it undocks; None for the nearest point
+            of a lane with a clear line of sight.
         reserved_for: Robots and robot types that may dock there; None for all.
-        docking_time: Seconds that a robot takes to dock after it has driven in.
+        docking_time: Seconds that docking takes after the robot has reached the dock.
     """
 
     at: Where
@@ -259,20 +258,20 @@ class Dock(Model):
 
     @property
     def charges(self) -> bool:
-        """Whether it charges batteries."""
+        """True if the dock charges batteries."""
         return self.type == CHARGER or self.power is not None
 
 
 class Door(Model):
-    """A door: a robot whose way crosses its segment waits until it is open.
+    """A door across lanes: robots wait until it is open.
 
     Attributes:
-        at: Where it is, from one jamb to the other.
-        type: Its type, such as ``sliding``.
-        open: Whether it is open at the start, until a client closes it.
-        opening_time: Seconds that it takes to open.
-        opens_for: The robots for which it opens by itself, by their names or types; None for all of them.
-        stays_open: Seconds after which it closes behind a robot for which it has opened; None for never.
+        at: The two ends of the doorway.
+        type: The door's type, such as ``sliding``.
+        open: Whether the door is open at the start, and stays open until a client closes it.
+        opening_time: Seconds that opening takes.
+        opens_for: Names or types of the robots for which the door opens automatically; None for all robots.
+        stays_open: Seconds until the door closes behind a robot for which it opened; None to stay open.
     """
 
     at: tuple[Point, Point]
@@ -290,14 +289,14 @@ def _few_stops(stops: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Lift(Model):
-    """A lift, in which robots ride between waypoints, one per level.
+    """A lift that carries robots between waypoints, one per level.
 
     Attributes:
-        stops: The waypoints where it stops, in order.
-        at: The stop where its cabin is at the start; None for the first.
-        travel_time: Seconds from one stop to the next.
-        door_time: Seconds that its doors take to open, or to close.
-        capacity: How many robots may ride at once.
+        stops: The waypoints where the lift stops, in order.
+        at: The stop of the cabin at the start; None for the first.
+        travel_time: Seconds between neighboring stops.
+        door_time: Seconds to open or to close the doors.
+        capacity: Maximum number of robots in the cabin.
     """
 
     stops: Annotated[tuple[Name, ...], Field(min_length=2), AfterValidator(_few_stops)]
@@ -307,10 +306,7 @@ class Lift(Model):
     capacity: Capacity = 1
 
     def seconds(self, start: int, end: int) -> float:
-        """Return how long a ride takes on average between two stops, by their indices.
-
-        Its doors close, it moves, its doors open.
-        """
+        """Return the mean duration of a ride between two stops, by their indices, including the doors."""
         return abs(end - start) * mean(self.travel_time) + 2 * mean(self.door_time)
 
 
@@ -318,8 +314,8 @@ class Item(Model):
     """An item that robots can pick up.
 
     Attributes:
-        at: Its point.
-        blocks: Whether it blocks the lane on which it lies.
+        at: Where the item lies: x, y, or the name of a waypoint, place or dock.
+        blocks: Whether the item blocks the lane on which it lies.
     """
 
     at: Where
@@ -331,11 +327,11 @@ class Base(Model):
     """The mobile base of a robot.
 
     Attributes:
-        speed: Greatest speed; None for 1 m/s, or 300 px/s in a world in pixels.
+        speed: Maximum speed; None for 1 m/s, or 300 px/s in a world in pixels.
         acceleration: Acceleration and deceleration; None for instant changes of speed.
-        turning_rate: Radians per second of turns in place; None for instant turns.
-        radius: Of the footprint, used between robots only.
-        flies: Whether it moves straight between any points, over lanes, walls and other robots.
+        turning_rate: Speed of turns in place, in radians per second; None for instant turns.
+        radius: Radius of the footprint, which matters between robots only.
+        flies: Whether the robot moves straight between any points, over lanes, walls and other robots.
     """
 
     speed: Annotated[float, SPEED.field] | None = None
@@ -346,11 +342,11 @@ class Base(Model):
 
 
 class RobotType(Model):
-    """A type of robots: its base and the settings of its components, by name.
+    """A type of robots: the base and the components with their settings.
 
     Attributes:
-        base: How it drives, and its size.
-        components: What it has beside its base, each with its settings.
+        base: The mobile base: speed, acceleration and size.
+        components: The settings of the components, by component.
     """
 
     base: Base = Base()
@@ -362,17 +358,17 @@ BUILT_IN_TYPES = {"carrier": RobotType(), "fetcher": RobotType(components={"claw
 
 
 class RobotSpec(Model):
-    """One robot.
+    """One robot of the world.
 
     Attributes:
         type: A robot type of this world or a built-in one.
-        at: Where it starts: x, y, or the name of a waypoint, place or dock.
-        yaw: Its yaw at the start.
-        base: Settings that differ from its type's.
-        components: Likewise, by component; null takes the type's component away.
-        planner: ``graph`` for the world's lanes, ``external`` for a planner on the network.
-        script: Orders that it executes by itself.
-        tags: What controllers may know of it, such as skills; free texts that mean nothing to the simulator.
+        at: The initial position: x, y, or the name of a waypoint, place or dock.
+        yaw: The initial yaw.
+        base: Settings of the base that differ from the type's.
+        components: Settings that differ from the type's, by component; null removes a component of the type.
+        planner: ``graph`` to plan on the world's lanes, ``external`` for a planner on the network.
+        script: Orders that the robot executes without a controller.
+        tags: Free texts for controllers, such as skills; the simulator ignores them.
     """
 
     type: Name = "carrier"
@@ -398,25 +394,25 @@ Places = Annotated[
         {"anyOf": [_NAME_SCHEMA, {"type": "array", "items": _NAME_SCHEMA, "minItems": 1, "maxItems": 1_000}]}
     ),
 ]
-"""Names of places, docks or waypoints; in a file also one of them."""
+"""Names of places, docks or waypoints; a file may have a single name instead of a list."""
 
 
 class Demand(Model):
-    """Orders that come again and again: an item has to be brought from one place to another.
+    """A source of orders, each of which asks for an item to be brought from one place to another.
 
     Attributes:
-        name: Its orders are called as it is, with a number.
-        item: What its items are called, with a number; None for as the demand is.
-        at: Where the items are, one of these places by chance.
-        to: Where they have to be brought, likewise.
+        name: The base name of its orders, which are numbered.
+        item: The base name of its items, which are numbered; None for the demand's name.
+        at: Where the items appear; if there are several places, each order picks one at random.
+        to: Where the items have to be brought; if there are several places, each order picks one at random.
         arrives: Seconds from one order to the next.
-        first: Seconds until the first one; None for as between the others.
-        within: Seconds after which an order is late; None for never.
-        priority: How much an order matters; a greater number comes first.
-        weight: Of an item, in kg.
-        count: How many orders come; None for any number.
-        until: When the last one may come, in simulated seconds; None for any time.
-        most_open: While so many are open no further one comes.
+        first: Seconds until the first order; None to use *arrives*.
+        within: Seconds after which an order is late; None for no deadline.
+        priority: Priority of the orders; higher numbers come first.
+        weight: Weight of each item, in kg.
+        count: Maximum number of orders; None for no limit.
+        until: Simulated seconds after which no orders arrive; None for no limit.
+        most_open: Maximum number of open orders; no further order arrives until one of them ends.
     """
 
     name: RosName
@@ -434,7 +430,7 @@ class Demand(Model):
 
 
 class _Open(Model):
-    """A part with further fields of its own, which must be finite numbers, too."""
+    """A part that accepts further fields; their numbers must be finite."""
 
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True, allow_inf_nan=False)
 
@@ -481,36 +477,36 @@ class World(Model):
     """A map with its entities, robots, faults and demand.
 
     Attributes:
-        name: What it is called, in traces, on the page and in reports.
-        units: Metres, with y up; or pixels, with y down.
-        waypoints: Points that lanes join, by name: [x, y], or with a capacity.
-        lanes: The ways of robots: pairs of waypoints, driven in both directions, or with their own settings.
-        walls: Polylines and outlines that are in the way of robots off the lanes.
+        name: The world's name in traces, on the page and in reports.
+        units: The unit of lengths: meters, with y up, or pixels, with y down.
+        waypoints: The points that lanes connect, by name: [x, y], or a mapping with a capacity.
+        lanes: The lanes that robots drive: pairs of waypoints, for both directions, or mappings with further settings.
+        walls: Polylines and outlines that block robots off the lanes.
         places: Named points, for goals and items.
         docks: Where robots charge or load, by name.
-        doors: Doors across lanes, by name; they open for robots that come.
+        doors: Doors across lanes, by name; they open for approaching robots.
         lifts: Lifts between waypoints on several levels, by name.
-        items: What robots carry, by name.
-        robot_types: What robots of a type have, by the name of the type.
+        items: The items that robots carry, by name.
+        robot_types: The robot types, by name: base and components.
         robots: The robots, by name.
         traffic: The policy that decides which robot may be where, and its settings. Without a policy,
             robots keep apart if at least two that drive have a radius, and pass through each other otherwise.
-        faults: What goes wrong, and when.
-        demand: The orders that come.
-        seed: Decides all that is left to chance; ``--seed`` overrides it.
+        faults: The faults to inject, with their times.
+        demand: The sources of orders.
+        seed: The seed of all random numbers; ``--seed`` overrides it.
     """
 
     name: Name = "world"
     units: Literal["m", "px"] = "m"
     bounds: Annotated[
         tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None,
-        Field(description="Least x, least y, greatest x, greatest y; without it nothing is outside the map."),
+        Field(description="Minimum x and y, maximum x and y; by default the map has no bounds."),
     ] = None
     include: tuple[str, ...] = Field(
-        default=(), description="Other files of any format, beside or below this one, or names of shipped worlds."
+        default=(), description="Further files of any format in the same folder or below, or names of shipped worlds."
     )
     overlay: dict[str, Any] = Field(
-        default={}, description="Changes by path that are laid over this file and what it includes."
+        default={}, description="Changes by path, which are applied to this file and the files that it includes."
     )
     waypoints: dict[Name, PointOrWaypoint] = {}
     lanes: Lanes = ()
@@ -525,7 +521,7 @@ class World(Model):
     traffic: Traffic = Traffic()
     faults: tuple[FaultEntry, ...] = ()
     demand: tuple[Demand, ...] = ()
-    remap: dict[str, str] = Field(default={}, description="Further names of actions: alias to <robot>/<action>.")
+    remap: dict[str, str] = Field(default={}, description="Aliases of actions: from the alias to <robot>/<action>.")
     seed: Annotated[int, Field(strict=True)] = 0
 
     @property
@@ -546,14 +542,14 @@ class World(Model):
 
     @cached_property
     def points(self) -> dict[str, Point]:
-        """Where each waypoint is, by name."""
+        """The coordinates of each waypoint, by name."""
         return {name: at.at if isinstance(at, Waypoint) else at for name, at in self.waypoints.items()}
 
     @cached_property
     def ways(self) -> tuple[Way, ...]:
         """Lanes in each direction in which they can be driven, and rides in lifts, by the waypoints where they begin.
 
-        Of two between the same waypoints the last one counts.
+        If two connect the same waypoints in the same direction, the last one counts.
         """
         found: dict[str, dict[str, Way]] = {name: {} for name in self.waypoints}
         for lane in self.lanes:
@@ -569,10 +565,7 @@ class World(Model):
 
     @cached_property
     def named(self) -> dict[str, str]:
-        """The waypoint for each place and dock, by name: the nearest one that a lane or a lift touches.
-
-        There is none where there is no lane.
-        """
+        """The nearest waypoint of each place and dock, by name; empty in a world without lanes and lifts."""
         points = {name: place.at for name, place in self.places.items()}
         points |= {name: self.dock_point(name) for name in self.docks}
         touched = {end: self.points[end] for end in self._touched()} if points else {}
@@ -590,20 +583,20 @@ class World(Model):
 
     @cached_property
     def graph(self) -> nx.DiGraph[str]:
-        """The ways of robots for networkx: waypoints as nodes, each lane as an edge for each direction it is driven in.
+        """The route graph for networkx: waypoints as nodes, and an edge for each direction of each lane.
 
-        It is the graph of the file, without later changes, and frozen; take a ``copy()`` to change it. networkx is
-        imported when the graph is asked for. Lengths are in the world's unit, durations in seconds.
+        The graph has the state of the file, without later changes, and is frozen; change a ``copy()`` of it.
+        networkx is imported upon first use. Lengths are in the world's unit, durations in seconds.
 
-        Graph attributes: ``name``; ``units``; ``speed``, the one that costs are for: that of a robot without one.
+        Graph attributes: ``name``; ``units``; ``speed``, the default speed of robots, which costs are for.
 
-        Node attributes: ``pos`` (x, y); ``level``, 0 and up, as lifts lead from one to the next; ``capacity``, or None;
-        ``places``, the names of the places and docks whose nearest waypoint it is; ``lifts``, the names of those that
-        stop there.
+        Node attributes: ``pos`` (x, y); ``level``, from 0, where lifts connect one level with the next; ``capacity``,
+        or None; ``places``, the names of the places and docks whose nearest waypoint it is; ``lifts``, the names of
+        the lifts that stop there.
 
         Edge attributes: ``length``; ``speed_limit``, infinite without one; ``cost``, in seconds; ``capacity``, or None;
         ``one_way``; ``lift``, a name or None; ``ride``, the seconds that the lift takes, or 0; ``doors``, the names of
-        those that cross the lane; ``closed``, whether one of them opens for no robot.
+        the doors across the lane; ``closed``, whether one of these doors opens for no robot.
         """
         level = levels(self.waypoints, self.ways, {name: lift.stops for name, lift in self.lifts.items()})
         nodes: dict[str, dict[str, Any]] = {
@@ -635,7 +628,7 @@ class World(Model):
         """Return the coordinates of a point or of a named waypoint, place or dock.
 
         Raises:
-            KeyError: There is nothing of that name.
+            KeyError: The name is unknown.
         """
         if not isinstance(at, str):
             return at
@@ -644,10 +637,10 @@ class World(Model):
         return self.places[at].at if at in self.places else self.dock_point(at)
 
     def dock_point(self, name: str) -> Point:
-        """Return where a dock is.
+        """Return the coordinates of a dock.
 
         Raises:
-            KeyError: There is no such dock, or it is where no waypoint or place is.
+            KeyError: The dock, or the waypoint or place where it is, does not exist.
         """
         at = self.docks[name].at
         if not isinstance(at, str):
@@ -655,10 +648,10 @@ class World(Model):
         return self.points[at] if at in self.points else self.places[at].at
 
     def robot_type(self, robot: RobotSpec) -> RobotType:
-        """Return the base and components of a robot: its type's, with its own settings over them.
+        """Return the base and components of a robot: those of its type, with the robot's settings applied.
 
         Raises:
-            KeyError: There is no such type.
+            KeyError: The robot's type is unknown.
         """
         kind = self.robot_types.get(robot.type) or BUILT_IN_TYPES[robot.type]
         if not (robot.base.model_fields_set or robot.components):
@@ -672,5 +665,5 @@ class World(Model):
         return RobotType(base=base, components=components)
 
     def speed(self, base: Base) -> float:
-        """Return the greatest speed of a base, in the world's unit a second."""
+        """Return the maximum speed of a base, in the world's unit per second."""
         return base.speed or (PIXEL_SPEED if self.units == "px" else 1.0)

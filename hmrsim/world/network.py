@@ -1,7 +1,7 @@
 """The lanes and rides of a world in each direction, and the same as a graph of networkx.
 
-The simulator plans on lists of its own (`hmrsim.navigation.lanes`), which are made of the same ways. networkx is loaded
-when its graph is asked for: it takes a third of the time and of the memory that a simulator needs to start.
+The simulator plans on faster lists of the same lanes (`hmrsim.navigation.lanes`). networkx is imported only when the
+graph is used, because it takes a third of the time and memory that a simulator needs to start.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Way:
         start: Name of the waypoint where it begins.
         end: Name of the waypoint where it ends.
         length: In the world's unit.
-        speed_limit: Most that may be driven there; infinite without a limit.
+        speed_limit: Maximum speed; infinite without a limit.
         capacity: How many robots may be on it at once; None for any number.
-        ride: Seconds that the lift takes; 0 where one drives.
-        lift: Name of the lift; None where one drives.
+        ride: Seconds that the lift takes; 0 for a lane.
+        lift: Name of the lift; None for a lane.
         one_way: Whether it belongs to a lane that can't be driven in the other direction.
     """
 
@@ -44,7 +44,7 @@ class Way:
     one_way: bool = False
 
     def seconds(self, speed: float) -> float:
-        """Return how long it takes a robot of this greatest speed, at that speed from end to end."""
+        """Return how long a robot with this maximum speed takes, in seconds, without acceleration."""
         return self.ride or self.length / min(speed, self.speed_limit)
 
 
@@ -60,9 +60,9 @@ def as_networkx(
     Args:
         about: Attributes of the graph; ``speed`` is the one that costs are for.
         nodes: Attributes of the waypoints, by name.
-        ways: Its edges.
+        ways: The edges of the graph.
         doors: The doors that a lane crosses, by the names of its ends; none where a lane is missing.
-        locked: Those of them that open for no robot.
+        locked: The doors that open for no robot.
     """
     import networkx as nx  # noqa: PLC0415 - see above
 
@@ -90,7 +90,7 @@ def as_networkx(
 def levels(waypoints: Iterable[str], ways: Iterable[Way], lifts: Mapping[str, tuple[str, ...]]) -> dict[str, int]:
     """Return the level of each waypoint: lifts lead from one to the next, and lanes stay on theirs.
 
-    The lowest level that is joined by lifts is 0; so is what no lift leads to.
+    The lowest level that lifts connect is 0. Waypoints that no lift leads to are on level 0, too.
     """
     found = dict.fromkeys(waypoints, 0)
     beside: dict[str, list[str]] = {name: [] for name in found}

@@ -14,14 +14,14 @@ from hmrsim.world.model import ROS_NAME
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """How to read files that can be read in more than one way.
+    """Options for reading files, such as the page of a drawing.
 
     Attributes:
         page: The page of a drawing, the level of a building or the layout of a LIF file, by its name or its number
             from 1; None for the first page, and for all levels and layouts.
         rename: New names of the robots of drawings and buildings, by the names that they have there.
         lenient: Whether objects of unknown types are left out instead of being errors.
-        neighbours: How many neighbours a cell of a grid has, 4 or 8; None for 8.
+        neighbours: The number of neighbors of a grid's cell, 4 or 8; None for 8.
     """
 
     page: str | None = None

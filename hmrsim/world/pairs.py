@@ -1,4 +1,4 @@
-"""Lanes without settings, of which a grid has a million: pairs of numbers instead of objects."""
+"""Lanes without settings as pairs of numbers, for grids with up to a million lanes."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Lanes as in a world file, ``[from, to]``, that lead both ways and have no settings.
+    """Lanes in both directions without settings, as ``[from, to]`` in a world file.
 
-    They are not checked one by one. The reader that makes them sees to it that they join waypoints of its own, each two
-    different points, and no two of them the same.
+    They are not validated one by one. Their reader ensures that each lane joins two different waypoints of the file,
+    and that no two lanes are equal.
 
     Attributes:
         names: The names of waypoints.
         starts: By lane, the index in *names* of where it begins.
-        ends: Likewise where it ends.
-        reach: Length of the longest, at most.
-        beside: Outlines of obstacles that none of them touches.
+        ends: By lane, the index in *names* of where it ends.
+        reach: Upper bound of the lanes' lengths.
+        beside: Outlines of obstacles that no lane touches.
     """
 
     names: Sequence[str]
@@ -35,19 +35,19 @@ class Pairs:
     beside: AbstractSet[tuple[Point, ...]] = frozenset()
 
     def __len__(self) -> int:
-        """Return how many there are."""
+        """Return the number of lanes."""
         return len(self.starts)
 
     def __iter__(self) -> Iterator[tuple[str, str]]:
-        """Yield the names of the ends of each, in order."""
+        """Yield the names of each lane's ends, in order."""
         name = self.names.__getitem__
         return zip(map(name, self.starts), map(name, self.ends), strict=True)
 
     def __getitem__(self, number: int) -> tuple[str, str]:
-        """Return the names of the ends of one."""
+        """Return the names of a lane's ends."""
         return self.names[self.starts[number]], self.names[self.ends[number]]
 
     def touched(self) -> list[str]:
-        """Return the names of the waypoints that they join, in order."""
+        """Return the names of the waypoints that the lanes join, in order."""
         joined = {*self.starts, *self.ends}
         return [name for number, name in enumerate(self.names) if number in joined]

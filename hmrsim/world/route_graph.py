@@ -1,4 +1,4 @@
-"""The ways open to the robots, as the GeoJSON of Nav2's Route Server."""
+"""The lanes that are open to robots, as the GeoJSON of Nav2's Route Server."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class RouteIds(NamedTuple):
 
 
 def route_ids(world: World) -> RouteIds:
-    """Return the numbers of what a world's route graph has, as `to_geojson` writes them."""
+    """Return the numbers of the nodes and edges of a world's route graph, as `to_geojson` writes them."""
     numbers = count()
     nodes = {name: next(numbers) for name in world.waypoints}
     lanes = {(start, end): next(numbers) for _, start, end in _ways(world)}
@@ -43,7 +43,7 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
     Args:
         world: The world.
         closed: Closed lanes, by the waypoints where they begin and end; they are left out.
-        lifts: Whether to tell of rides in lifts, too, which are edges that cost their seconds.
+        lifts: Whether to include rides in lifts, as edges whose cost is their duration in seconds.
     """
     ids, numbers = route_ids(world)
     features = [_node(world, name, number) for name, number in ids.items()]
@@ -89,7 +89,7 @@ def _ways(world: World) -> Iterator[tuple[Lane, str, str]]:
 
 
 def _rides(world: World) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield between which stops lifts go, and what there is to say of it."""
+    """Yield the rides of lifts: both stops and the metadata."""
     for name, lift in world.lifts.items():
         for (i, start), (j, end) in permutations(enumerate(lift.stops), 2):
             yield start, end, {"length": 0.0, "lift": name, "ride": lift.seconds(i, j)}

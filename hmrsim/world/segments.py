@@ -1,4 +1,4 @@
-"""Which of many segments a line crosses, without looking at all of them."""
+"""An index of line segments, for finding those that a line crosses."""
 
 from __future__ import annotations
 
@@ -20,14 +20,16 @@ _MAX_PIECES = 100_000
 _MIN_SIZE = 1e-6
 
 _HAIR = 1e-9
-"""Share of a cell by which a line is wider, as is what rounding may move it, a share of its coordinates."""
+"""Margin of a line as a share of a cell."""
+
 _ROUNDING = 1e-14
+"""Further margin of a line for rounding errors, as a share of its coordinates."""
 
 
 def cells_around(segments: Sequence[Segment], size: float) -> tuple[float, set[tuple[int, int]]]:
-    """Return the square cells in which segments are and those beside, by their column and row, and how wide they are.
+    """Return the width of square cells, and the cells with or next to segments, by column and row.
 
-    That is *size* at least: what is not in these cells is farther away than that.
+    Cells are at least *size* wide, so that points in other cells are farther than *size* from all segments.
     """
     length = math.fsum(distance(a, b) for a, b in segments)
     size = max(size, length / _MAX_PIECES, _MIN_SIZE)
@@ -43,13 +45,13 @@ def cells_around(segments: Sequence[Segment], size: float) -> tuple[float, set[t
 
 
 class SegmentGrid:
-    """Segments sorted into square cells, about as many as make a cell hold one segment.
+    """Segments sorted into square cells, with about one segment per cell.
 
     Args:
         segments: The segments.
 
     Attributes:
-        looked: How many cells and segments were looked at in all, which is what the answers cost.
+        looked: The number of cells and segments that all searches have examined.
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
@@ -73,7 +75,7 @@ class SegmentGrid:
                 self._cells[cell].append(i)
 
     def first_crossing(self, a: Point, b: Point) -> int | None:
-        """Return the least index of the segments that the line from *a* to *b* meets; None for none."""
+        """Return the lowest index of the segments that the line from *a* to *b* meets; None if it meets no segment."""
         return next(iter(self.crossings(a, b)), None)
 
     def crossings(self, a: Point, b: Point) -> list[int]:
@@ -100,7 +102,7 @@ class SegmentGrid:
             reach *= 2.0
 
     def within(self, point: Point, reach: float) -> set[int]:
-        """Return the indices of all segments in the cells that are so near to a point, in x and in y."""
+        """Return the indices of all segments in the cells within *reach* of a point, in x and in y."""
         found: set[int] = set()
         (x, y), size, floor = point, self._size, math.floor
         (left, right), (low, high) = self._columns, self._rows

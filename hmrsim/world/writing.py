@@ -32,7 +32,7 @@ def native_data(world: World) -> dict[str, Any]:
             data["robots"][name]["base"] = base
     for key, field in (("robots", "yaw"), ("items", "weight")):
         for name, thing in getattr(world, key).items():
-            # It counts as the default, and yet has a hash of its own.
+            # It equals the default, but its hash differs.
             if str(getattr(thing, field)) == _MINUS_ZERO:
                 data[key][name][field] = -0.0
     if world.lanes:
@@ -52,7 +52,7 @@ def _lanes(world: World) -> list[Any]:
 def to_yaml(world: World, *, schema: str | None = None) -> str:
     """Return a world as YAML.
 
-    *schema* is where an editor finds the schema, seen from the file; None to leave it out.
+    **schema* is the path of the schema for editors, relative to the file; None to leave it out.
     """
     lines = [f"# yaml-language-server: $schema={schema}"] if schema else []
     for key, value in native_data(world).items():
@@ -115,7 +115,7 @@ def _block(value: dict[str, Any] | list[Any], pad: str) -> Iterator[str]:
 
 
 def _entries(value: dict[str, Any] | list[Any], pad: str) -> Iterator[tuple[str, Any]]:
-    """Yield what stands before each value, and the value."""
+    """Yield the text before each value, and the value."""
     if isinstance(value, dict):
         for key, part in value.items():
             yield f"{pad}{_scalar(key)}:", part
@@ -152,7 +152,7 @@ def _flow(value: Any) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """Return text as it is if it can only be read as that text; numbers and the rest as JSON has them."""
+    """Return unambiguous text as it is, and everything else as JSON."""
     if not isinstance(value, str):
         return json.dumps(value)
     if _PLAIN.fullmatch(value) and value.lower() not in _RESERVED:

@@ -11,7 +11,7 @@ from hmrsim.diagnostics import Finding, Path, instead, warning
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.lanes import known_lanes, lane_ends
+from hmrsim.world_checks.lanes import LaneIndex, known_lanes, lane_ends
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -70,7 +70,7 @@ class _Ways:
     """Points joined by lanes in any direction, or by a straight line without obstacles.
 
     Args:
-        world: Where they are; its names must be right, or what is not is left out.
+        world: The world; its names must be valid, or the invalid parts left out.
     """
 
     def __init__(self, world: World) -> None:
@@ -82,8 +82,7 @@ class _Ways:
         self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
         points = world.points
         self._robots = [*world.robots.items()]
-        self._lanes = [(lane.from_, lane.to) for lane in known_lanes(world)]
-        self._segments = SegmentGrid(lane_ends(world))
+        self._lanes = LaneIndex(world, known_lanes(world))
         self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
         self._part = self._parts()
         self._count = len({*self._part.values()})
@@ -99,8 +98,8 @@ class _Ways:
                 name = part[name]
             return name
 
-        for a, b in self._lanes:
-            part[top(a)] = top(b)
+        for lane in self._lanes.lanes:
+            part[top(lane.from_)] = top(lane.to)
         for first, *others in self._stops:
             for other in others:
                 part[top(other)] = top(first)
@@ -115,7 +114,7 @@ class _Ways:
                 (key, robot) for key, robot in meant if key in dock.reserved_for or robot.type in dock.reserved_for
             ]
         near = self._near(point)
-        if self._obstacles.occupy(point) and not self._lanes_at(point):
+        if self._obstacles.occupy(point) and not self._lanes.lanes_at(point):
             yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
         elif meant and not any(self._reaches(robot, point, near) for _, robot in meant):
             who = meant[0][0] if len(meant) == 1 else f"none of {len(meant)} robots"
@@ -132,33 +131,23 @@ class _Ways:
             return True
         if start not in self._starts:
             self._starts[start] = self._near(start)
-        if not self._lanes:
+        if not self._lanes.lanes:
             return not self._obstacles.block(start, point)
         return not self._starts[start].isdisjoint(near)
 
     def _near(self, point: Point) -> frozenset[str]:
         """Return the parts that have a lane at a point, or whose nearest point is visible from it."""
-        on_lane = [self._part[self._lanes[i][0]] for i in self._lanes_at(point)]
+        on_lane = [self._part[self._lanes.lanes[i].from_] for i in self._lanes.lanes_at(point)]
         if on_lane or self._obstacles.surround(point):
             return frozenset(on_lane)
         found: dict[str, None] = {}
-        for i in self._segments.outwards(point):
-            part = self._part[self._lanes[i][0]]
-            if part not in found and self._walls.first_crossing(point, self._foot(point, i)) is None:
+        for i in self._lanes.grid.outwards(point):
+            part = self._part[self._lanes.lanes[i].from_]
+            if part not in found and self._walls.first_crossing(point, self._lanes.foot(point, i)) is None:
                 found[part] = None
                 if len(found) == self._count:
                     break
         return frozenset(found)
-
-    def _foot(self, point: Point, i: int) -> Point:
-        """Return the nearest point of a lane."""
-        a, b = self._lanes[i]
-        return foot(point, self._world.points[a], self._world.points[b])
-
-    def _lanes_at(self, point: Point) -> list[int]:
-        """Return the lanes at a point."""
-        near = sorted(self._segments.within(point, 2 * SAME_PLACE))
-        return [i for i in near if distance(self._foot(point, i), point) <= SAME_PLACE]
 
 
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:

@@ -45,7 +45,7 @@ class There:
         docks: Those of the docks.
         lifts: Those of the lifts.
         items: Those of the items.
-        made: What items are called, with a number, that orders will make.
+        made: The base names of the items that orders will create.
         cells: How many cells the battery of a robot has, by its name; None if it has no battery.
     """
 
@@ -121,7 +121,7 @@ def flaws(
 
 def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
     """Yield the errors of subjects and components that a fault needs and the world lacks."""
-    # Not by `getattr`: a model looks for a long time for what it does not have.
+    # Not by `getattr`, which is slow for attributes that a model lacks.
     said = settings.__dict__
     for field in _NAMED:
         name = said.get(field)

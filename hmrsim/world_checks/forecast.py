@@ -11,14 +11,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
-from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.topology.bottlenecks import SingleTracks
 from hmrsim.traffic.policies import settings_of
 from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.network import nearest
-from hmrsim.world.segments import SegmentGrid
+from hmrsim.world_checks.lanes import LaneIndex
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -67,7 +66,7 @@ class _Forecast:
         self._tracks = SingleTracks(world.graph, self._rooms)
         self._part = {name: part for part in self._tracks.parts for name in part}
         self._names = {world.points[name]: name for name in self._part}
-        self._lanes = SegmentGrid([(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes])
+        self._lanes = LaneIndex(world, world.lanes)
         ground = [name for name, robot in world.robots.items() if not world.robot_type(robot).base.flies]
         self._starts = {name: world.point(world.robots[name].at) for name in ground} if self._part else {}
         self._robots = Counter(self._part_at(self._starts))
@@ -82,12 +81,8 @@ class _Forecast:
         if point in self._names:
             name = self._names[point]
             return _Place((name,), self._rooms[name])
-        x, y = point
-        for i in sorted(self._lanes.near((x - SAME_PLACE, y - SAME_PLACE), (x + SAME_PLACE, y + SAME_PLACE))):
-            lane = self._world.lanes[i]
-            a, b = self._world.points[lane.from_], self._world.points[lane.to]
-            if distance(point, foot(point, a, b)) <= SAME_PLACE:
-                return _Place((lane.from_, lane.to), lane.capacity or self._settings.lane_capacity or math.inf)
+        for lane in map(self._world.lanes.__getitem__, self._lanes.lanes_at(point)):
+            return _Place((lane.from_, lane.to), lane.capacity or self._settings.lane_capacity or math.inf)
         return None
 
     def check_corridors(self) -> Iterator[Finding]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
 from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, warning
-from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._nearness import near_slots
 from hmrsim.world.model import PlainLanes
@@ -53,6 +54,33 @@ def lane_ends(world: World) -> list[tuple[Point, Point]]:
     """Return the points at the two ends of each of the `known_lanes`."""
     points = world.points
     return [(points[lane.from_], points[lane.to]) for lane in known_lanes(world)]
+
+
+class LaneIndex:
+    """An index of lanes between known waypoints, for finding those at a point."""
+
+    def __init__(self, world: World, lanes: Sequence[Lane]) -> None:
+        self.lanes = lanes
+        self._points = world.points
+
+    @cached_property
+    def grid(self) -> SegmentGrid:
+        """The segments of the lanes."""
+        return SegmentGrid([(self._points[lane.from_], self._points[lane.to]) for lane in self.lanes])
+
+    def foot(self, point: Point, i: int) -> Point:
+        """Return the nearest point of a lane."""
+        lane = self.lanes[i]
+        return foot(point, self._points[lane.from_], self._points[lane.to])
+
+    def within(self, point: Point, reach: float) -> list[tuple[float, int]]:
+        """Return the distances and indices of the lanes within reach of a point, the nearest first."""
+        near = ((distance(point, self.foot(point, i)), i) for i in self.grid.within(point, reach))
+        return sorted((away, i) for away, i in near if away <= reach)
+
+    def lanes_at(self, point: Point) -> list[int]:
+        """Return the indices of the lanes at a point, in order."""
+        return sorted(i for _, i in self.within(point, SAME_PLACE))
 
 
 def _check_each(world: World, lost: Lost, good: list[int]) -> Iterator[Finding]:

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.diagnostics import MAX_FINDINGS, limited
 from hmrsim.errors import Problem, WorldError
 from hmrsim.file_cache import FileCache
-from hmrsim.world import additions
 from hmrsim.world.derived import Derived
 from hmrsim.world.files import find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
-from hmrsim.world.merging import Merged, Source
+from hmrsim.world.merging import Merged, Source, added_item, added_robot
 from hmrsim.world.model import Lane, PlainLanes, Waypoint, World
 from hmrsim.world.options import AS_IT_IS, ReadOptions
 from hmrsim.world.overlays.overlay import Overlay, lay_all
@@ -82,7 +81,7 @@ def load_world(
     if options == AS_IT_IS and not (add_robots or add_items):
         return _of_file(path).load(overlays, further)
     merged = read_all(path, str(path), options)
-    for texts, parse in ((add_robots, additions.robot), (add_items, additions.item)):
+    for texts, parse in ((add_robots, added_robot), (add_items, added_item)):
         for text in texts:
             merged.problems += _added(text, parse, merged.add)
     return _checked(merged, path, overlays, further)
@@ -242,7 +241,7 @@ def _unfaulty(world: World) -> dict[str, list[str]]:
     """Return the canonical JSON of all parts of a world but its faults and what is too large to be kept."""
     data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"faults", *_LARGE})
     for name, robot in world.robots.items():
-        if robot.base.model_fields_set:  # null overrides what the type has
+        if robot.base.model_fields_set:  # null overrides the type's settings
             data["robots"][name]["base"] = robot.base.model_dump(mode="json", exclude_unset=True)
     texts = {key: [_canonical(said)] for key, said in data.items()}
     return texts | ({key: [*pieces(world)] for key, pieces in _LARGE.items()} if _is_small(world) else {})

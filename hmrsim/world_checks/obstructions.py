@@ -13,13 +13,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
-from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance, foot
+from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance
 from hmrsim.traffic.policies import settings_of
 from hmrsim.traffic.policies._nearness import rooms_of_waypoints, touch
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
-from hmrsim.world.segments import SegmentGrid
+from hmrsim.world_checks.lanes import LaneIndex
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -221,7 +221,7 @@ class _Obstructions:
         return [name for name, place in self._orders.items() if is_blocked(place)]
 
 
-class _LaneAccess:
+class _LaneAccess(LaneIndex):
     """The lanes of a world without errors and with at least one lane.
 
     Args:
@@ -230,16 +230,12 @@ class _LaneAccess:
     """
 
     def __init__(self, world: World, settings: ReserveSettings) -> None:
+        super().__init__(world, world.lanes)
         self._world = world
         self._settings = settings
-        self._points = world.points
         self._rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
         self._names = {self._points[end]: end for lane in world.lanes for end in (lane.from_, lane.to)}
         self._looked = 0
-
-    @cached_property
-    def _grid(self) -> SegmentGrid:
-        return SegmentGrid([(self._points[lane.from_], self._points[lane.to]) for lane in self._world.lanes])
 
     @cached_property
     def neighbors(self) -> dict[str, list[str]]:
@@ -254,19 +250,9 @@ class _LaneAccess:
         lane = self._world.lanes[i]
         return lane.from_, lane.to
 
-    def foot(self, point: Point, i: int) -> Point:
-        """Return the nearest point of a lane."""
-        a, b = self.ends(i)
-        return foot(point, self._points[a], self._points[b])
-
     def ends_nearest(self, point: Point, i: int) -> bool:
         """Return whether the nearest point of a lane is one of its ends."""
         return any(distance(self.foot(point, i), self._points[end]) <= SAME_PLACE for end in self.ends(i))
-
-    def within(self, point: Point, reach: float) -> list[tuple[float, int]]:
-        """Return the distances and indices of the lanes within reach of a point, the nearest first."""
-        near = ((distance(point, self.foot(point, i)), i) for i in self._grid.within(point, reach))
-        return sorted((away, i) for away, i in near if away <= reach)
 
     def at(self, point: Point) -> _Ends:
         """Return the waypoint or lane at a point; empty beside the lanes."""

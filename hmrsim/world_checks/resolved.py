@@ -115,7 +115,7 @@ def resolved(world: World) -> dict[str, Any]:
 def type_order(world: World) -> list[str]:
     """Return all types of robots, first those that the world's robots have.
 
-    A type has the same number in every picture of a world, and so the same colour and shape.
+    A type has the same number in every picture of a world, and so the same color and shape.
     """
     used = (robot.type for robot in world.robots.values())
     return [*dict.fromkeys([*used, *world.robot_types, *BUILT_IN_TYPES])]

@@ -21,13 +21,13 @@ _ATTRIBUTE = re.compile(r"^    (\w+): (.*(?:\n        .*)*)", re.MULTILINE)
 
 _LANE_PAIR = {
     "type": "array",
-    "description": "The two waypoints that it joins.",
+    "description": "The two waypoints that the lane connects.",
     "items": {"type": "string"},
     "minItems": 2,
     "maxItems": 2,
 }
 
-_NONE = {"type": "null", "description": "The robot lacks what its type has."}
+_NONE = {"type": "null", "description": "Removes the component of the robot's type."}
 
 
 def world_schema() -> dict[str, Any]:
@@ -71,7 +71,7 @@ def _fault(name: str, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _one_of_each(settings: dict[str, Any]) -> dict[str, Any]:
-    text = "What it has beside its base, each with its settings."
+    text = "The components with their settings, by name."
     return {"type": "object", "description": text, "default": {}, "properties": settings, "additionalProperties": False}
 
 

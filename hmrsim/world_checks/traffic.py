@@ -12,13 +12,12 @@ from pydantic import ValidationError
 
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.documents.validation import explain
-from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
-from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.lanes import known_lanes
+from hmrsim.world_checks.lanes import LaneIndex, known_lanes
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -118,26 +117,17 @@ class _Rooms:
         self._world = world
 
     @cached_property
-    def _lanes(self) -> list[tuple[Point, Point, str, int | None]]:
+    def _lanes(self) -> LaneIndex:
         """The lanes, for robots that start off the waypoints."""
-        points = self._world.points
-        return [
-            (points[lane.from_], points[lane.to], f"lane {lane.from_}-{lane.to}", lane.capacity)
-            for lane in known_lanes(self._world)
-        ]
-
-    @cached_property
-    def _grid(self) -> SegmentGrid:
-        return SegmentGrid([(a, b) for a, b, _, _ in self._lanes])
+        return LaneIndex(self._world, known_lanes(self._world))
 
     def at(self, point: Point) -> tuple[str, float]:
         """Return the waypoint or lane at a point, and its capacity; an empty name and no limit off the lanes."""
         if point in self._waypoints:
             name, room = self._waypoints[point]
             return f"waypoint {name!r}", room
-        for a, b, name, capacity in map(self._lanes.__getitem__, sorted(self._grid.within(point, 2 * SAME_PLACE))):
-            if distance(point, foot(point, a, b)) <= SAME_PLACE:
-                return name, capacity or self._settings.lane_capacity or math.inf
+        for lane in map(self._lanes.lanes.__getitem__, self._lanes.lanes_at(point)):
+            return f"lane {lane.from_}-{lane.to}", lane.capacity or self._settings.lane_capacity or math.inf
         return "", math.inf
 
     def take(self, place: str) -> int:

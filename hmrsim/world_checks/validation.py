@@ -84,7 +84,7 @@ class Validated:
     """The valid part of a world.
 
     Attributes:
-        world: The world without the parts with errors; None when nothing was left.
+        world: The world without the parts with errors; None if no part is valid.
         findings: The errors, with paths in the file.
         kept: By top-level list, the index in the file of each item that is left; absent when all are.
     """

@@ -1,4 +1,4 @@
-"""A blocking interface for sequential scripts, modelled on nav2_simple_commander.
+"""A blocking interface for sequential scripts, modeled on nav2_simple_commander.
 
 ::
 

@@ -5,7 +5,6 @@ a snapshot and makes no queries.
 """
 
 from hmrsim_zenoh.doctor.diagnosis import gather, problems, requested
-from hmrsim_zenoh.doctor.problem import Problem
-from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
+from hmrsim_zenoh.doctor.snapshot import Problem, Simulator, Snapshot
 
 __all__ = ["Problem", "Simulator", "Snapshot", "gather", "problems", "requested"]

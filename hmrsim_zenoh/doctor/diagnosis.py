@@ -23,7 +23,7 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.session import enclave_of, encrypted
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.doctor.problem import Problem
+    from hmrsim_zenoh.doctor.snapshot import Problem
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -134,7 +134,7 @@ def _names(client: Client, timeout: float) -> dict[str, str]:
         found = described(key, client.get(key, timeout), SessionsInfo).get("sessions", ())
         return {one["session"]: one["name"] for one in found}
     except (RequestError, Unreachable, UnreadableError):
-        # A simulator with access control of its own configuration does not say.
+        # A simulator whose Zenoh configuration has access control may deny this query.
         return {}
 
 

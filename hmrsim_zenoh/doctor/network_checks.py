@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import meant
-from hmrsim_zenoh.doctor.problem import Problem, first_few
-from hmrsim_zenoh.doctor.snapshot import WANT, collapsed, endpoints
+from hmrsim_zenoh.doctor.snapshot import WANT, Problem, collapsed, endpoints, first_few
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.codec.types import DISTROS
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN, Kind

@@ -7,8 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
-from hmrsim_zenoh.doctor.problem import Problem, first_few
-from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, collapsed, endpoints
+from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, Problem, collapsed, endpoints, first_few
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.publishing.endpoints import FIRST
 from hmrsim_zenoh.ros2.type_compat import difference, known

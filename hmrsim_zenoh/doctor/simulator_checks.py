@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final
 
 import hmrsim
-from hmrsim_zenoh.doctor.problem import Problem, first_few
+from hmrsim_zenoh.doctor.snapshot import Problem, first_few
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
@@ -159,12 +159,12 @@ class Snapshot:
 
     @cached_property
     def ros(self) -> Domain:
-        """The requested ROS domain."""
+        """The ROS domain that the user asked for."""
         return self.domains.get(self.domain, Domain())
 
     @property
     def uses_ros(self) -> bool:
-        """Whether ROS is in use."""
+        """True if the user asked for ROS, or the environment or the network shows signs of it."""
         return (
             self.wants_ros
             or any(name.startswith(("ROS_", "RMW_")) for name in self.environment)
@@ -173,7 +173,7 @@ class Snapshot:
 
     @property
     def where(self) -> str:
-        """The endpoints as text."""
+        """The endpoints as text, separated by commas."""
         return ", ".join(self.endpoints)
 
     @property
@@ -181,3 +181,30 @@ class Snapshot:
         """The command that starts a simulator there; at the default endpoint it joins a running Zenoh by itself."""
         elsewhere = [endpoint for endpoint in self.endpoints if endpoint not in _DEFAULTS]
         return f"`hmrsim run WORLD --ros2{''.join(f' --connect {endpoint}' for endpoint in elsewhere[:1])}`"
+
+
+_SHOWN: Final = 4
+"""The number of names that a message lists."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem on the network.
+
+    Attributes:
+        kind: A machine-readable word, such as ``no_router``.
+        severity: A ``warning`` may be intended.
+    """
+
+    kind: str
+    text: str
+    remedy: str
+    severity: Literal["error", "warning"] = "error"
+
+
+def first_few(names: Iterable[str]) -> str:
+    """Return the first few names and the number of the others, as text."""
+    every = list(names)
+    shown = every if len(every) <= _SHOWN + 1 else every[:_SHOWN]
+    more = len(every) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more else "")

@@ -21,8 +21,7 @@ from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.loopback.exchange import Kind
 from hmrsim_zenoh.server.decode_time import WatchRequest, condition, read_goal
-from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, unreadable, unreadable_at
-from hmrsim_zenoh.wire.texts import check_texts_of
+from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts_of, plain, unreadable, unreadable_at
 
 if TYPE_CHECKING:
     from hmrsim.protocol.topics import Topic

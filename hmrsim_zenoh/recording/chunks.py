@@ -70,20 +70,20 @@ class Budget:
         self._known: set[tuple[int, bytes]] = set()
 
     def unpack(self, size: int) -> None:
-        """Count unpacked bytes.
+        """Count unpacked bytes against the limit.
 
         Raises:
-            TooMuch: They are too many.
+            TooMuch: The recording exceeds the limit.
         """
         self._bytes -= size
         if self._bytes < 0:
             raise TooMuch(f"it unpacks to more than {_MAX_RATIO} times its size")
 
     def message(self) -> None:
-        """Count a message.
+        """Count a message against the limit.
 
         Raises:
-            TooMuch: They are too many.
+            TooMuch: The recording exceeds the limit.
         """
         self._messages -= 1
         if self._messages < 0:

@@ -98,7 +98,7 @@ class Listener:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Unsubscribe."""
+        """End the subscription to the simulator."""
         self._subscriber.undeclare()
         self._presence.undeclare()
 

@@ -158,12 +158,12 @@ _DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: 
 def frames_metadata(units: str) -> dict[str, str]:
     """Return the metadata of the frames of a world in these units."""
     if units == "m":
-        return {"frames": f"{MAP}, in metres, y up"}
+        return {"frames": f"{MAP}, in meters, y up"}
     return {"frames": f"{MAP}, 1 px as 1 m, y down; {_WORLD}, in which {MAP} is upside down: look at it from above"}
 
 
 class WorldMarkers:
-    """Makes markers, in two arrays: `markers` for what rarely changes and `things` for what often does."""
+    """Makes markers, in two arrays: `markers` for static and `things` for moving objects."""
 
     def __init__(self) -> None:
         self._world = World()
@@ -173,7 +173,7 @@ class WorldMarkers:
         self._closed: dict[tuple[str, str], str] = {}
 
     def load(self, definition: Mapping[str, Any]) -> None:
-        """Replace the world."""
+        """Replace the world by that of a definition."""
         self._world = World.model_validate(definition)
 
     def follow(self, scene: Mapping[str, Any]) -> None:

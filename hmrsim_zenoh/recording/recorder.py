@@ -57,7 +57,7 @@ class Timeline:
 
     @property
     def simulated(self) -> int:
-        """The latest simulated time."""
+        """The latest simulated time, in nanoseconds."""
         return self.now - self.offset
 
     def at(self, nanoseconds: int) -> int:
@@ -144,7 +144,7 @@ _THINGS_PERIOD: Final = NANOSECONDS // 10
 
 
 class LogLine(NamedTuple):
-    """A line on ``/rosout``.
+    """A line of the log on ``/rosout``.
 
     Attributes:
         level: The severity, as in `Log`.
@@ -182,7 +182,7 @@ class Recorder:
 
     @property
     def scene_due(self) -> bool:
-        """Whether to write the scene again now, which takes long with many robots."""
+        """True if the scene has to be written again now; scenes of many robots are expensive."""
         return self._restarted or (self.stale and self.time.now - self._scene_at >= _SCENE_PERIOD)
 
     def begin(self, definition: Mapping[str, Any], info: Mapping[str, Any], scene: dict[str, Any], **more: str) -> None:
@@ -288,7 +288,7 @@ class Recorder:
         self._file.add(known[0], self.time.now, known[1].encode({"goal_id": goal_id, "feedback": event.feedback}))
 
     def tree(self, robot: str, state: Mapping[str, Any]) -> None:
-        """Write the state of a robot's behaviour tree, at the time of the latest event."""
+        """Write the state of a robot's behavior tree, at the time of the latest event."""
         self._add_json(f"/{robot}/_tree", tree_schema, state)
 
     def settle(self) -> None:

@@ -59,7 +59,7 @@ TF_QOS: Final = "::,100:,:,:,,"
 
 
 class Node(NamedTuple):
-    """A ROS node.
+    """A ROS node by its namespace and name.
 
     Attributes:
         namespace: Such as ``/wall_e``, or ``/``.
@@ -99,7 +99,7 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class Token:
-    """A parsed liveliness token.
+    """A parsed liveliness token of rmw_zenoh.
 
     Attributes:
         session: The Zenoh id of the session that declared it, in hex.
@@ -113,7 +113,7 @@ class Token:
 
 @dataclass(frozen=True)
 class Address:
-    """A parsed key.
+    """A parsed key of rmw_zenoh.
 
     Attributes:
         name: The topic's or the service's, such as ``/wall_e/navigate_to_pose/_action/status``.

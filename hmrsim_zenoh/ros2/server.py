@@ -144,7 +144,7 @@ class Ros2Server:
             inbox.serve(key_expr, decode=self._decode, refuse=self._refuse, complete=wire.has_types)
 
     def start(self) -> None:
-        """Declare what is served, in the background."""
+        """Declare all served parts, in the background."""
         spelled = f"domain {self._wire.domain}" if isinstance(self._wire, RmwZenoh) else "as zenoh-bridge-ros2dds"
         _log.info("ROS 2: %s, %s", spelled, ", ".join(self._wire.distros))
         self._publications.start()

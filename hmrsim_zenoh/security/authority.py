@@ -37,7 +37,7 @@ class Issued:
 
 
 class Authority:
-    """Signs certificates.
+    """A certificate authority, which signs the certificates of a keystore.
 
     Args:
         issued: Its own certificate and key.

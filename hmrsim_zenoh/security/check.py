@@ -64,7 +64,7 @@ class Attempt:
 
     @property
     def as_expected(self) -> bool:
-        """Whether the simulator enforces the policy in this case."""
+        """True if the simulator enforces the policy in this case."""
         return self.expected == self.done
 
 

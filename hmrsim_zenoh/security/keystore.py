@@ -108,7 +108,7 @@ def own_hosts() -> tuple[str, ...]:
 
 
 class Keystore:
-    """An existing keystore.
+    """A keystore that exists on disk.
 
     Args:
         path: Its folder.

@@ -30,11 +30,11 @@ from hmrsim_zenoh.wire.envelopes import (
     SendGoalRequest,
     UnreadableError,
     around,
+    check_texts,
     plain,
     read,
 )
 from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
-from hmrsim_zenoh.wire.texts import check_texts
 
 if TYPE_CHECKING:
     from pydantic_core import SchemaValidator

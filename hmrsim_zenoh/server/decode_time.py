@@ -21,8 +21,10 @@ from hmrsim.protocol.goal import WORLD, parse_goal_id
 from hmrsim.protocol.time import Join, Leave, ReadTime, SetClock
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.wire.envelopes import (
+    MAX_TEXT,
     Envelope,
     UnreadableError,
+    check_texts,
     plain,
     read,
     read_often,
@@ -30,7 +32,6 @@ from hmrsim_zenoh.wire.envelopes import (
     unreadable_at,
 )
 from hmrsim_zenoh.wire.keys import ActionKey, Keys, TopicKey, Verb
-from hmrsim_zenoh.wire.texts import MAX_TEXT, check_texts
 
 if TYPE_CHECKING:
     from pydantic_core import SchemaValidator

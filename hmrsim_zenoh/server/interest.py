@@ -12,7 +12,7 @@ from typing import Final, Generic, TypeVar
 
 import zenoh
 
-from hmrsim_zenoh.wire.wildcards import servers_own
+from hmrsim_zenoh.wire.keys import servers_own
 
 K = TypeVar("K", bound="Hashable")
 

@@ -47,8 +47,7 @@ from hmrsim_zenoh.server.publisher import FeedbackLimiter, Publisher
 from hmrsim_zenoh.server.replies import TIME_STATE, PendingExecution, PendingReply, encoded
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.keys import Verb
-from hmrsim_zenoh.wire.wildcards import servers_own
+from hmrsim_zenoh.wire.keys import Verb, servers_own
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command

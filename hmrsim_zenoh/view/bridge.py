@@ -127,7 +127,7 @@ class Bridge:
                 await sender
 
     def put(self, frame: str) -> None:
-        """Send a frame."""
+        """Send a frame to the page."""
         self._outbox.put(frame)
         self._news.set()
 

@@ -124,7 +124,7 @@ class EventLog:
             pass
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """End the subscription to the events."""
         self._subscriber.undeclare()
 
     def _new(self) -> Iterator[bytes]:

@@ -47,7 +47,7 @@ class Subscribe(_Request):
 
 
 class Unsubscribe(_Request):
-    """Ends a subscription."""
+    """A page's request to end a subscription."""
 
     op: Literal["unsubscribe"]
 
@@ -173,12 +173,12 @@ class Outbox:
 
     @property
     def crowded(self) -> bool:
-        """Whether too many frames wait to serve further requests."""
+        """True if so many frames are waiting that further requests have to wait, too."""
         return len(self._frames) >= _CROWDED or self.full
 
     @property
     def full(self) -> bool:
-        """Whether the waiting frames leave no room for another large one."""
+        """True if the waiting frames leave no room for another large one."""
         return self._frames_size > self._max_size
 
     def limit(self, max_size: int) -> None:
@@ -186,12 +186,12 @@ class Outbox:
         self._max_size = max_size
 
     def put(self, frame: str) -> None:
-        """Send a frame."""
+        """Send a frame to the page."""
         self._frames.append(frame)
         self._frames_size += len(frame)
 
     def open(self, id_: int, *, latest: bool) -> None:
-        """Begin a subscription."""
+        """Begin a subscription of the page."""
         self._pending[id_] = _Pending(latest=latest)
 
     def close(self, id_: int) -> None:

@@ -157,7 +157,7 @@ _log = logging.getLogger(__name__)
 
 
 class Recording(Protocol):
-    """The recording to show.
+    """The recording that a page shows.
 
     Attributes:
         begin: Simulated nanoseconds of the first sample.

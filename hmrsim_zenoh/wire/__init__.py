@@ -1,4 +1,4 @@
-"""What both ends of the JSON wire share: keys, envelopes, encodings and sessions.
+"""The parts of the JSON wire that servers and clients share: keys, envelopes, encodings and sessions.
 
 The client, the server, recordings, the doctor and the page use it.
 """

@@ -1,4 +1,4 @@
-"""Zenoh's access control: which certificate may do what on which key, and by which rule.
+"""Zenoh's access control: the permissions of certificates on keys, and the rules that grant them.
 
 The simulator's session enforces a policy. Everybody else reads it to explain a denial, or to filter in advance.
 """
@@ -43,7 +43,7 @@ READING: Final = "all read values"
 
 @dataclass(frozen=True)
 class Rule:
-    """Allows, or denies, some messages on some keys; a denial comes before all permissions.
+    """Allows or denies some messages on some keys; a denial takes precedence over permissions.
 
     Attributes:
         id: Its name, which explanations show.
@@ -80,10 +80,10 @@ class Rule:
 
 @dataclass(frozen=True)
 class Decision:
-    """What a policy says of a message.
+    """The decision of a policy about a message.
 
     Attributes:
-        rule: The rule that decides; empty where none does, which is a denial.
+        rule: The rule that allows or denies the message; empty if no rule applies, so that it is denied.
     """
 
     allowed: bool
@@ -98,7 +98,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class AccessControl:
-    """A policy: the rules of each certificate's common name. What no rule allows is denied."""
+    """A policy: rules for each certificate's common name. Messages that no rule allows are denied."""
 
     rules: Mapping[str, tuple[Rule, ...]]
 

@@ -1,4 +1,4 @@
-"""Reading what a simulator says of itself: it may be of another version, or something that only claims to be one."""
+"""Reading a simulator's descriptions of itself, which may come from another version or from another program."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class _Service(_Part):
 
 
 class WorldInfo(_Part):
-    """The message of ``_world/info``."""
+    """The message that ``_world/info`` returns: the simulator, its world, robots and services."""
 
     contract: int | _Text | None = None
     hmrsim: _Text = ""
@@ -71,7 +71,7 @@ class WorldInfo(_Part):
 
 
 class TimeInfo(_Part):
-    """The message of ``_world/time/state``."""
+    """The message that ``_world/time/state`` returns: the clock and the participants of lockstep."""
 
     now: float = 0.0
     clock: _Text = ""
@@ -89,13 +89,13 @@ class _Session(_Part):
 
 
 class SessionsInfo(_Part):
-    """The message of ``_world/sessions``."""
+    """The message that ``_world/sessions`` returns: the connected sessions with their certificates' names."""
 
     sessions: list[_Session] = []
 
 
 class TreeInfo(_Part):
-    """The message of a behaviour tree's state, as far as an overview shows it."""
+    """The message of a behavior tree's state, as far as an overview shows it."""
 
     status: _Text = ""
 
@@ -115,10 +115,10 @@ def plain_values(name: str, payload: bytes) -> Any:
 
 
 def described(name: str, payload: bytes, kind: type[BaseModel]) -> dict[str, Any]:
-    """Return a description in plain values; its known fields have the types that *kind* says.
+    """Return a description in plain values; its known fields have the types of *kind*.
 
     Raises:
-        UnreadableError: They have others.
+        UnreadableError: A known field has another type.
     """
     found = plain_values(name, payload)
     if not isinstance(found, dict):

@@ -79,7 +79,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Enclave:
-    """A member's folder.
+    """The folder with the certificate and policy of one member.
 
     Attributes:
         folder: Where it is.
@@ -181,7 +181,7 @@ def find_enclave(path: Path, wanted: str) -> Enclave:
     """Return the enclave that *path* is, or the one in a keystore of that name or role.
 
     Raises:
-        BadOptions: There is none, or several have that role; the text lists those that there are.
+        BadOptions: No enclave has that name or role, or several have it; the text lists the available ones.
     """
     if (path / DESCRIPTION).exists():
         return read_enclave(path)
@@ -230,7 +230,7 @@ def parsed(text: str) -> Any:
     """Return the value of a JSON text.
 
     Raises:
-        ValueError: It is none, or nested too deeply.
+        ValueError: It is not a JSON object, or nested too deeply.
     """
     try:
         return json.loads(text)

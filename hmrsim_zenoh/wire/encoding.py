@@ -38,7 +38,7 @@ def of_message(message: Message) -> str:
 
 
 def ros_type(mime: str) -> str:
-    """Return the type that an encoding names; empty if none."""
+    """Return the type that an encoding names, or an empty text."""
     return mime.partition(";")[2]
 
 
@@ -95,7 +95,7 @@ def result_response(answer: ResultResponse) -> bytes:
 
 
 def cause(name: str) -> bytes:
-    """Return the field that says why a goal did not succeed; nothing if it did."""
+    """Return the field with the cause if a goal did not succeed, or an empty text."""
     return b'"cause":"%b",' % name.encode() if name else b""
 
 
@@ -130,5 +130,5 @@ def event_payload(event: GoalChanged | EventStamped) -> bytes:
 
 
 def error(text: str, field: str = "", value: object = None) -> bytes:
-    """Return the body of Zenoh's error reply for one mistake."""
+    """Return the body of Zenoh's error reply for a single error."""
     return dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})

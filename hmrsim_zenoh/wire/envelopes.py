@@ -6,8 +6,9 @@ They have the fields of the corresponding ROS types, with a goal's id as 32 hex 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -18,6 +19,8 @@ from hmrsim.interfaces.message import Message
 from hmrsim.settings.option import MAX_PAYLOAD
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from pydantic_core import SchemaValidator
 
 G = TypeVar("G")
@@ -27,7 +30,7 @@ class UnreadableError(HmrsimError):
     """A payload can't be read.
 
     Attributes:
-        details: One mapping for each mistake: ``field`` (dotted path from the message's root), ``message``, ``value``.
+        details: One mapping for each error: ``field`` (dotted path from the message's root), ``message``, ``value``.
     """
 
     def __init__(self, error: str, details: list[dict[str, Any]] | None = None) -> None:
@@ -58,9 +61,9 @@ class SendGoalRequest(Envelope, Generic[G]):
 
 
 class ExecuteRequest(SendGoalRequest[G], Generic[G]):
-    """A goal that is followed to its end."""
+    """A goal to execute: the reply stays open until the goal ends."""
 
-    feedback: bool = Field(default=False, description="Whether to be sent its feedback in between.")
+    feedback: bool = Field(default=False, description="Whether the simulator also sends the goal's feedback.")
 
 
 class GoalInfo(Envelope):
@@ -71,7 +74,7 @@ class GoalInfo(Envelope):
 
 
 class SendGoalResponse(Envelope):
-    """Whether a goal was accepted, or the reason of its rejection."""
+    """The answer to a goal: its acceptance, or the reason for its rejection."""
 
     accepted: bool
     goal_id: str
@@ -109,7 +112,7 @@ class GetResultResponse(Envelope, Generic[G]):
 
 
 class Ending(GetResultResponse[G], Generic[G]):
-    """Likewise, and why the goal did not succeed, which comes beside that; empty if it did."""
+    """A goal's final status and result, and the cause if it did not succeed."""
 
     cause: str = ""
 
@@ -123,21 +126,21 @@ class ResultStatus(BaseModel):
 
 
 class FeedbackMessage(Envelope, Generic[G]):
-    """A goal's feedback."""
+    """A feedback message with the id of its goal."""
 
     goal_id: str
     feedback: G
 
 
 class GoalStatusEntry(Envelope):
-    """One goal's status."""
+    """The status of a goal, and its id."""
 
     goal_info: GoalInfo
     status: int
 
 
 class GoalStatusArray(Envelope):
-    """All goals that are kept, in order of acceptance."""
+    """The goals that the server keeps, in order of acceptance."""
 
     status_list: list[GoalStatusEntry]
 
@@ -152,7 +155,7 @@ def around(envelope: type[BaseModel], message: type[Message]) -> SchemaValidator
 def plain(envelope: type[BaseModel]) -> SchemaValidator:
     """Return the reader of an *envelope* or message without type parameters; built upon first use."""
     envelope.model_rebuild()
-    # Plugins of pydantic put something else in its place, which has the same methods.
+    # Plugins of pydantic replace it by a wrapper with the same methods.
     reader: SchemaValidator = envelope.__pydantic_validator__  # type: ignore[assignment]
     return reader
 
@@ -174,7 +177,7 @@ def read(reader: SchemaValidator, payload: bytes, *, max_payload: int = MAX_PAYL
 
 
 def read_often(reader: SchemaValidator, payload: bytes) -> Any:
-    """Return likewise what is sent again and again, such as a goal; all that read it share one immutable model."""
+    """Return the model in a *payload* that clients send repeatedly; equal payloads share one immutable model."""
     if len(payload) > _MAX_KEPT:
         return read(reader, payload)
     return _kept(reader, payload)
@@ -191,11 +194,11 @@ def _kept(reader: SchemaValidator, payload: bytes) -> Any:
 
 _OBJECT: Final = "Input should be an object"
 _IN_JSON: Final = {"model_type": _OBJECT, "dict_type": _OBJECT, "list_type": "Input should be a valid array"}
-"""Pydantic's messages that differ where plain values are read, which have Python's types."""
+"""Messages in JSON's terms for errors that pydantic describes in Python's terms."""
 
 
 def unreadable(error: ValidationError) -> UnreadableError:
-    """Return a validation error as an error of the wire, in JSON's words also where plain values were read."""
+    """Return a validation error as an error of the wire, with JSON's terms even if the input was Python values."""
     details: list[dict[str, Any]] = [
         {
             "field": ".".join(str(part) for part in item["loc"])[:_MAX_SHOWN],
@@ -233,3 +236,76 @@ def _shown(value: object) -> object:
 def dump(values: Mapping[str, Any]) -> bytes:
     """Return a mapping of plain values as compact JSON."""
     return _encode(values).encode()
+
+
+MAX_TEXT: Final = 4096
+"""Characters of a text in a request, such as a name."""
+
+_TEXT: Final = frozenset({str, str | None})
+"""The types of fields that hold a text."""
+
+_SHORT: Final = frozenset({bool, int, float})
+"""The types of fields that hold no text."""
+
+_LONG: Final = frozenset({"resource_string", "settings", "goal_id"})
+"""The fields that may be long: files, such as worlds, and ids, which have separate checks."""
+
+
+def check_texts(message: object, size: int) -> None:
+    """Check the texts of a message that came in a payload of *size* bytes.
+
+    Raises:
+        UnreadableError: A text is too long.
+    """
+    if size > MAX_TEXT:
+        check_texts_of(message)
+
+
+def check_texts_of(message: object) -> None:
+    """Check the texts of a message that did not come in a payload.
+
+    Raises:
+        UnreadableError: A text is too long.
+    """
+    kind: Any = type(message)
+    texts_in = _texts_in(kind)
+    if texts_in is not None and max(map(len, filter(None, texts_in(message))), default=0) <= MAX_TEXT:
+        return
+    for path, text in _texts(message):
+        if len(text) > MAX_TEXT:
+            raise unreadable_at(path, f"a text of {len(text)} characters; at most {MAX_TEXT} are taken", text)
+
+
+@cache
+def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str | None]] | None:
+    """Return the function that finds the texts in messages of a type; None for types with lists, which are walked."""
+    paths = _paths(kind)
+    if paths is None:
+        return None
+    return attrgetter(*paths) if len(paths) > 1 else lambda message: [attrgetter(path)(message) for path in paths]
+
+
+def _paths(kind: Any) -> list[str] | None:
+    found: list[str] = []
+    for name, field in getattr(kind, "model_fields", {}).items():
+        of = field.annotation
+        if name in _LONG or of in _SHORT:
+            continue
+        inner = [""] if of in _TEXT else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
+        if inner is None:
+            return None
+        found += [f"{name}.{path}".rstrip(".") for path in inner]
+    return found
+
+
+def _texts(value: object) -> Iterator[tuple[str, str]]:
+    """Yield the path of each text in a message, and the text."""
+    if isinstance(value, str):
+        yield "", value
+    elif isinstance(value, BaseModel):
+        for name, each in value:
+            if name not in _LONG:
+                yield from ((f"{name}.{path}".rstrip("."), text) for path, text in _texts(each))
+    elif isinstance(value, list):
+        for number, each in enumerate(value):
+            yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))

@@ -1,4 +1,4 @@
-"""Why a session can't be opened, though a process listens at the endpoint: Zenoh itself reports a timeout only."""
+"""The reason why a process at an endpoint rejects a session, where Zenoh itself only reports a timeout."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _REASONS: Final = {
     "CERTIFICATE_REVOKED": "the certificate is revoked",
     "ACCESS_DENIED": "access is denied",
 }
-"""What servers say in TLS's alerts, by the ends of their names."""
+"""The reasons of TLS alerts, by the ends of the alerts' names."""
 
 
 _NOT_TLS: Final = frozenset({"WRONG_VERSION_NUMBER", "RECORD_LAYER_FAILURE", "UNEXPECTED_EOF_WHILE_READING"})
@@ -39,11 +39,11 @@ _OPEN: Final = "TLS is spoken there; give --secure DIR, and the endpoint with tl
 
 
 def why_denied(endpoint: str, enclave: Enclave | None) -> str:
-    """Return why the process at an endpoint does not let this one in; empty if none listens, or it is unknown.
+    """Return why the process at an endpoint rejects this one; empty if no process listens or the reason is unknown.
 
     Args:
-        endpoint: Where Zenoh could not connect to.
-        enclave: The certificate to show; None for none.
+        endpoint: The endpoint to which Zenoh could not connect.
+        enclave: The certificate to show; None without a certificate.
     """
     where = address_of(endpoint)
     if where is None or not endpoint.startswith(("tls/", "tcp/")):
@@ -78,10 +78,10 @@ def _of_tls(connection: socket.socket, host: str, enclave: Enclave | None) -> st
 
 
 def _wait_for_verdict(secured: ssl.SSLSocket) -> None:
-    """Wait for an alert of the server, which comes after the handshake if at all.
+    """Wait for an alert of the server, which may follow the handshake.
 
     Raises:
-        ssl.SSLError: There is one.
+        ssl.SSLError: The server sent an alert.
     """
     secured.settimeout(_VERDICT)
     with suppress(TimeoutError):
@@ -89,7 +89,7 @@ def _wait_for_verdict(secured: ssl.SSLSocket) -> None:
 
 
 def _of_tcp(connection: socket.socket) -> str:
-    """Return that TLS is spoken on a plain endpoint, if it is."""
+    """Return the reason if the server at a plain endpoint expects TLS."""
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     try:

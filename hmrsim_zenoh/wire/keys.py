@@ -6,7 +6,7 @@
     <prefix>/<robot>/<topic>
     <prefix>/_world/<topic or service>
     <prefix>/<robot>/alive, <prefix>/_world/alive                           liveliness tokens
-    <prefix>/_participant/<name>                                            likewise, of lockstep's participants
+    <prefix>/_participant/<name>                                            liveliness tokens of lockstep's participants
     <prefix>/_planner/compute_path_to_pose                                  the queryable of an external planner
     <prefix>/<robot>/_tree                                                  the state of a controller's tree
 """
@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from typing import Final
 
 from hmrsim.protocol.goal import WORLD
 
@@ -188,3 +189,34 @@ class Keys:
             case _ if first == WORLD:
                 return TopicKey(first, "/".join(rest))
         return None
+
+
+_ANY: Final = "**"
+
+
+def servers_own(key_expr: str) -> str:
+    """Return another spelling of a key expression with wildcards, which matches the same keys.
+
+    Zenoh 1.10 keeps 2.7 kB for each closed session as long as the server itself holds the same key expression with
+    wildcards that the session had subscribed to, so that short sessions would fill memory. So the server
+    declares publishers and queryables not on ``hmrsim/**`` or ``hmrsim/*/odom``, but on ``hmrsim/*/**`` and
+    ``hmrsim/*/$*odom``.
+
+    Args:
+        key_expr: A canonical key expression. It is returned as it is if it has no wildcard, or nothing but ``*``
+            after the first one.
+    """
+    chunks = key_expr.split("/")
+    if _ANY in chunks:
+        chunks.insert(chunks.index(_ANY), "*")
+        return "/".join(chunks)
+    wild = False
+    last = None
+    for at, chunk in enumerate(chunks):
+        if "*" in chunk:
+            wild = True
+        elif wild:
+            last = at
+    if last is not None:
+        chunks[last] = f"$*{chunks[last]}"
+    return "/".join(chunks)

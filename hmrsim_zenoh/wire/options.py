@@ -61,7 +61,7 @@ def seconds(text: str, *, what: str = "time") -> float:
 
 
 _OF_ONE_SESSION: Final = frozenset({"role"})
-"""What no variable says: one that was left set would be a surprise."""
+"""The options without an environment variable, because a variable would affect all sessions of a shell."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class SessionOptions:
         secure: A keystore or an enclave of ``hmrsim security``: sessions are encrypted, and both sides show their
             certificates; None for open sessions.
         role: The enclave of the keystore, by name or role; None for *default_role*.
-        default_role: The role of a session that is told none; a simulator's is always ``simulator``.
+        default_role: The role of a session without *role*; a simulator's role is always ``simulator``.
         default: The default endpoint of simulators and tools. Zenoh tries all addresses of a name, so that
             ``tcp/localhost:7447`` works even if localhost resolves to ``::1`` first.
     """
@@ -123,23 +123,28 @@ class SessionOptions:
     secure: Annotated[
         Path | None,
         Option(
-            "encrypt, and show a certificate: a folder of `hmrsim security create`, or an enclave of one",
+            "encrypt the connection and authenticate with a certificate: a keystore made by "
+            "`hmrsim security create`, or one of its enclaves",
             "DIR",
             group="session",
         ),
     ] = None
     role: Annotated[
         str | None,
-        Option("with --secure, the enclave to use: its name, or the role if one alone has it", "NAME", group="session"),
+        Option(
+            "with --secure, the enclave to use: its name, or its role if no other enclave has that role",
+            "NAME",
+            group="session",
+        ),
     ] = None
     default_role: str = "operator"
     default: str = DEFAULT_ENDPOINT
 
     @classmethod
     def from_environment(cls) -> SessionOptions:
-        """Return the options that ``HMRSIM_CONNECT``, ``HMRSIM_PREFIX``, ``HMRSIM_SECURE`` and others say.
+        """Return the options of the environment variables: ``HMRSIM_CONNECT``, ``HMRSIM_PREFIX`` and so on.
 
-        They are those of the command line, with commas between several values; an empty variable is none.
+        Values are spelled as on the command line, with commas between several values. Empty variables are ignored.
 
         Raises:
             BadOptions: A value is not valid.

@@ -7,24 +7,18 @@ from __future__ import annotations
 
 import json
 import logging
-import re
 import time
 from dataclasses import replace
-from itertools import accumulate
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import zenoh
 
-from hmrsim.errors import reason_of
-from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
+from hmrsim_zenoh.wire.configuration import base_config, first_line
 from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
 from hmrsim_zenoh.wire.handshake import why_denied
 from hmrsim_zenoh.wire.options import SessionOptions
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _log = logging.getLogger(__name__)
 
@@ -49,15 +43,6 @@ _WAIT_BEFORE_CLOSE_KEY: Final = "transport/link/tx/queue/congestion_control/bloc
 _MAX_MESSAGE_KEY: Final = "transport/link/rx/max_message_size"
 MAX_MESSAGE: Final = 16 << 20
 """The largest message that a simulator receives, in bytes: Zenoh drops larger ones while they arrive, unanswered."""
-
-MAX_CONFIG: Final = 1 << 20
-"""The largest configuration file in bytes."""
-_MAX_CONFIG_DEPTH: Final = 50
-"""How deep lists and objects may be inside each other there; Zenoh's own have seven levels."""
-
-# The build path of Zenoh's Rust source, which it appends to its messages.
-_SOURCE: Final = re.compile(r"\s+at /\S+\.rs:\d+\.?")
-_JSON5: Final = re.compile(r'Json5Err\(Message \{ msg: "(?P<text>.*?)", location')
 
 # Deallocating a router's session waits for Zenoh's network thread with the GIL held, and that thread may be waiting for
 # the GIL in a callback of another session: a deadlock of 10 s or more, at any garbage collection. So closed sessions of
@@ -90,7 +75,7 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
 
     Raises:
         SimulatorNotFound: No peer answers at the endpoints.
-        ConnectionDenied: A peer is there, but does not let this one in.
+        ConnectionDenied: A peer answers but rejects the connection.
         PortTaken: Another process listens on the endpoint.
         BadOptions: An endpoint, the configuration or the enclave is invalid.
     """
@@ -230,7 +215,7 @@ class _Settings:
 
     @property
     def _has_choice(self) -> bool:
-        """Whether one of several endpoints will do."""
+        """True if the session may connect to any one of several endpoints."""
         return len(self.connect) > 1 and not self.listen
 
     def _open_in_turn(self, advice: str) -> zenoh.Session:
@@ -291,10 +276,10 @@ class _Settings:
         try:
             self._config.insert_json5(key, json.dumps(value))
         except zenoh.ZError as error:
-            raise BadOptions(f"Zenoh rejects {value!r} for {key}: {_first_line(error)}") from None
+            raise BadOptions(f"Zenoh rejects {value!r} for {key}: {first_line(error)}") from None
 
     def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | SimulatorNotFound:
-        text = _first_line(error)
+        text = first_line(error)
         if "in use" in text:
             taken = tuple(endpoint for endpoint in self.listen if str(endpoint) in text) or self.listen
             return PortTaken(
@@ -329,40 +314,6 @@ def _listed(endpoints: tuple[Any, ...]) -> str:
     return ", ".join(str(endpoint) for endpoint in endpoints)
 
 
-def base_config(config_file: Path | None) -> zenoh.Config:
-    """Return the configuration of a file, or Zenoh's own.
-
-    Raises:
-        BadOptions: It can't be read.
-    """
-    if config_file is None:
-        return zenoh.Config()
-    try:
-        # Zenoh would wait for a pipe without letting go of the interpreter.
-        check_regular(config_file)
-        flaw = _too_much(config_file)
-    except FileNotFoundError:
-        flaw = ""  # Zenoh says so
-    except OSError as error:
-        raise BadOptions(f"{config_file}: can't be read: {reason_of(error)}") from None
-    if flaw:
-        raise BadOptions(f"{config_file}: not a Zenoh configuration: {flaw}")
-    try:
-        return zenoh.Config.from_file(config_file)
-    except zenoh.ZError as error:
-        raise BadOptions(f"{config_file}: not a Zenoh configuration: {_first_line(error)}") from None
-
-
-def _too_much(config_file: Path) -> str:
-    """Return why a file is too large for Zenoh, which crashes when JSON5 is nested too deep; empty if it is not."""
-    with config_file.open("rb") as file:
-        text = file.read(MAX_CONFIG + 1)
-    if len(text) > MAX_CONFIG:
-        return f"larger than {MAX_CONFIG} bytes"
-    depths = accumulate(1 if bracket in b"[{" else -1 for bracket in re.findall(rb"[][{}]", text))
-    return f"nested deeper than {_MAX_CONFIG_DEPTH}" if max(depths, default=0) > _MAX_CONFIG_DEPTH else ""
-
-
 def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, ...]:
     """Return a configuration's endpoints of one side, in Zenoh's form; none if they are Zenoh's defaults."""
     if _is_default(config, f"{side}/endpoints"):
@@ -375,12 +326,3 @@ def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, 
 
 def _is_default(config: zenoh.Config, key: str) -> bool:
     return bool(json.loads(config.get_json(key)) == json.loads(zenoh.Config().get_json(key)))
-
-
-def _first_line(error: zenoh.ZError) -> str:
-    """Return the first line of Zenoh's message, without the location in its source."""
-    text = str(error)
-    if found := _JSON5.search(text):
-        text = found["text"]
-    text = _SOURCE.sub("", text)
-    return next((line for line in text.splitlines() if line.strip()), "unknown error").strip()

@@ -11,7 +11,7 @@ Status = Literal["SUCCESS", "FAILURE", "RUNNING", "INVALID"]
 
 
 class NodeCounts(BaseModel):
-    """What has happened to a behaviour, in all trees of the controller with this behaviour."""
+    """The coverage of a behavior over all trees of the controller that contain it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -20,18 +20,18 @@ class NodeCounts(BaseModel):
     ]
     never: Annotated[
         tuple[Literal["ticked", "succeeded", "failed", "canceled", "recovered"], ...],
-        Field(description="What it has never done, although it can"),
+        Field(description="The outcomes that are possible but were never seen"),
     ]
 
 
 class TreeNode(BaseModel):
-    """One behaviour."""
+    """One behavior of a tree, after a tick."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     depth: Annotated[int, Field(ge=0, description="0 for the root")]
     symbol: Annotated[str, Field(description="py_trees' symbol for its kind, such as {-} for a sequence with memory")]
-    kind: Annotated[str, Field(description="The behaviour's class")]
+    kind: Annotated[str, Field(description="The behavior's class")]
     name: str
     status: Status
     message: Annotated[str, Field(description="Its feedback message; empty while it is not active")]

@@ -87,11 +87,11 @@ def proportion_interval(successes: float, n: int, *, confidence: float = CONFIDE
         return Interval(None, 0.0, 1.0, 0, confidence)
     z = NormalDist().inv_cdf((1 + confidence) / 2)
     share, square = successes / n, z * z
-    centre = 2 * n * share + square
+    center = 2 * n * share + square
     half = z * math.sqrt(square + 4 * n * share * (1 - share))
     # Exactly 0 and 1, without the rounding errors of the formula.
-    low = 0.0 if successes == 0 else (centre - half) / (2 * (n + square))
-    high = 1.0 if successes == n else (centre + half) / (2 * (n + square))
+    low = 0.0 if successes == 0 else (center - half) / (2 * (n + square))
+    high = 1.0 if successes == n else (center + half) / (2 * (n + square))
     return Interval(share, low, high, n, confidence)
 
 

@@ -44,7 +44,7 @@ class Document:
 
 @dataclass(frozen=True)
 class Format:
-    """A file format.
+    """A format of world files.
 
     Attributes:
         name: Its name, which is that of its module.

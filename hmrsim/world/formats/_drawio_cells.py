@@ -34,7 +34,7 @@ class BadCell(Exception):
     """A cell that can't be interpreted; the message gives the reason.
 
     Attributes:
-        value: The invalid value; None if there is none in particular.
+        value: The invalid value; None if the problem has no particular value.
     """
 
     def __init__(self, message: str, value: object = None) -> None:
@@ -52,7 +52,7 @@ class Box(NamedTuple):
     rotation: float = 0.0
 
     @property
-    def centre(self) -> Point:
+    def center(self) -> Point:
         """The center as in the original: half the size, rounded down."""
         return (self.x + self.width // 2, self.y + self.height // 2)
 
@@ -100,22 +100,22 @@ class Cell:
 
     @property
     def is_edge(self) -> bool:
-        """Whether it is a line."""
+        """True if the cell is a line."""
         return self.own.get("edge") == "1"
 
     @property
     def is_shape(self) -> bool:
-        """Whether it is neither a line nor a layer."""
+        """True if the cell is neither a line nor a layer."""
         return not self.is_edge and self.geometry is not None
 
     @property
     def is_layer(self) -> bool:
-        """Whether it only contains other cells."""
+        """True if the cell only contains other cells."""
         return self.geometry is None and {"vertex", "edge"}.isdisjoint(self.own)
 
     @property
     def is_relative(self) -> bool:
-        """Whether its position is a share of its parent, or it is the label of its parent."""
+        """True if the cell's position is a share of its parent, or if the cell is the label of its parent."""
         return self.geometry is not None and self.geometry.attributes.get("relative") == "1"
 
     @property

@@ -37,7 +37,7 @@ class Drawing:
         robot_of: The names of the robots, by the ids of their cells.
         renamable: The names of the robots in the drawing.
         roads: The cell and points of each road.
-        ways: The paths that robots follow by themselves, by robot, each with its cell.
+        ways: The paths of robots' scripts, by robot, each with its cell.
     """
 
     def __init__(self, model: Element, options: ReadOptions) -> None:

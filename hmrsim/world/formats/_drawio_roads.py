@@ -46,7 +46,7 @@ class _Piece:
     _box: tuple[float, float, float, float] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Compute its bounding box."""
+        """Compute the bounding box of the piece."""
         (ax, ay), (bx, by) = self.start, self.end
         self._box = (min(ax, bx), min(ay, by), max(ax, bx), max(ay, by))
 
@@ -246,7 +246,7 @@ def road(drawing: Drawing, cell: Cell) -> None:
     source, target = drawing.end(cell, "source"), drawing.end(cell, "target")
     if any(end is not None and end.failed for end in (source, target)):
         return
-    points = [*([source.box.centre] if source else ()), *cell.points(), *([target.box.centre] if target else ())]
+    points = [*([source.box.center] if source else ()), *cell.points(), *([target.box.center] if target else ())]
     if len(set(points)) < 2:  # noqa: PLR2004
         drawing.warn(cell, "has fewer than two points, so it is not a road")
         return

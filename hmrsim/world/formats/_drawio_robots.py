@@ -130,7 +130,7 @@ def robot(drawing: Drawing, cell: Cell) -> None:
     drawing.renamable.append(old)
     drawing.robot_of[cell.id] = name
     fields: dict[str, Any] = {
-        "at": list(cell.box.centre),
+        "at": list(cell.box.center),
         "base": drawing.attempt(cell, partial(_base, cell)) or {},
         "components": {},
         "script": drawing.attempt(cell, partial(script, cell.attributes)) or [],
@@ -173,7 +173,7 @@ def way(drawing: Drawing, cell: Cell) -> None:
         what = "no source" if source is None else f"the source {shown(source.id)}, which is not a robot"
         raise BadCell(f"has {what}; draw it from the robot that is to follow it", source and source.id)
     target = drawing.end(cell, "target")
-    points = [*cell.points(), *([target.box.centre] if target else ())]
+    points = [*cell.points(), *([target.box.center] if target else ())]
     if not points:
         drawing.warn(cell, "has no points, so there is nothing to follow")
     elif source.id in drawing.robot_of:

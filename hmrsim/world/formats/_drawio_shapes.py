@@ -152,7 +152,7 @@ def pickable(drawing: Drawing, cell: Cell) -> None:
     if not name:
         raise BadCell("has no name; items are picked up by it")
     weight = read_number(cell.attributes.get("weight", "0"), "weight")
-    drawing.keep(cell, "items", name, {"at": list(cell.box.centre), "weight": weight})
+    drawing.keep(cell, "items", name, {"at": list(cell.box.center), "weight": weight})
 
 
 def poi(drawing: Drawing, cell: Cell) -> None:
@@ -161,4 +161,4 @@ def poi(drawing: Drawing, cell: Cell) -> None:
     Raises:
         BadCell: Its name is taken.
     """
-    drawing.keep(cell, "places", drawing.name(cell, "tag", "POI"), {"at": list(cell.box.centre)})
+    drawing.keep(cell, "places", drawing.name(cell, "tag", "POI"), {"at": list(cell.box.center)})

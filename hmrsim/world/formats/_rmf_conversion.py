@@ -35,7 +35,7 @@ class Shafts:
 
     Attributes:
         levels: All levels by name; the waypoints of those that are read have names.
-        reference: The level in whose drawing a lift is that does not say.
+        reference: The level for the drawing of lifts that name no level.
         down: Whether y points down in drawings.
     """
 
@@ -67,10 +67,10 @@ def _stops(shafts: Shafts, lift: Part) -> list[str]:
     drawn = complex(lift.want("x").number(), lift.want("y").number())
     own = lift.get("reference_floor_name")
     reference = _level(shafts, own, str(own.value)) if own and own.value else shafts.reference
-    centre = reference.align(drawn.conjugate() if shafts.down else drawn)
+    center = reference.align(drawn.conjugate() if shafts.down else drawn)
     doors = lift.get("level_doors") or Part({})
     served = [_level(shafts, part, name) for name, part in doors.entries() if part.value]
-    inside = (_in_cabin(lift, centre, level) for level in sorted(served, key=lambda level: level.elevation))
+    inside = (_in_cabin(lift, center, level) for level in sorted(served, key=lambda level: level.elevation))
     return [name for name in inside if name]
 
 
@@ -80,12 +80,12 @@ def _level(shafts: Shafts, part: Part, name: str) -> Level:
     return shafts.levels[name]
 
 
-def _in_cabin(lift: Part, centre: complex, level: Level) -> str:
+def _in_cabin(lift: Part, center: complex, level: Level) -> str:
     """Return the waypoint of a level nearest to the center of a lift's cabin; empty if none is in it."""
     width, depth, yaw = (lift.want(key).number() for key in ("width", "depth", "yaw"))
     inside = []
     for index, name in level.names.items():
-        away = (level.at(index) - level.shift - centre) * cmath.rect(1.0, -yaw)
+        away = (level.at(index) - level.shift - center) * cmath.rect(1.0, -yaw)
         if abs(away.real) <= width / 2.0 + _GAP and abs(away.imag) <= depth / 2.0 + _GAP:
             inside.append((abs(away), name))
     return min(inside)[1] if inside else ""

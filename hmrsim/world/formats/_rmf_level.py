@@ -98,7 +98,7 @@ class _Described:
 
 @dataclass(frozen=True)
 class Vertex(_Described):
-    """A vertex.
+    """A vertex of a level's graph.
 
     Attributes:
         drawn: Its position in the drawing, y up.
@@ -122,7 +122,7 @@ class Line(_Described):
 
 @dataclass
 class Level:
-    """A level.
+    """A level of a building.
 
     Attributes:
         elevation: Meters above the ground.

@@ -141,7 +141,7 @@ def _edge(graph: _Graph, edge: Part) -> None:
     """Read an edge.
 
     Raises:
-        BadPart: It doesn't say between which nodes it is.
+        BadPart: The edge does not name the nodes that it connects.
     """
     properties = edge.want("properties")
     start, end = (_end(graph, properties.want(key)) for key in ("startid", "endid"))

@@ -30,7 +30,7 @@ _UNRESTRICTED: tuple[object, ...] = (None, "", [], {}, "BOTH", 0, True)
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A layout."""
+    """A layout of a LIF file."""
 
     name: str
     level: str

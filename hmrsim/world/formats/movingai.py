@@ -138,8 +138,8 @@ def numbered(rows: Sequence[Sequence[bool]]) -> list[list[int]]:
 def steps(rows: Sequence[list[int]], *, diagonal: bool) -> tuple[array[int], array[int]]:
     """Return pairs of neighboring open cells by their numbers, each pair once, in two arrays.
 
-    Cells that touch at a corner are neighbours by *diagonal*, if both cells beside are open. The pairs of a cell with
-    those that come later are together; the others have this cell for theirs.
+    With *diagonal*, cells that touch at a corner are neighbors if both cells beside them are open. Pairs are ordered by
+    their first cell, which is the one with the lower number.
     """
     starts, ends = array("i"), array("i")
 

@@ -1,6 +1,6 @@
 """The buildings of Open-RMF's traffic editor: levels of vertices, and the lanes, walls and doors between them.
 
-Coordinates become metres, y up, as Open-RMF's building_map_tools make them; levels are put side by side.
+Coordinates become meters, y up, as Open-RMF's building_map_tools make them; levels are put side by side.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _align_images(reading: Reading, levels: list[Level], reference: Level) -> No
     """Scale the reference level by its measurements, and align the others with it by common fiducials."""
     scale = reading.attempt(reference.scale)
     if scale is None:
-        reading.warn(reference.part, "has no measurements, so that a pixel of its drawing counts as a metre")
+        reading.warn(reference.part, "has no measurements, so that a pixel of its drawing counts as a meter")
         scale = 1.0
     reference.align = by_scale(scale)
     for level in levels:

@@ -103,14 +103,14 @@ class Step(str):
     quoted: bool
 
     def __new__(cls, text: str, *, quoted: bool = False) -> Self:
-        """Create a step."""
+        """Create a step of a path."""
         step = super().__new__(cls, text)
         step.quoted = quoted
         return step
 
     @property
     def is_pattern(self) -> bool:
-        """Whether the step matches several entries."""
+        """True if the step matches several entries."""
         return not self.quoted and "*" in self
 
 
@@ -157,7 +157,7 @@ def matching(step: Step, parts: dict[str, Any] | list[Any]) -> Iterator[str | in
 
 
 def index_of(step: str, entries: Sequence[object]) -> int | None:
-    """Return a step as an index of a list, or None if it is none."""
+    """Return a step as an index of a list, or None if it is not an index."""
     index = int(step) if step.isdecimal() and len(step) < 10 else -1  # noqa: PLR2004
     return index if 0 <= index < len(entries) else None
 

@@ -48,7 +48,7 @@ _SHORT: Final = {"lanes": ("from", "to"), "waypoints": ("at",)}
 
 @dataclass(frozen=True)
 class Overlay:
-    """Changes of a world.
+    """An overlay: changes that are applied to a world.
 
     Attributes:
         source: The file or option, with its changes.
@@ -124,7 +124,7 @@ def setting(text: str) -> Overlay:
     """Return the change of ``--set PATH=VALUE``, or of ``--set ~PATH``, which removes an entry.
 
     Raises:
-        WorldError: *text* is neither.
+        WorldError: *text* is not as expected.
     """
     place = f"--set {text}"
     path, equals, value_text = text.partition("=")

@@ -164,7 +164,7 @@ def _single(name: str, annotation: object, metadata: Iterable[object]) -> Field:
 
 @cache
 def service_structure(name: str, request: Structure, response: Structure) -> Structure:
-    """Return the type of a service, which is never serialised and only determines the service's hash."""
+    """Return the type of a service, which is never serialized and only determines the service's hash."""
     event = Structure(
         f"{name}_Event",
         (

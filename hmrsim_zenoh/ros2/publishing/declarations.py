@@ -38,7 +38,7 @@ _JOIN_SECONDS: Final = 1.0
 
 @dataclass
 class _Declared:
-    """A declared liveliness token."""
+    """A liveliness token that is declared, with its id."""
 
     id: int
     token: Any

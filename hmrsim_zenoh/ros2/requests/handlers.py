@@ -116,7 +116,7 @@ class PendingRosReply:
         try:
             return encode(values)
         except CdrError as error:
-            _log.exception("the reply of %s can't be serialised", self.handler.name)
+            _log.exception("the reply of %s can't be serialized", self.handler.name)
             return encode(self.handler.refusal(f"the simulator has a bug: {error}"))
 
     def _attachment(self) -> zenoh.ZBytes | bytes | None:
@@ -165,7 +165,7 @@ class ActionHandler(Handler):
 
 
 class SendGoalHandler(ActionHandler):
-    """The handler of ``send_goal``."""
+    """The handler of ``send_goal`` of an action."""
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that sends the goal."""
@@ -184,7 +184,7 @@ class SendGoalHandler(ActionHandler):
 
 
 class CancelGoalHandler(ActionHandler):
-    """The handler of ``cancel_goal``."""
+    """The handler of ``cancel_goal`` of an action."""
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that cancels the goals."""
@@ -208,7 +208,7 @@ class CancelGoalHandler(ActionHandler):
 
 
 class GetResultHandler(ActionHandler):
-    """The handler of ``get_result``."""
+    """The handler of ``get_result`` of an action."""
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that waits for the result."""

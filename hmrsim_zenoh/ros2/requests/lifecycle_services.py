@@ -103,7 +103,7 @@ RESPONSES: Final = MappingProxyType(
 
 @dataclass(frozen=True)
 class ChangeStateHandler(Handler):
-    """The handler of ``change_state``.
+    """The handler of ``change_state`` of a lifecycle node.
 
     Attributes:
         actions: The actions that the node serves.

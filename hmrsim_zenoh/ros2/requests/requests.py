@@ -21,8 +21,7 @@ from hmrsim.protocol.commands import CallService, GetResult, SendGoal, StopWaiti
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply
 from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
-from hmrsim_zenoh.wire.envelopes import UnreadableError, unreadable
-from hmrsim_zenoh.wire.texts import check_texts
+from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts, unreadable
 
 if TYPE_CHECKING:
     import zenoh
@@ -254,7 +253,7 @@ def _attached_to(query: zenoh.Query) -> Attachment:
     """Return the attachment of a query.
 
     Raises:
-        ValueError: There is none, or it is invalid.
+        ValueError: The attachment is missing or invalid.
     """
     attached = query.attachment
     if attached is None:

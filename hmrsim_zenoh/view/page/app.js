@@ -1,5 +1,6 @@
 // The page as a whole: selection, aiming, following, open panels, and the operations that panels use.
 
+import { middle } from './model/motion.js';
 import { Orders } from './orders.js';
 import { ChartsPanel } from './panels/charts.js';
 import { button, el, guarded, mark } from './panels/dom.js';
@@ -25,8 +26,7 @@ export class App {
   constructor({ model, clock, map, palette, asked, connection, commands, live, playback }) {
     Object.assign(this, { model, clock, map, palette, asked, connection, commands, live, playback });
     this.shown = false;
-    /** @type {string|null} The robot that is sent to the next click. */
-    this.aimed = null;
+    this.aimed = null; // the robot that is sent to the next click
     this.toasts = new Toasts();
     this.orders = new Orders(this);
     this.banner = new Banner(this);
@@ -152,7 +152,7 @@ export class App {
       waypoint: world.waypoints.get(name)?.at,
       place: world.places.get(name)?.at,
       dock: world.docks.get(name)?.at,
-      door: ends && [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2],
+      door: ends && middle(...ends),
     };
     return kind === undefined ? Object.values(points).find(Boolean) : points[kind];
   }

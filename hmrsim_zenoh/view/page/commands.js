@@ -35,10 +35,7 @@ export class Commands {
     throw new Refused(answer.error_msg || answer.reason || 'not accepted', answer);
   }
 
-  /**
-   * Send a robot to a point.
-   * @param {number} [yaw] The final heading; by default that of a straight line from the robot.
-   */
+  /** Send a robot to a point. @param {number} [yaw] The final heading; by default that of a straight line from the robot. */
   goTo(robot, [x, y], yaw = undefined) {
     const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];
     const facing = yaw ?? (x === x0 && y === y0 ? before : Math.atan2(y - y0, x - x0));
@@ -47,24 +44,20 @@ export class Commands {
     return this.sendGoal(robot, 'navigate_to_pose', { pose });
   }
 
-  /** Dock a robot. */
   dock(robot, dock) {
     return this.sendGoal(robot, 'dock_robot', { use_dock_id: true, dock_id: dock, navigate_to_staging_pose: true });
   }
 
-  /** Undock a robot. */
   undock(robot) {
     return this.sendGoal(robot, 'undock_robot', {});
   }
 
-  /** Cancel a goal. */
   async cancel(goal) {
     const info = { goal_info: { goal_id: goal.id } };
     const answer = await this.connection.get(`${goal.robot}/${goal.action}/_action/cancel_goal`, info);
     if (answer.return_code !== 0) throw new Refused('it has ended, or is canceling already', answer);
   }
 
-  /** Cancel all goals of a robot. */
   async cancelAll(robot) {
     const goals = this.model.robots.get(robot)?.goals ?? [];
     if (!goals.length) throw new Refused(`${robot} has no goal`);
@@ -80,7 +73,6 @@ export class Commands {
     return (await this.#service('inject_fault', fault)).name;
   }
 
-  /** End a fault. */
   clearFault(name) {
     return this.#service('clear_fault', { name });
   }

@@ -8,8 +8,8 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim_zenoh.doctor import Simulator, Snapshot, problems
-from hmrsim_zenoh.doctor.problem import first_few
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
+from hmrsim_zenoh.doctor.snapshot import first_few
 from hmrsim_zenoh.ros2.codec.types import action_type
 from hmrsim_zenoh.ros2.keys import NO_HASH, Endpoint, Kind, Node, Token
 

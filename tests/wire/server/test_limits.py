@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from hmrsim_zenoh.wire.envelopes import MAX_TEXT
 from hmrsim_zenoh.wire.session import MAX_MESSAGE
-from hmrsim_zenoh.wire.texts import MAX_TEXT
 
 A = "a" * 32
 GO = "wall_e/navigate_to_pose/_action/send_goal"

@@ -13,17 +13,13 @@ export class Camera {
     this.changed = changed;
     this.x = 0;
     this.y = 0;
-    /** Css pixels per unit of the world. */
-    this.scale = 1;
-    /** The direction of y on the screen: -1 if y points up. */
-    this.flip = -1;
+    this.scale = 1; // css pixels per unit of the world
+    this.flip = -1; // the direction of y on the screen: -1 if y points up
     this.width = 1;
     this.height = 1;
-    /** Css pixels at the edges that panels cover. */
-    this.insets = { top: 0, right: 0, bottom: 0, left: 0 };
+    this.insets = { top: 0, right: 0, bottom: 0, left: 0 }; // css pixels at the edges that panels cover
     this.box = [0, 0, 1, 1];
-    /** Whether it has not moved since it was fitted, so that it fits again when the size changes. */
-    this.fitted = true;
+    this.fitted = true; // whether it has not moved since it was fitted, so that it fits again when the size changes
     this.glide = null;
     this.calm = globalThis.matchMedia?.('(prefers-reduced-motion: reduce)') ?? { matches: false };
   }
@@ -143,6 +139,16 @@ export class Camera {
     return Object.assign(Object.create(Camera.prototype), this, {
       width: width + 2 * margin, height: height + 2 * margin, insets,
     });
+  }
+
+  /** @returns {[number, number]} A point of the world in css pixels. */
+  toScreen([x, y]) {
+    return [this.screenX(x), this.screenY(y)];
+  }
+
+  /** Return whether a point is on the screen, or at most *margin* css pixels outside. */
+  sees(px, py, margin = 0) {
+    return px > -margin && py > -margin && px < this.width + margin && py < this.height + margin;
   }
 
   screenX(x) {

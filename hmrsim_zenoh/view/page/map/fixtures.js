@@ -1,6 +1,7 @@
 /** Docks, doors and lifts in their current state, marks of faults, and the circles of deadlocked robots. */
 
-import { GLYPHS, drawBadge, drawWarning, faint } from './shapes.js';
+import { middle } from '../model/motion.js';
+import { GLYPHS, drawBadge, drawWarning, faint, fill, stroke, within } from './shapes.js';
 
 export function drawFixtures(c, frame) {
   const { model } = frame;
@@ -21,22 +22,19 @@ function drawDocks(c, frame) {
   const { camera, model, colors } = frame;
   const size = dockSize(frame);
   for (const dock of model.docks.values()) {
-    const px = camera.screenX(dock.at[0]);
-    const py = camera.screenY(dock.at[1]);
-    if (px < -40 || py < -40 || px > camera.width + 40 || py > camera.height + 40) continue;
+    const [px, py] = camera.toScreen(dock.at);
+    if (!camera.sees(px, py, 40)) continue;
     const color = dock.charges ? colors.charger : colors.dock;
     const taken = dock.docked.length;
     c.beginPath();
     c.roundRect(px - size, py - size, 2 * size, 2 * size, size * 0.3);
-    c.fillStyle = faint(color, taken ? 0.3 : 0.1);
-    c.fill();
-    c.strokeStyle = color;
-    c.lineWidth = size < 6 ? 1 : 1.5;
-    if (!taken && size >= 6) c.setLineDash([4, 3]);
-    c.stroke();
-    c.setLineDash([]);
+    fill(c, faint(color, taken ? 0.3 : 0.1));
+    stroke(c, color, size < 6 ? 1 : 1.5, !taken && size >= 6 ? [4, 3] : undefined);
     if (size < 7) continue;
-    if (dock.charges && !taken) sign(c, GLYPHS.bolt, px, py, size * 0.6, faint(color, 0.85));
+    if (dock.charges && !taken) {
+      c.fillStyle = faint(color, 0.85);
+      within(c, px, py, size * 0.6, () => GLYPHS.bolt(c));
+    }
     if (dock.capacity > 1) {
       c.fillStyle = color;
       c.font = '600 10px system-ui, sans-serif';
@@ -47,22 +45,11 @@ function drawDocks(c, frame) {
   }
 }
 
-function sign(c, glyph, px, py, size, color) {
-  c.save();
-  c.translate(px, py);
-  c.scale(size, size);
-  c.fillStyle = c.strokeStyle = color;
-  glyph(c);
-  c.restore();
-}
-
 /** Draw a door as a hollow bar, unlike a wall; an open one has only leaves at the jambs. */
 function drawDoor(c, { camera, measures, colors }, door) {
   const [a, b] = door.at;
-  const ax = camera.screenX(a[0]);
-  const ay = camera.screenY(a[1]);
-  const dx = camera.screenX(b[0]) - ax;
-  const dy = camera.screenY(b[1]) - ay;
+  const [ax, ay] = camera.toScreen(a);
+  const [dx, dy] = [camera.screenX(b[0]) - ax, camera.screenY(b[1]) - ay];
   const thick = Math.max(4, Math.min(9, 0.2 * measures.meter * camera.scale));
   const leaf = LEAF[door.state] ?? 0.5;
   const color = door.locked ? colors.fault : colors.door;
@@ -76,20 +63,14 @@ function drawDoor(c, { camera, measures, colors }, door) {
       c.moveTo(ax + dx * from, ay + dy * from);
       c.lineTo(ax + dx * to, ay + dy * to);
     }
-    c.lineWidth = width;
-    c.strokeStyle = shade;
-    c.stroke();
+    stroke(c, shade, width);
   }
   if (leaf < 0.5) {
     // A thin line between the leaves marks the door.
     c.beginPath();
     c.moveTo(ax + dx * leaf, ay + dy * leaf);
     c.lineTo(ax + dx * (1 - leaf), ay + dy * (1 - leaf));
-    c.lineWidth = 1;
-    c.strokeStyle = color;
-    c.setLineDash([2, 3]);
-    c.stroke();
-    c.setLineDash([]);
+    stroke(c, color, 1, [2, 3]);
   }
   if (!door.locked || Math.hypot(dx, dy) < 14) return;
   drawBadge(c, GLYPHS.lock, ax + dx / 2, ay + dy / 2, 7, colors.fault, colors.floor);
@@ -98,25 +79,16 @@ function drawDoor(c, { camera, measures, colors }, door) {
 /** Draw a lift as a shaft through its stops, with the cabin and a badge at the destination. */
 function drawLift(c, { camera, measures, colors }, lift) {
   const size = Math.min(30, Math.max(4, 0.55 * measures.meter * camera.scale));
-  c.strokeStyle = colors.lift;
-  c.lineWidth = 1.5;
-  c.setLineDash([2, 4]);
   c.beginPath();
-  for (const [x, y] of lift.points) c.lineTo(camera.screenX(x), camera.screenY(y));
-  c.stroke();
-  c.setLineDash([]);
+  for (const at of lift.points) c.lineTo(...camera.toScreen(at));
+  stroke(c, colors.lift, 1.5, [2, 4]);
   for (const [i, stop] of lift.stops.entries()) {
-    const px = camera.screenX(lift.points[i][0]);
-    const py = camera.screenY(lift.points[i][1]);
+    const [px, py] = camera.toScreen(lift.points[i]);
     const here = stop === lift.stop;
     c.beginPath();
     c.roundRect(px - size, py - size, 2 * size, 2 * size, 2);
-    c.fillStyle = faint(colors.lift, here ? 0.35 : 0.08);
-    c.fill();
-    c.lineWidth = here ? 2 : 1;
-    if (!here) c.setLineDash([3, 3]);
-    c.stroke();
-    c.setLineDash([]);
+    fill(c, faint(colors.lift, here ? 0.35 : 0.08));
+    stroke(c, colors.lift, here ? 2 : 1, here ? undefined : [3, 3]);
     if (stop !== lift.to || size <= 5) continue;
     drawBadge(c, GLYPHS.dots, px, py, Math.min(8, size * 0.6), colors.lift, colors.floor);
   }
@@ -136,12 +108,11 @@ function spotOf(fault, { camera, world, model }, where) {
     const at = where(fault.robot);
     return at && [at[0] - 0.8 * at[2] - 3, at[1] - 0.8 * at[2] - 2];
   }
-  const between = ([a, b]) => [camera.screenX((a[0] + b[0]) / 2), camera.screenY((a[1] + b[1]) / 2)];
   const door = fault.door && model.doors.get(fault.door);
-  if (door) return between(door.at);
+  if (door) return camera.toScreen(middle(...door.at));
   if (!Array.isArray(fault.lane)) return null;
   const lane = world.lanesByKey.get(fault.lane.join('|')) ?? world.lanesByKey.get([...fault.lane].reverse().join('|'));
-  return lane ? between([lane.a, lane.b]) : null;
+  return lane ? camera.toScreen(middle(lane.a, lane.b)) : null;
 }
 
 /** Link the robots of each deadlock, each to the one that it waits for. */
@@ -154,10 +125,8 @@ export function drawDeadlocks(c, frame, where) {
       const spots = robots.map(where).filter(Boolean);
       spots.forEach((at, i) => link(c, at, spots[(i + 1) % spots.length]));
     }
-    c.lineWidth = width;
     c.lineCap = 'round';
-    c.strokeStyle = color;
-    c.stroke();
+    stroke(c, color, width);
   }
 }
 
@@ -165,16 +134,11 @@ export function drawDeadlocks(c, frame, where) {
 function link(c, [ax, ay, ar], [bx, by, br]) {
   const length = Math.hypot(bx - ax, by - ay);
   if (length < 1) return;
-  const ux = (bx - ax) / length;
-  const uy = (by - ay) / length;
+  const [ux, uy] = [(bx - ax) / length, (by - ay) / length];
   const bend = Math.min(40, length * 0.28);
-  const sx = ax + ux * (ar + 2);
-  const sy = ay + uy * (ar + 2);
-  const ex = bx - ux * (br + 4);
-  const ey = by - uy * (br + 4);
-  const mx = (ax + bx) / 2 + uy * bend;
-  const my = (ay + by) / 2 - ux * bend;
-  c.moveTo(sx, sy);
+  const [ex, ey] = [bx - ux * (br + 4), by - uy * (br + 4)];
+  const [mx, my] = [(ax + bx) / 2 + uy * bend, (ay + by) / 2 - ux * bend];
+  c.moveTo(ax + ux * (ar + 2), ay + uy * (ar + 2));
   c.quadraticCurveTo(mx, my, ex, ey);
   const tilt = Math.atan2(ey - my, ex - mx);
   for (const side of [-1, 1]) {

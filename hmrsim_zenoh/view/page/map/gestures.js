@@ -18,8 +18,7 @@ export class Gestures {
   constructor(element, handler) {
     this.element = element;
     this.handler = handler;
-    /** The position of each pointer by id. */
-    this.pointers = new Map();
+    this.pointers = new Map(); // the position of each pointer by id
     this.moved = false;
     this.timer = 0;
     this.lastClick = { time: -1e9, px: 0, py: 0 };

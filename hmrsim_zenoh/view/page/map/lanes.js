@@ -1,6 +1,7 @@
 /** Lanes and waypoints: as wide as their capacity, with arrows if one-way, crossed if closed. */
 
-import { faint, mixed } from './shapes.js';
+import { middle } from '../model/motion.js';
+import { faint, fill, mixed, stroke } from './shapes.js';
 
 const ARROW_EVERY = 64; // css pixels
 
@@ -11,10 +12,8 @@ function laneWidth(lane, { camera, measures }) {
 }
 
 function seen(lane, camera, margin) {
-  const ax = camera.screenX(lane.a[0]);
-  const ay = camera.screenY(lane.a[1]);
-  const bx = camera.screenX(lane.b[0]);
-  const by = camera.screenY(lane.b[1]);
+  const [ax, ay] = camera.toScreen(lane.a);
+  const [bx, by] = camera.toScreen(lane.b);
   return (
     Math.max(ax, bx) > -margin && Math.min(ax, bx) < camera.width + margin &&
     Math.max(ay, by) > -margin && Math.min(ay, by) < camera.height + margin
@@ -22,14 +21,13 @@ function seen(lane, camera, margin) {
 }
 
 export function drawLanes(c, frame) {
-  const { camera, world, colors, closedLanes } = frame;
+  const { camera, world, colors, model } = frame;
   const bands = new Map();
   const open = [];
   const closed = [];
   for (const lane of world.lanes) {
     if (!seen(lane, camera, 60)) continue;
-    const shut = closedLanes.has(lane.key) || closedLanes.has(`${lane.to}|${lane.from}`);
-    (shut ? closed : open).push(lane);
+    (model.closureOf(lane) === undefined ? open : closed).push(lane);
     const width = Math.round(laneWidth(lane, frame) * 2) / 2;
     if (!bands.has(width)) bands.set(width, []);
     bands.get(width).push(lane);
@@ -52,8 +50,8 @@ export function drawLanes(c, frame) {
 function strokeLanes(c, camera, lanes) {
   c.beginPath();
   for (const lane of lanes) {
-    c.moveTo(camera.screenX(lane.a[0]), camera.screenY(lane.a[1]));
-    c.lineTo(camera.screenX(lane.b[0]), camera.screenY(lane.b[1]));
+    c.moveTo(...camera.toScreen(lane.a));
+    c.lineTo(...camera.toScreen(lane.b));
   }
   c.stroke();
 }
@@ -78,8 +76,7 @@ function drawArrows(c, frame, lanes, color) {
       c.closePath();
     }
   }
-  c.fillStyle = color;
-  c.fill();
+  fill(c, color);
 }
 
 /** Draw closed lanes dashed, with a cross in the middle unless a locked door is the reason. */
@@ -99,17 +96,14 @@ function drawClosed(c, frame, lanes) {
     c.beginPath();
     for (const lane of lanes) {
       if (locked.has(lane)) continue;
-      const x = camera.screenX((lane.a[0] + lane.b[0]) / 2);
-      const y = camera.screenY((lane.a[1] + lane.b[1]) / 2);
+      const [x, y] = camera.toScreen(middle(lane.a, lane.b));
       const size = Math.min(7, Math.max(3, lane.length * camera.scale * 0.3));
       c.moveTo(x - size, y - size);
       c.lineTo(x + size, y + size);
       c.moveTo(x - size, y + size);
       c.lineTo(x + size, y - size);
     }
-    c.lineWidth = width;
-    c.strokeStyle = color;
-    c.stroke();
+    stroke(c, color, width);
   }
 }
 
@@ -118,14 +112,10 @@ function drawWaypoints(c, { camera, world, measures, colors }) {
   if (size < 1.1) return;
   c.beginPath();
   for (const { at } of world.waypoints.values()) {
-    const px = camera.screenX(at[0]);
-    const py = camera.screenY(at[1]);
+    const [px, py] = camera.toScreen(at);
     c.moveTo(px + size, py);
     c.arc(px, py, size, 0, 2 * Math.PI);
   }
-  c.fillStyle = colors.floor;
-  c.strokeStyle = colors.waypoint;
-  c.lineWidth = Math.min(1.5, size * 0.6);
-  c.fill();
-  c.stroke();
+  fill(c, colors.floor);
+  stroke(c, colors.waypoint, Math.min(1.5, size * 0.6));
 }

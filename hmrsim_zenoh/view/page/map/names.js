@@ -12,7 +12,6 @@ export class Room {
     this.rows = 0;
   }
 
-  /** Free all cells. */
   reset(width, height) {
     this.columns = Math.ceil(width / CELL) + 1;
     this.rows = Math.ceil(height / CELL) + 1;
@@ -20,7 +19,6 @@ export class Room {
     else this.cells.fill(0);
   }
 
-  /** Occupy a rectangle. */
   take(left, top, width, height) {
     this.walk(left, top, width, height, true);
   }
@@ -61,13 +59,10 @@ export class Names {
     this.sprites = sprites;
     this.signs = signs;
     this.room = new Room();
-    /** The last side of each robot's name, so that it stays there if possible. */
-    this.sides = new Map();
-    /** Robots with names, with the side, and whether they are chosen. @type {[string, number, boolean][]} */
-    this.placed = [];
+    this.sides = new Map(); // the last side of each robot's name, so that it stays there if possible
+    this.placed = []; // robots with names, with the side, and whether they are chosen
     this.named = new Set();
-    /** Items with names. */
-    this.items = [];
+    this.items = []; // items with names
     this.said = '';
     this.when = -Infinity;
   }

@@ -1,5 +1,7 @@
 /** The object below a point of the screen, and the tooltip that describes it. */
 
+import { middle } from '../model/motion.js';
+
 const REACH = 12; // css pixels of tolerance
 
 /**
@@ -54,7 +56,7 @@ function nearest(kind, things, [x, y], reach) {
 
 function doorAt(model, point, reach) {
   for (const { name, at: [a, b] } of model.doors.values()) {
-    if (distanceTo(point, a, b) <= reach) return { kind: 'door', name, point: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2] };
+    if (distanceTo(point, a, b) <= reach) return { kind: 'door', name, point: middle(a, b) };
   }
   return null;
 }
@@ -75,7 +77,6 @@ const STYLE = `position:absolute;left:0;top:0;z-index:2;pointer-events:none;max-
 border-radius:6px;font:12px/1.35 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif;white-space:pre-line;
 box-shadow:0 2px 8px rgb(0 0 0/.25);visibility:hidden`;
 
-/** A tooltip beside the pointer. */
 export class Tooltip {
   /** @param {HTMLElement} element The container. */
   constructor(element) {
@@ -138,7 +139,7 @@ function doorState({ state, locked, jammed }) {
 
 function laneTooltip(lane, model) {
   if (!lane) return '';
-  const why = model.closedLanes.get(lane.key) ?? model.closedLanes.get(`${lane.to}|${lane.from}`);
+  const why = model.closureOf(lane);
   const room = lane.capacity === null ? '' : `, for ${lane.capacity}`;
   const limit = lane.speed_limit === null ? '' : `, at most ${lane.speed_limit} a second`;
   const closed = why === undefined ? '' : `\nclosed${why ? `: ${why}` : ''}`;

@@ -8,10 +8,8 @@ const LEARNED = 40; // frames to average
 /** Adapts resolution and frame rate to the browser's speed. */
 export class Pace {
   constructor() {
-    /** The largest number of device pixels per css pixel. */
-    this.sharpest = SHARPEST;
-    /** Whether only every other frame is drawn. */
-    this.halved = false;
+    this.sharpest = SHARPEST; // the largest number of device pixels per css pixel
+    this.halved = false; // whether only every other frame is drawn
     this.skipped = false;
     this.forget();
   }
@@ -53,12 +51,9 @@ const KEPT = 60;
 /** The duration of frames, for benchmarks. */
 export class Stats {
   constructor() {
-    /** The number of drawn frames. */
-    this.frames = 0;
-    /** Robots in sight. */
-    this.drawn = 0;
-    /** Mean milliseconds of script per frame, over the last 60. */
-    this.scriptMs = 0;
+    this.frames = 0; // the number of drawn frames
+    this.drawn = 0; // robots in sight
+    this.scriptMs = 0; // mean milliseconds of script per frame, over the last 60
     this._last = new Float64Array(KEPT);
   }
 
@@ -78,8 +73,7 @@ export class Watch {
   constructor(model, view) {
     this.model = model;
     this.view = view;
-    /** The fixtures as drawn; their values are replaced and never changed. */
-    this.fixtures = [];
+    this.fixtures = []; // the fixtures as drawn; their values are replaced and never changed
     this.closed = '';
     model.addEventListener('world', () => view.worldChanged());
     for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => this.look());

@@ -1,29 +1,22 @@
 /** Robots and items: their positions on the screen, pictures, state marks and sensor ranges. */
 
-import { faint, lookOf } from './shapes.js';
+import { circle, faint, fill, lookOf, stroke } from './shapes.js';
 import { HEADINGS, Sprites } from './sprites.js';
 
 /** The positions of robots on the screen, in arrays that are reused from frame to frame. */
 export class Poses {
   constructor() {
-    /** The number of robots in sight, and of valid entries in the arrays. */
-    this.count = 0;
-    /** @type {import('../model/robot.js').Robot[]} */
+    this.count = 0; // the number of robots in sight, and of valid entries in the arrays
     this.robots = [];
     this.px = new Float32Array(0);
     this.py = new Float32Array(0);
-    /** Css pixels. */
-    this.radius = new Float32Array(0);
-    /** Radians clockwise, as the canvas turns. */
-    this.angle = new Float32Array(0);
-    /** Whether there is a path ahead. */
-    this.goes = [];
+    this.radius = new Float32Array(0); // css pixels
+    this.angle = new Float32Array(0); // radians clockwise, as the canvas turns
+    this.goes = []; // whether there is a path ahead
     this.pose = [0, 0, 0];
-    /** The index of each robot in sight by name. */
-    this.index = new Map();
+    this.index = new Map(); // the index of each robot in sight by name
   }
 
-  /** Compute the positions of all robots. */
   look(frame, time) {
     const { camera, model, measures } = frame;
     const all = model.robots.size;
@@ -39,8 +32,7 @@ export class Poses {
       const px = camera.screenX(pose[0]);
       const py = camera.screenY(pose[1]);
       const radius = Math.max(least, (robot.radius || measures.body) * camera.scale);
-      const margin = radius + 30;
-      if (px < -margin || py < -margin || px > camera.width + margin || py > camera.height + margin) continue;
+      if (!camera.sees(px, py, radius + 30)) continue;
       this.robots[count] = robot;
       this.px[count] = px;
       this.py[count] = py;
@@ -64,58 +56,51 @@ export class Poses {
 /** Return whether any robot moves between two times. */
 export function anyRobotMoves(model, before, now) {
   const least = Math.min(before, now);
-  for (const robot of model.robots.values()) {
-    if (robot.ends > least) return true;
-  }
+  for (const robot of model.robots.values()) if (robot.ends > least) return true;
   return false;
+}
+
+/** Return whether a robot is selected, followed or below the pointer. */
+export function isChosen({ selected, follow, hovered }, { name }) {
+  return name === selected || name === follow || name === hovered;
 }
 
 const SENSORS_CROWD = 40; // robots in sight above which only chosen ones' sensors are shown
 
 export function drawSensors(c, frame, poses) {
-  const { camera, colors, selected, follow, hovered } = frame;
+  const { camera, colors } = frame;
   const all = poses.count <= SENSORS_CROWD;
   for (let i = 0; i < poses.count; i++) {
     const robot = poses.robots[i];
-    const chosen = robot.name === selected || robot.name === follow || robot.name === hovered;
+    const chosen = isChosen(frame, robot);
     if (!robot.sensors.length || !(all || chosen)) continue;
     for (const sensor of robot.sensors) drawReach(c, frame, sensor, poses, i, chosen);
     if (!robot.detections.length) continue;
     c.beginPath();
     for (const { at } of robot.detections) {
-      const px = camera.screenX(at[0]);
-      const py = camera.screenY(at[1]);
+      const [px, py] = camera.toScreen(at);
       c.moveTo(poses.px[i], poses.py[i]);
       c.lineTo(px, py);
       c.moveTo(px + 9, py);
       c.arc(px, py, 9, 0, 2 * Math.PI);
     }
-    c.strokeStyle = colors.sensor;
-    c.lineWidth = 1.5;
-    c.setLineDash([2, 3]);
-    c.stroke();
-    c.setLineDash([]);
+    stroke(c, colors.sensor, 1.5, [2, 3]);
   }
 }
 
 function drawReach(c, { camera, colors }, sensor, poses, i, chosen) {
   const radius = sensor.range * camera.scale;
   if (!(radius > 3)) return;
-  const px = poses.px[i];
-  const py = poses.py[i];
+  const [px, py] = [poses.px[i], poses.py[i]];
   const half = sensor.field_of_view ? sensor.field_of_view / 2 : Math.PI;
   const heading = poses.angle[i];
   c.beginPath();
   if (half < Math.PI) c.moveTo(px, py);
   c.arc(px, py, radius, heading - half, heading + half);
   c.closePath();
-  c.fillStyle = faint(colors.sensor, sensor.blind ? 0 : chosen ? 0.16 : 0.07);
-  c.fill();
-  c.strokeStyle = sensor.blind ? colors.fault : faint(colors.sensor, chosen ? 0.8 : 0.4);
-  c.lineWidth = 1;
-  if (sensor.blind) c.setLineDash([4, 4]);
-  c.stroke();
-  c.setLineDash([]);
+  fill(c, faint(colors.sensor, sensor.blind ? 0 : chosen ? 0.16 : 0.07));
+  if (sensor.blind) stroke(c, colors.fault, 1, [4, 4]);
+  else stroke(c, faint(colors.sensor, chosen ? 0.8 : 0.4), 1);
 }
 
 const FEW = 60; // robots in sight
@@ -128,21 +113,19 @@ export class RobotLayer {
   constructor(sprites, palette) {
     this.sprites = sprites;
     this.palette = palette;
-    /** Looks by type. */
-    this.looks = new Map();
+    this.looks = new Map(); // looks by type
   }
 
   look(type, world) {
-    let look = this.looks.get(type);
-    if (!look) this.looks.set(type, (look = lookOf(world.typeIndex(type), this.palette)));
-    return look;
+    if (!this.looks.has(type)) this.looks.set(type, lookOf(world.typeIndex(type), this.palette));
+    return this.looks.get(type);
   }
 
   drawItems(c, frame) {
     const sprite = this.sprites.item(itemSize(frame));
     for (const { at, carrier } of frame.model.items.values()) {
       if (carrier || !at || !inSight(frame.camera, at)) continue;
-      stamp(c, sprite, frame.camera.screenX(at[0]), frame.camera.screenY(at[1]));
+      stamp(c, sprite, ...frame.camera.toScreen(at));
     }
   }
 
@@ -209,9 +192,7 @@ export function itemSize({ camera, model, measures }) {
 
 /** Return whether a point of the world is on the screen, or near it. */
 export function inSight(camera, [x, y]) {
-  const px = camera.screenX(x);
-  const py = camera.screenY(y);
-  return px > -20 && py > -20 && px < camera.width + 20 && py < camera.height + 20;
+  return camera.sees(camera.screenX(x), camera.screenY(y), 20);
 }
 
 /** Copy a picture around a point, onto whole pixels so that it stays sharp. */
@@ -223,10 +204,7 @@ export function stamp(c, sprite, px, py) {
 
 function drawHalo(c, { colors }, px, py, radius) {
   for (const [width, color] of [[5, colors.floor], [2.5, colors.selected]]) {
-    c.beginPath();
-    c.arc(px, py, radius + 4, 0, 2 * Math.PI);
-    c.lineWidth = width;
-    c.strokeStyle = color;
-    c.stroke();
+    circle(c, px, py, radius + 4);
+    stroke(c, color, width);
   }
 }

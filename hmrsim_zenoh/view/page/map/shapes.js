@@ -21,6 +21,27 @@ export function lookOf(index, { types, bodies }) {
   return { index, color: types[index % types.length], shape, nose, small, rotors: bodies.rotors };
 }
 
+/** Stroke the current path. @param {number[]} [dash] Lengths of dashes and gaps, for this path only. */
+export function stroke(c, color, width, dash) {
+  c.strokeStyle = color;
+  c.lineWidth = width;
+  if (dash) c.setLineDash(dash);
+  c.stroke();
+  if (dash) c.setLineDash([]);
+}
+
+/** Fill the current path. */
+export function fill(c, color) {
+  c.fillStyle = color;
+  c.fill();
+}
+
+/** Begin a path with a circle. */
+export function circle(c, x, y, radius) {
+  c.beginPath();
+  c.arc(x, y, radius, 0, 2 * Math.PI);
+}
+
 /** Draw a body that drives: its shape, and a wedge that shows the heading. */
 function drawDriving(c, look, outline, line) {
   c.fillStyle = look.color;
@@ -44,19 +65,14 @@ function drawFlying(c, look, outline, line) {
   c.lineWidth = line;
   for (const x of [-at, at]) {
     for (const y of [-at, at]) {
-      c.beginPath();
-      c.arc(x, y, radius, 0, 2 * Math.PI);
+      circle(c, x, y, radius);
       c.globalAlpha = 0.55;
-      c.fillStyle = look.color;
-      c.fill();
+      fill(c, look.color);
       c.globalAlpha = 1;
       c.stroke();
     }
   }
-  c.save();
-  c.scale(body, body);
-  drawDriving(c, look, outline, line / body);
-  c.restore();
+  within(c, 0, 0, body, () => drawDriving(c, look, outline, line / body));
 }
 
 /** Draw a body in units of its footprint; *line* is the width of an outline in these units. */
@@ -73,11 +89,15 @@ export function drawSmall(c, look, outline, line) {
   c.stroke(look.small);
 }
 
-function bolt(c) {
+/** Begin a path with a polygon. */
+export function polygon(c, corners) {
   c.beginPath();
-  const corners = [[0.12, -0.68], [-0.46, 0.12], [-0.06, 0.12], [-0.14, 0.68], [0.46, -0.16], [0.06, -0.16]];
-  for (const corner of corners) c.lineTo(...corner);
+  for (const [x, y] of corners) c.lineTo(x, y);
   c.closePath();
+}
+
+function bolt(c) {
+  polygon(c, [[0.12, -0.68], [-0.46, 0.12], [-0.06, 0.12], [-0.14, 0.68], [0.46, -0.16], [0.06, -0.16]]);
   c.fill();
 }
 
@@ -104,8 +124,7 @@ function cross(c) {
 }
 
 function disc(c) {
-  c.beginPath();
-  c.arc(0, 0, 0.38, 0, 2 * Math.PI);
+  circle(c, 0, 0, 0.38);
   c.fill();
 }
 
@@ -122,7 +141,7 @@ function lock(c) {
 /** The glyphs of robots' states; other states have none. */
 export const STATE_GLYPHS = { waiting: dots, charging: bolt, stopped: exclamation, offline: cross, busy: disc };
 
-export const GLYPHS = { bolt, dots, exclamation, cross, disc, lock };
+export const GLYPHS = { bolt, dots, lock };
 
 /** Return black or white, whichever is easier to read on a color. @param {string} color #rrggbb */
 export function inkOn(color) {
@@ -141,42 +160,37 @@ export function mixed(one, other, share) {
   return `rgb(${[1, 3, 5].map((i) => Math.round(part(one, i) * (1 - share) + part(other, i) * share)).join()})`;
 }
 
-/** Draw a glyph on a disc. */
-export function drawBadge(c, glyph, x, y, radius, color, edge) {
+/** Draw within the unit circle that is scaled to a circle on the screen. */
+export function within(c, x, y, radius, draw) {
   c.save();
   c.translate(x, y);
   c.scale(radius, radius);
-  c.beginPath();
-  c.arc(0, 0, 1, 0, 2 * Math.PI);
-  c.fillStyle = color;
-  c.fill();
-  c.lineWidth = 1.5 / radius;
-  c.strokeStyle = edge;
-  c.stroke();
-  c.fillStyle = c.strokeStyle = inkOn(color);
-  glyph(c);
+  draw();
   c.restore();
+}
+
+/** Draw a glyph on a disc. */
+export function drawBadge(c, glyph, x, y, radius, color, edge) {
+  within(c, x, y, radius, () => {
+    circle(c, 0, 0, 1);
+    fill(c, color);
+    stroke(c, edge, 1.5 / radius);
+    c.fillStyle = c.strokeStyle = inkOn(color);
+    glyph(c);
+  });
 }
 
 /** Draw a triangle with an exclamation mark. */
 export function drawWarning(c, x, y, radius, color, edge) {
-  c.save();
-  c.translate(x, y);
-  c.scale(radius, radius);
-  c.beginPath();
-  [[0, -1], [0.98, 0.78], [-0.98, 0.78]].forEach((p) => c.lineTo(...p));
-  c.closePath();
-  c.lineJoin = 'round';
-  c.lineWidth = 0.5;
-  c.strokeStyle = edge;
-  c.stroke();
-  c.lineWidth = 0.22;
-  c.fillStyle = c.strokeStyle = color;
-  c.stroke();
-  c.fill();
-  c.fillStyle = inkOn(color);
-  c.translate(0, 0.18);
-  c.scale(0.72, 0.72);
-  exclamation(c);
-  c.restore();
+  within(c, x, y, radius, () => {
+    polygon(c, [[0, -1], [0.98, 0.78], [-0.98, 0.78]]);
+    c.lineJoin = 'round';
+    stroke(c, edge, 0.5);
+    stroke(c, color, 0.22);
+    fill(c, color);
+    c.fillStyle = inkOn(color);
+    c.translate(0, 0.18);
+    c.scale(0.72, 0.72);
+    exclamation(c);
+  });
 }

@@ -1,8 +1,9 @@
 /** Names of static objects, where there is room for them: places first, waypoints last. */
 
+import { middle } from '../model/motion.js';
 import { dockSize } from './fixtures.js';
 import { Room } from './names.js';
-import { faint } from './shapes.js';
+import { faint, fill, polygon, stroke } from './shapes.js';
 
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;
@@ -16,10 +17,8 @@ export class Signs {
     this.room = new Room();
     this.walls = new Room();
     this.lanes = new Room();
-    /** The corner of the layer on the screen. */
-    this.left = this.top = 0;
-    /** The horizontal range of the uncovered part. */
-    this.seen = [0, 0];
+    this.left = this.top = 0; // the corner of the layer on the screen
+    this.seen = [0, 0]; // the horizontal range of the uncovered part
     this.widths = new Map();
     // A dock at a waypoint of the same name needs it once.
     this.named = new Set();
@@ -98,10 +97,8 @@ export class Signs {
     const close = camera.scale * measures.meter > CLOSE;
     for (const thing of things.values()) {
       const { name } = thing;
-      const [x, y] = spotOf(thing);
-      const px = camera.screenX(x);
-      const py = camera.screenY(y);
-      if (px < 0 || py < 0 || px > camera.width || py > camera.height) continue;
+      const [px, py] = camera.toScreen(spotOf(thing));
+      if (!camera.sees(px, py)) continue;
       const key = `${name}@${Math.round(px)},${Math.round(py)}`;
       if (this.named.has(key)) continue;
       const width = this.width(c, font, name);
@@ -143,22 +140,13 @@ export class Signs {
 /** Return the position of an object's name: of a door in its middle, of a lift at its first stop. */
 function spotOf({ at, points }) {
   if (points) return points[0];
-  return Array.isArray(at[0]) ? [(at[0][0] + at[1][0]) / 2, (at[0][1] + at[1][1]) / 2] : at;
+  return Array.isArray(at[0]) ? middle(...at) : at;
 }
 
-function drawPin(c, { camera, measures, colors }, [x, y]) {
-  const px = camera.screenX(x);
-  const py = camera.screenY(y);
+function drawPin(c, { camera, measures, colors }, at) {
+  const [px, py] = camera.toScreen(at);
   const size = Math.max(2.5, Math.min(5, 0.12 * measures.meter * camera.scale));
-  c.beginPath();
-  c.moveTo(px, py - size);
-  c.lineTo(px + size, py);
-  c.lineTo(px, py + size);
-  c.lineTo(px - size, py);
-  c.closePath();
-  c.fillStyle = colors.place;
-  c.fill();
-  c.lineWidth = 1;
-  c.strokeStyle = colors.floor;
-  c.stroke();
+  polygon(c, [[px, py - size], [px + size, py], [px, py + size], [px - size, py]]);
+  fill(c, colors.place);
+  stroke(c, colors.floor, 1);
 }

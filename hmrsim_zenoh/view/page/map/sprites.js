@@ -1,6 +1,6 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
-import { STATE_GLYPHS, drawBadge, drawBody, drawSmall, faint, inkOn, mixed } from './shapes.js';
+import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, mixed, stroke } from './shapes.js';
 import { STATES } from '../model/robot.js';
 
 const MAX_SPRITES = 2000; // cached pictures
@@ -75,8 +75,7 @@ export class Sprites {
         drawSmall(c, look, calm ? colors.robot_outline : ring, (calm ? 0.8 : 2) / radius);
         return;
       }
-      c.beginPath();
-      c.arc(0, 0, radius, 0, 2 * Math.PI);
+      circle(c, 0, 0, radius);
       c.fillStyle = faint(ring, state === 'idle' ? 0.1 : 0.2);
       if (!flies) c.fill();
       c.lineWidth = state === 'idle' ? 1 : Math.min(2.5, 0.7 + radius / 10);
@@ -105,12 +104,10 @@ export class Sprites {
     return this.get(`battery|${tenths}|${width}`, width + 2, 6, (c) => {
       c.beginPath();
       c.roundRect(-width / 2, -2.5, width, 5, 2.5);
-      c.fillStyle = mixed(colors.floor, colors.muted, 0.7);
-      c.fill();
+      fill(c, mixed(colors.floor, colors.muted, 0.7));
       c.beginPath();
       c.roundRect(-width / 2 + 1, -1.5, Math.max(2, ((width - 2) * tenths) / 10), 3, 1.5);
-      c.fillStyle = tenths <= 2 ? this.palette.dark.fault : this.palette.dark.charger;
-      c.fill();
+      fill(c, tenths <= 2 ? this.palette.dark.fault : this.palette.dark.charger);
     });
   }
 
@@ -121,8 +118,7 @@ export class Sprites {
     return this.get(`name|${text}|${chosen}`, width, NAME_HEIGHT, (c) => {
       c.beginPath();
       c.roundRect(-width / 2 + 0.5, -NAME_HEIGHT / 2 + 0.5, width - 1, NAME_HEIGHT - 1, 4);
-      c.fillStyle = chosen ? colors.selected : faint(colors.background, 0.88);
-      c.fill();
+      fill(c, chosen ? colors.selected : faint(colors.background, 0.88));
       c.strokeStyle = chosen ? colors.selected : colors.line;
       c.stroke();
       c.font = NAME_FONT;
@@ -139,11 +135,8 @@ export class Sprites {
     return this.get(`item|${size}`, size + 4, size + 4, (c) => {
       c.beginPath();
       c.roundRect(-size / 2, -size / 2, size, size, size * 0.22);
-      c.fillStyle = colors.item;
-      c.fill();
-      c.lineWidth = 1;
-      c.strokeStyle = colors.floor;
-      c.stroke();
+      fill(c, colors.item);
+      stroke(c, colors.floor, 1);
       if (size < 10) return;
       c.beginPath();
       c.moveTo(0, -size / 2);
@@ -161,8 +154,6 @@ function drawShadow(c, radius) {
   const shade = c.createRadialGradient(0, 0, radius * 0.4, 0, 0, radius + 4);
   shade.addColorStop(0, 'rgb(0 0 0 / 0.3)');
   shade.addColorStop(1, 'rgb(0 0 0 / 0)');
-  c.beginPath();
-  c.arc(0, 0, radius + 4, 0, 2 * Math.PI);
-  c.fillStyle = shade;
-  c.fill();
+  circle(c, 0, 0, radius + 4);
+  fill(c, shade);
 }

@@ -5,11 +5,11 @@
 
 import { drawFixtures } from './fixtures.js';
 import { drawLanes } from './lanes.js';
-import { faint } from './shapes.js';
+import { faint, fill, stroke } from './shapes.js';
 import { Signs } from './signs.js';
 import { NAME_FONT } from './sprites.js';
 
-const METRE = { m: 1, px: 80 }; // units of the world per meter
+const METER = { m: 1, px: 80 }; // units of the world per meter
 const ROAD = { m: 0.5, px: 18 }; // the width of a lane
 const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
 
@@ -20,8 +20,8 @@ const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
  */
 export function measuresOf(world) {
   const { units } = world;
-  const box = world.bounds ?? around(world.extent, METRE[units]);
-  return { meter: METRE[units], road: ROAD[units], body: BODY[units], box };
+  const box = world.bounds ?? around(world.extent, METER[units]);
+  return { meter: METER[units], road: ROAD[units], body: BODY[units], box };
 }
 
 /** Return a box with a margin. */
@@ -59,9 +59,7 @@ export function drawGrid(c, { camera, measures, colors }) {
     c.moveTo(camera.screenX(left), py);
     c.lineTo(camera.screenX(right), py);
   }
-  c.strokeStyle = faint(colors.line, 0.55);
-  c.lineWidth = 1;
-  c.stroke();
+  stroke(c, faint(colors.line, 0.55), 1);
 }
 
 export function drawScaleBar(c, { camera, world, colors }) {
@@ -72,8 +70,7 @@ export function drawScaleBar(c, { camera, world, colors }) {
   const text = world.units === 'm' && length < 1 ? `${Math.round(length * 100)} cm` : `${length} ${world.units}`;
   c.beginPath();
   c.roundRect(left - 8, bottom - 20, width + 16, 28, 5);
-  c.fillStyle = faint(colors.background, 0.8);
-  c.fill();
+  fill(c, faint(colors.background, 0.8));
   c.beginPath();
   c.moveTo(left, bottom - 4);
   c.lineTo(left, bottom);
@@ -98,8 +95,7 @@ export class StaticLayer {
     this.canvas = canvas;
     this.c = canvas.getContext('2d', { alpha: false });
     this.signs = new Signs();
-    /** The camera of the last drawing, with the margin. @type {import('./camera.js').Camera|null} */
-    this.camera = null;
+    this.camera = null; // the camera of the last drawing, with the margin
   }
 
   /** Show the camera's view by shifting the canvas. @returns {boolean} Whether that was possible. */
@@ -163,11 +159,8 @@ function drawWalls(c, { camera, world, measures, colors }) {
   c.lineCap = 'round';
   c.beginPath();
   for (const { points, solid } of world.walls) if (solid) trace(c, camera, points, true);
-  c.fillStyle = colors.solid;
-  c.fill();
-  c.lineWidth = Math.max(1, thick * 0.5);
-  c.strokeStyle = colors.wall;
-  c.stroke();
+  fill(c, colors.solid);
+  stroke(c, colors.wall, Math.max(1, thick * 0.5));
   c.beginPath();
   for (const { points, solid } of world.walls) if (!solid) trace(c, camera, points, false);
   c.lineWidth = thick;
@@ -175,11 +168,6 @@ function drawWalls(c, { camera, world, measures, colors }) {
 }
 
 function trace(c, camera, points, closed) {
-  for (let i = 0; i < points.length; i++) {
-    const px = camera.screenX(points[i][0]);
-    const py = camera.screenY(points[i][1]);
-    if (i) c.lineTo(px, py);
-    else c.moveTo(px, py);
-  }
+  points.forEach((at, i) => (i ? c.lineTo(...camera.toScreen(at)) : c.moveTo(...camera.toScreen(at))));
   if (closed) c.closePath();
 }

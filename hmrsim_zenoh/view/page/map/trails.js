@@ -1,6 +1,7 @@
 /** Driven trails, fading, and paths ahead, dashed, with a flag at the end; one canvas path for each color. */
 
-import { faint } from './shapes.js';
+import { isChosen } from './robot_layer.js';
+import { circle, faint, fill, stroke } from './shapes.js';
 
 const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
 const POINTS = 2400; // points of all driven trails together
@@ -37,10 +38,8 @@ function traceDriven(c, frame, poses, i, part, each) {
   const from = first + Math.floor(((driven.length - first) * part) / 3);
   const to = first + Math.floor(((driven.length - first) * (part + 1)) / 3);
   if (from === to && part < 2) return;
-  c.moveTo(camera.screenX(driven[from][0]), camera.screenY(driven[from][1]));
-  for (let k = from + 1; k <= to && k < driven.length; k++) {
-    c.lineTo(camera.screenX(driven[k][0]), camera.screenY(driven[k][1]));
-  }
+  c.moveTo(...camera.toScreen(driven[from]));
+  for (let k = from + 1; k <= to && k < driven.length; k++) c.lineTo(...camera.toScreen(driven[k]));
   if (part === 2) c.lineTo(poses.px[i], poses.py[i]);
 }
 
@@ -73,8 +72,7 @@ export function drawAhead(c, frame, poses) {
   for (let i = 0; i < poses.count; i++) {
     const { route } = poses.robots[i];
     if (!poses.goes[i] || !(whole || isChosen(frame, poses.robots[i]))) continue;
-    const [x, y] = route[route.length - 1];
-    drawFlag(c, frame, x, y, colors.ahead);
+    drawFlag(c, frame, route[route.length - 1], colors.ahead);
   }
 }
 
@@ -82,40 +80,31 @@ function traceRoute(c, { camera }, poses, i, most) {
   if (!poses.goes[i]) return;
   const { route } = poses.robots[i];
   c.moveTo(poses.px[i], poses.py[i]);
-  for (let k = 0; k < route.length && k < most; k++) c.lineTo(camera.screenX(route[k][0]), camera.screenY(route[k][1]));
-}
-
-function isChosen({ selected, follow, hovered }, { name }) {
-  return name === selected || name === follow || name === hovered;
+  for (let k = 0; k < route.length && k < most; k++) c.lineTo(...camera.toScreen(route[k]));
 }
 
 /** Draw a flag that stands on a point of the world. */
-function drawFlag(c, { camera, colors }, x, y, color, size = 13) {
-  const px = camera.screenX(x);
-  const py = camera.screenY(y);
+function drawFlag(c, { camera, colors }, at, color, size = 13) {
+  const [px, py] = camera.toScreen(at);
   c.beginPath();
   c.moveTo(px, py);
   c.lineTo(px, py - size * 1.25);
   c.lineTo(px + size * 0.8, py - size * 0.92);
   c.lineTo(px, py - size * 0.55);
   c.lineJoin = 'round';
-  c.strokeStyle = colors.floor;
-  c.lineWidth = 4;
-  c.stroke();
+  stroke(c, colors.floor, 4);
   c.fillStyle = c.strokeStyle = color;
   c.lineWidth = 1.6;
   c.stroke();
   c.fill();
-  c.beginPath();
-  c.arc(px, py, 2.4, 0, 2 * Math.PI);
+  circle(c, px, py, 2.4);
   c.fill();
 }
 
 /** Draw the preview of a goal: a target, a flag and a line from the chosen robot. */
 export function drawPreview(c, frame, from) {
   const { camera, colors, goalPreview } = frame;
-  const px = camera.screenX(goalPreview[0]);
-  const py = camera.screenY(goalPreview[1]);
+  const [px, py] = camera.toScreen(goalPreview);
   c.strokeStyle = colors.selected;
   c.lineWidth = 1.5;
   if (from) {
@@ -126,10 +115,8 @@ export function drawPreview(c, frame, from) {
     c.stroke();
     c.setLineDash([]);
   }
-  c.beginPath();
-  c.arc(px, py, 11, 0, 2 * Math.PI);
-  c.fillStyle = faint(colors.selected, 0.18);
-  c.fill();
+  circle(c, px, py, 11);
+  fill(c, faint(colors.selected, 0.18));
   c.stroke();
-  drawFlag(c, frame, goalPreview[0], goalPreview[1], colors.selected, 18);
+  drawFlag(c, frame, goalPreview, colors.selected, 18);
 }

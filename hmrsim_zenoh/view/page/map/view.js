@@ -24,7 +24,6 @@ const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: 
  * @property {import('./static_layer.js').Measures} measures
  * @property {Record<string, string>} colors The colors of the theme.
  * @property {Record<string, boolean>} layers
- * @property {Map<string, string>} closedLanes
  * @property {number} ratio Device pixels per css pixel.
  * @property {string|null} selected
  * @property {string|null} follow
@@ -85,37 +84,18 @@ export class MapView extends EventTarget {
     this._stillDirty = true;
   }
 
-  get follow() {
-    return this._state.follow;
-  }
+  get follow() { return this._state.follow; }
+  set follow(name) { this._set(this._state, 'follow', name ?? null); }
 
-  set follow(name) {
-    this._set(this._state, 'follow', name ?? null);
-  }
+  get selected() { return this._state.selected; }
+  set selected(name) { this._set(this._state, 'selected', name ?? null); }
 
-  get selected() {
-    return this._state.selected;
-  }
-
-  set selected(name) {
-    this._set(this._state, 'selected', name ?? null);
-  }
-
-  get goalPreview() {
-    return this._state.goalPreview;
-  }
-
-  set goalPreview(point) {
-    this._set(this._state, 'goalPreview', point ?? null);
-  }
-
-  get closedLanes() {
-    return this.model.closedLanes;
-  }
+  get goalPreview() { return this._state.goalPreview; }
+  set goalPreview(point) { this._set(this._state, 'goalPreview', point ?? null); }
 
   /** @returns {[number, number]} Css pixels within the element. */
   toScreen(x, y) {
-    return [this.camera.screenX(x), this.camera.screenY(y)];
+    return this.camera.toScreen([x, y]);
   }
 
   /** @returns {import('./picking.js').Pick} The object at a point of the screen. */
@@ -177,8 +157,7 @@ export class MapView extends EventTarget {
   }
 
   _resize() {
-    const width = this.element.clientWidth || 1;
-    const height = this.element.clientHeight || 1;
+    const [width, height] = [this.element.clientWidth || 1, this.element.clientHeight || 1];
     const ratio = Math.min(this._pace.sharpest, globalThis.devicePixelRatio || 1);
     this.camera.resize(width, height);
     const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];

@@ -60,12 +60,9 @@ export class Demand {
     this.clear();
   }
 
-  /** Forget all orders. */
   clear() {
-    /** @type {Map<string, Order>} The open orders by name. */
-    this.open = new Map();
-    /** @type {{placed: number, delivered: number, late: number, lost: number}} The numbers of orders. */
-    this.totals = { placed: 0, delivered: 0, late: 0, lost: 0 };
+    this.open = new Map(); // the open orders by name
+    this.totals = { placed: 0, delivered: 0, late: 0, lost: 0 }; // the numbers of orders
     this._ended = new Tail(ENDED);
     this._left = new Map(); // orders that are no longer open and whose last event has not arrived
     this._loaded = -Infinity; // the time of the loaded state, which includes all earlier events

@@ -45,7 +45,6 @@ export function errorOf(result) {
 /** All known goals, in order of acceptance. */
 export class Goals {
   constructor() {
-    /** @type {Map<string, Goal>} */
     this.all = new Map();
   }
 

@@ -1,6 +1,6 @@
 /** The numbers of robots in each state, and their batteries, over time. */
 
-import { STATES } from './robot.js';
+import { STATES, countStates } from './robot.js';
 
 const MAX_POINTS = 1000;
 const BEGIN_SECONDS = 1;
@@ -22,7 +22,6 @@ class Series {
     this.seconds *= 2;
   }
 
-  /** Return a copy. */
   copy() {
     const copy = new Series(0);
     copy.t = this.t.slice();
@@ -38,14 +37,11 @@ export class History {
     this.clear();
   }
 
-  /** Forget everything. */
   clear() {
     this._counts = new Series(STATES.length);
-    /** @type {Map<string, [number, number][]>} Robots' batteries, [time, share] each. */
-    this.batteries = new Map();
+    this.batteries = new Map(); // robots' batteries, [time, share] each
     this._gaps = new Map();
     this._next = -Infinity;
-    this._row = STATES.map(() => 0);
   }
 
   /** @returns {number[]} The times, in simulated seconds. */
@@ -100,10 +96,8 @@ export class History {
   }
 
   _count(time, robots) {
-    const row = this._row.fill(0);
-    for (const robot of robots.values()) row[STATES.indexOf(robot.stateAt(time))] += 1;
     this._counts.t.push(time);
-    for (let i = 0; i < row.length; i += 1) this._counts.columns[i].push(row[i]);
+    Object.values(countStates(robots, time)).forEach((count, i) => this._counts.columns[i].push(count));
     if (this._counts.t.length > MAX_POINTS) this._counts.thin();
   }
 }

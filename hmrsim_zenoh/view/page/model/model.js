@@ -9,8 +9,7 @@ import { Robot } from './robot.js';
 import { State, robotsOf } from './state.js';
 import { World } from './world.js';
 
-/** Load a scene into a model. @param {object} scene `_world/scene`. */
-export function loadScene(model, scene) {
+function loadScene(model, scene) {
   const time = secondsOf(scene?.stamp);
   if (time < model.time) model.beginTime(time);
   model.time = time;
@@ -100,8 +99,7 @@ function loadGoals(model, robot, said, time) {
  * values are replaced.
  */
 export class Model extends State {
-  /** The number of invalid messages. */
-  unreadable = 0;
+  unreadable = 0; // the number of invalid messages
 
   /** Process a message; invalid ones are ignored and counted. @returns {boolean} Whether it was valid. */
   receive(key, payload) {
@@ -181,10 +179,7 @@ export class Model extends State {
     this.touch('events');
   }
 
-  /**
-   * Load the open orders, and apply the events since then again.
-   * @param {object} demand `_world/demand`.
-   */
+  /** Load the open orders, and apply the events since then again. @param {object} demand `_world/demand`. */
   loadDemand(demand) {
     this.demand.load(demand);
     this.touch('orders');
@@ -193,10 +188,7 @@ export class Model extends State {
     for (const event of this.events.slice(since)) if (partOf(event, this.texts) === 'orders') change(this, event, event.t);
   }
 
-  /**
-   * Apply an event.
-   * @param {Record<string, any>} event As on `_world/events`; one that changes nothing is only logged.
-   */
+  /** Apply an event. @param {Record<string, any>} event As on `_world/events`; one that changes nothing is only logged. */
   apply(event) {
     if (typeof event?.kind !== 'string') return;
     const time = secondsOf(event.stamp);

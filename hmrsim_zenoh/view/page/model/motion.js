@@ -14,12 +14,9 @@ class Trapezoid {
     this.speed = speed;
     this.acceleration = acceleration;
     const reached = Math.min(speed, Math.sqrt(distance * acceleration));
-    /** Seconds of acceleration, and of deceleration. */
-    this.rampSeconds = reached / acceleration;
-    /** Distance of acceleration. */
-    this.rampLength = (reached * reached) / (2 * acceleration);
-    /** Seconds from rest to rest. */
-    this.duration = 2 * this.rampSeconds + (distance - 2 * this.rampLength) / speed;
+    this.rampSeconds = reached / acceleration; // seconds of acceleration, and of deceleration
+    this.rampLength = (reached * reached) / (2 * acceleration); // distance of acceleration
+    this.duration = 2 * this.rampSeconds + (distance - 2 * this.rampLength) / speed; // seconds from rest to rest
   }
 
   /** Return the time at which a distance has been driven. */
@@ -57,24 +54,17 @@ export class Motion {
     const to = said.to ?? from;
     this.from = [from[0], from[1], from[2] ?? 0];
     this.to = [to[0], to[1], to[2] ?? this.from[2]];
-    /** @type {number} Seconds. */
-    this.duration = said.duration ?? 0;
+    this.duration = said.duration ?? 0; // seconds
     this.began = began;
     this.ends = began + this.duration;
-    /** @type {string[]|null} The waypoints of the lane. */
-    this.lane = said.lane ?? null;
-    /** @type {boolean} Whether it is a ride, during which the pose stays that of the beginning. */
-    this.ride = said.ride === true;
-    /** @type {boolean} Whether it is a turn. */
-    this.turns = said.turned !== undefined;
-    /** @type {number} The angle of a turn in radians. */
-    this.turned = said.turned ?? 0;
+    this.lane = said.lane ?? null; // the waypoints of the lane
+    this.ride = said.ride === true; // whether it is a ride, during which the pose stays that of the beginning
+    this.turns = said.turned !== undefined; // whether it is a turn
+    this.turned = said.turned ?? 0; // the angle of a turn in radians
     const stays = this.turns || this.ride;
-    /** @type {number} The driven length. */
-    this.length = stays ? 0 : Math.hypot(this.to[0] - this.from[0], this.to[1] - this.from[1]);
+    this.length = stays ? 0 : Math.hypot(this.to[0] - this.from[0], this.to[1] - this.from[1]); // the driven length
     /** @type {Trapezoid|null} The speed profile of the stretch that this motion is a part of. */
     this.profile = said.profile ? new Trapezoid(said.profile[0], said.profile[1], said.profile[2]) : null;
-    /** @type {Motion|null} */
     this._earlier = null;
     this._before = said.profile?.[3] ?? 0;
     this._offset = this.profile ? this.profile.time(this._before) : 0;
@@ -110,16 +100,9 @@ export class Motion {
   poseAt(time, out = [0, 0, 0]) {
     const { from, to } = this;
     const elapsed = time - this.began;
-    if (elapsed >= this.duration) {
-      out[0] = to[0];
-      out[1] = to[1];
-      out[2] = to[2];
-      return out;
-    }
-    out[0] = from[0];
-    out[1] = from[1];
-    out[2] = from[2];
-    if (elapsed <= 0) return out;
+    const ended = elapsed >= this.duration;
+    [out[0], out[1], out[2]] = ended ? to : from;
+    if (ended || elapsed <= 0) return out;
     if (this.turns || this.ride) {
       out[2] += (this.turned * elapsed) / this.duration;
     } else if (this.length > 0) {
@@ -134,11 +117,7 @@ export class Motion {
 const SAME_PLACE = 1e-6;
 const NONE = Object.freeze([]);
 
-/**
- * The path ahead of a robot; immutable.
- *
- * @typedef {Point} Point
- */
+/** The path ahead of a robot; immutable. */
 export class Path {
   /**
    * @param {readonly number[]} lengths The length from each point to the last.
@@ -150,7 +129,6 @@ export class Path {
     this._lengths = lengths;
     this._next = next;
     this._rides = rides;
-    /** @type {readonly Point[]|null} */
     this._ahead = next ? null : points;
   }
 
@@ -206,6 +184,11 @@ export class Path {
 
 /** The path of a robot at rest. */
 export const NO_PATH = new Path(NONE, NONE, 0, false);
+
+/** Return the point halfway between two points. @returns {Point} */
+export function middle([ax, ay], [bx, by]) {
+  return [(ax + bx) / 2, (ay + by) / 2];
+}
 
 /** Return whether two points are the same. */
 export function samePlace(a, b) {

@@ -27,59 +27,34 @@ export class Robot {
   constructor(name, type = '') {
     this.name = name;
     this.type = type;
-    /** @type {number} The radius of the footprint; 0 for none. */
-    this.radius = 0;
+    this.radius = 0; // the radius of the footprint; 0 for none
     this.flies = false;
-    /** @type {number|null} The current speed limit. */
-    this.speed = null;
-    /** @type {boolean} Whether messages from it arrive. */
-    this.connected = true;
-    /** @type {Motion|null} The current or latest motion; null after a stop, and while it waits. */
-    this.motion = null;
-    /** @type {boolean} Whether it is blocked on its path. */
-    this.waits = false;
-    /** @type {readonly string[]} The robots for which it waits. */
-    this.waitsFor = NONE;
-    /** @type {string} The other reason for waiting, such as a door; or "". */
-    this.waitsWhy = '';
-    /** @type {number|null} The time since which it waits. */
-    this.waitsSince = null;
-    /** @type {{dock: string, position: number, goal?: string}|null} Its place in a dock's queue, and the goal. */
-    this.queue = null;
-    /** @type {string|null} The robot that it has let pass and still waits for. */
-    this.aside = null;
+    this.speed = null; // the current speed limit
+    this.connected = true; // whether messages from it arrive
+    this.motion = null; // the current or latest motion; null after a stop, and while it waits
+    this.waits = false; // whether it is blocked on its path
+    this.waitsFor = NONE; // the robots for which it waits
+    this.waitsWhy = ''; // the other reason for waiting, such as a door; or ""
+    this.waitsSince = null; // the time since which it waits
+    this.queue = null; // its place in a dock's queue, and the goal
+    this.aside = null; // the robot that it has let pass and still waits for
     this._makesRoom = false;
-    /** @type {string|null} The dock where it is docked. */
-    this.dock = null;
-    /** @type {readonly string[]} The items that it carries. */
-    this.holds = NONE;
-    /** @type {Readonly<Record<string, string>>} The reasons for which it is disabled, by cause. */
-    this.ailments = WELL;
-    /** @type {Battery|null} */
+    this.dock = null; // the dock where it is docked
+    this.holds = NONE; // the items that it carries
+    this.ailments = WELL; // the reasons for which it is disabled, by cause
     this.battery = null;
     /** @type {''|'low'|'critical'|'empty'} The battery level last reported. */
     this.batteryLevel = '';
-    /** @type {readonly Sensor[]} */
     this.sensors = NONE;
-    /** @type {readonly Detection[]} The latest detections. */
-    this.detections = NONE;
-    /** @type {readonly import('./goals.js').Goal[]} Its active goals, in order of acceptance. */
-    this.goals = NONE;
-    /** @type {{orders: number, done: number, state: string, error: string}|null} The result of its script. */
-    this.script = null;
-    /** @type {readonly string[]} Names of its actions, by `_world/info`. */
-    this.actions = NONE;
-    /** @type {readonly string[]} Names of its components, by `_world/info`. */
-    this.components = NONE;
-    /** @type {string} The planner of its paths: `graph` or `external`. */
-    this.planner = 'graph';
-    /** @type {Motion} The current motion or standstill, linked to earlier ones. */
-    this._track = NOWHERE;
-    /** @type {readonly Motion[]} The planned next motions. */
-    this._coming = NONE;
-    /** @type {Path} */
+    this.detections = NONE; // the latest detections
+    this.goals = NONE; // its active goals, in order of acceptance
+    this.script = null; // the result of its script
+    this.actions = NONE; // names of its actions, by `_world/info`
+    this.components = NONE; // names of its components, by `_world/info`
+    this.planner = 'graph'; // the planner of its paths: `graph` or `external`
+    this._track = NOWHERE; // the current motion or standstill, linked to earlier ones
+    this._coming = NONE; // the planned next motions
     this._path = NO_PATH;
-    /** @type {Tail<[number, number, number]>} */
     this._driven = new Tail(DRIVEN);
   }
 
@@ -225,7 +200,6 @@ export class Robot {
     this._makesRoom = true;
   }
 
-  /** Stop waiting. */
   goOn() {
     this.waits = false;
     this._settled();
@@ -288,6 +262,13 @@ export class Robot {
     const last = this._driven.last;
     if (last === undefined || last[0] !== x || last[1] !== y) this._driven.push([x, y, time]);
   }
+}
+
+/** Return how many robots are in each state at a time. @returns {Record<string, number>} */
+export function countStates(robots, time) {
+  const counts = Object.fromEntries(STATES.map((state) => [state, 0]));
+  for (const robot of robots.values()) counts[robot.stateAt(time)] += 1;
+  return counts;
 }
 
 const scratch = [0, 0, 0];

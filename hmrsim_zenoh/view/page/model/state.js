@@ -24,40 +24,24 @@ export class State extends EventTarget {
   constructor() {
     super();
     this.world = new World();
-    /** @type {{actions: Record<string, object>, faults: Record<string, object>}} JSON Schemas of the forms. */
-    this.forms = { actions: {}, faults: {} };
-    /** @type {Record<string, {text: string, severity: string, subject: string[], group: string}>} Templates of events. */
-    this.texts = {};
-    /** @type {object|null} `_world/info`. */
-    this.info = null;
-    /** @type {number} The time of the latest event, in simulated seconds. */
-    this.time = 0;
-    /** @type {Map<string, Robot>} */
+    this.forms = { actions: {}, faults: {} }; // JSON Schemas of the forms
+    this.texts = {}; // templates of events
+    this.info = null; // `_world/info`
+    this.time = 0; // the time of the latest event, in simulated seconds
     this.robots = new Map();
-    /** @type {Map<string, Item>} */
     this.items = new Map();
-    /** @type {Map<string, import('./fixtures.js').Door>} */
     this.doors = new Map();
-    /** @type {Map<string, import('./fixtures.js').Lift>} */
     this.lifts = new Map();
-    /** @type {Map<string, import('./fixtures.js').Dock>} */
     this.docks = new Map();
-    /** @type {Map<string, string>} The reasons of closed lanes by `from|to`. */
-    this.closedLanes = new Map();
-    /** @type {Map<string, Fault>} The active faults. */
-    this.faults = new Map();
-    /** @type {readonly Deadlock[]} The deadlocks of which no robot has moved yet. */
-    this.deadlocks = [];
-    /** @type {Map<string, number>} The participants in lockstep, with the time of joining. */
-    this.participants = new Map();
-    /** @type {boolean} Whether an external planner is connected. */
-    this.plannerPresent = false;
-    /** @type {number|null} 0 stopped, 1 playing, 2 paused; null if unknown. */
-    this.simulationState = null;
+    this.closedLanes = new Map(); // the reasons of closed lanes by `from|to`
+    this.faults = new Map(); // the active faults
+    this.deadlocks = []; // the deadlocks of which no robot has moved yet
+    this.participants = new Map(); // the participants in lockstep, with the time of joining
+    this.plannerPresent = false; // whether an external planner is connected
+    this.simulationState = null; // 0 stopped, 1 playing, 2 paused; null if unknown
     this.goalList = new Goals();
     this.demand = new Demand();
-    /** @type {Map<string, object>} The latest message of each robot's behavior tree. */
-    this.trees = new Map();
+    this.trees = new Map(); // the latest message of each robot's behavior tree
     this.history = new History();
     this._events = new Tail(EVENTS);
     this._touched = new Set();
@@ -91,10 +75,7 @@ export class State extends EventTarget {
     };
   }
 
-  /**
-   * Restore a snapshot. Robots that still exist stay the same objects.
-   * @param {object} saved A result of `snapshot`.
-   */
+  /** Restore a snapshot. Robots that still exist stay the same objects. @param {object} saved A result of `snapshot`. */
   restore(saved) {
     const sameWorld = this.world === saved.plain.world;
     Object.assign(this, saved.plain);
@@ -190,6 +171,11 @@ export class State extends EventTarget {
     this.touch('robots');
   }
 
+  /** Return the reason for which a lane is closed in either direction; undefined if it is open. */
+  closureOf({ key, from, to }) {
+    return this.closedLanes.get(key) ?? this.closedLanes.get(`${to}|${from}`);
+  }
+
   /** @param {string|null} why Null to open it. */
   closeLane(lane, why) {
     if (!Array.isArray(lane)) return;
@@ -251,7 +237,7 @@ export class State extends EventTarget {
     for (const robot of this.robots.values()) robot.forgetDriven();
   }
 
-    _begin(robot, time, at, yaw) {
+  _begin(robot, time, at, yaw) {
     robot.put(time, at[0], at[1], yaw);
     robot.setAilments({});
     robot.connected = true;

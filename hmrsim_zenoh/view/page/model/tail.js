@@ -10,7 +10,6 @@ export class Tail {
   /** @param {number} most The number of kept items; temporarily up to half as many more. */
   constructor(most) {
     this._most = most;
-    /** @type {T[]} */
     this._kept = [];
     this._length = 0;
   }

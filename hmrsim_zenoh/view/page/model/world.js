@@ -41,39 +41,27 @@ export class World {
     this.name = all.name;
     /** @type {'m'|'px'} In pixels y points down. */
     this.units = all.units;
-    /** @type {[number, number, number, number]|null} Least x and y, greatest x and y of the bounds. */
-    this.bounds = all.bounds;
-    /** @type {Wall[]} */
+    this.bounds = all.bounds; // least x and y, greatest x and y of the bounds
     this.walls = all.walls;
-    /** @type {Map<string, Waypoint>} */
     this.waypoints = byName(all.waypoints);
-    /** @type {Map<string, Place>} */
     this.places = byName(all.places);
-    /** @type {Map<string, DockSpec>} */
     this.docks = byName(all.docks);
-    /** @type {Map<string, LiftSpec>} */
     this.lifts = byName(all.lifts);
-    /** @type {Map<string, ItemSpec>} */
     this.items = byName(all.items);
-    /** @type {Map<string, RobotStart>} */
     this.robots = byName(all.robots);
-    /** @type {string[]} The names of the sources of orders. */
-    this.demand = all.demand;
+    this.demand = all.demand; // the names of the sources of orders
     /** @type {Lane[]} */
     this.lanes = all.lanes.map((lane) => {
       const [a, b] = [this.waypoints.get(lane.from).at, this.waypoints.get(lane.to).at];
       return { ...lane, key: `${lane.from}|${lane.to}`, a, b };
     });
-    /** @type {Map<string, Lane>} By `from|to`. */
-    this.lanesByKey = new Map(this.lanes.map((lane) => [lane.key, lane]));
+    this.lanesByKey = new Map(this.lanes.map((lane) => [lane.key, lane])); // by `from|to`
     /** @type {Map<string, DoorSpec>} */
     this.doors = byName(all.doors.map((door) => {
       return { ...door, lanes: door.lanes.map((ends) => this.lanesByKey.get(ends.join('|'))) };
     }));
-    /** @type {Map<string, RobotType>} In the order of their colors. */
-    this.types = byName(all.robot_types.map((type, index) => ({ ...type, index })));
-    /** @type {[number, number, number, number]} The extent of all objects, with the bounds. */
-    this.extent = this._extent();
+    this.types = byName(all.robot_types.map((type, index) => ({ ...type, index }))); // in the order of their colors
+    this.extent = this._extent(); // the extent of all objects, with the bounds
     this._named = new Map();
     for (const things of [this.waypoints, this.docks, this.places]) {
       for (const { name, at } of things.values()) this._named.set(spot(at), name);

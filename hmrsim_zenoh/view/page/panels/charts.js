@@ -1,6 +1,6 @@
 // Robots by state and their batteries over time, drawn by uPlot.
 
-import { STATES } from '../model/robot.js';
+import { STATES, countStates } from '../model/robot.js';
 import { el, mark, say, sign } from './dom.js';
 import { clockWords, shareWords } from './phrases.js';
 import uPlot from '../vendor/uplot/uPlot.esm.js';
@@ -24,8 +24,7 @@ export class ChartsPanel {
     this.element = el('div', { class: 'panel-body scroll charts' },
       el('h3', { text: 'Robots by state' }), this.states, this.legend,
       el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines);
-    /** The plots and their parameters by element. @type {Map<HTMLElement, {plot: uPlot, made: string}>} */
-    this.plots = new Map();
+    this.plots = new Map(); // the plots and their parameters by element
   }
 
   render() {
@@ -36,8 +35,7 @@ export class ChartsPanel {
 
   #drawStates(now) {
     const { history, robots } = this.app.model;
-    const current = Object.fromEntries(STATES.map((state) => [state, 0]));
-    for (const robot of robots.values()) current[robot.stateAt(now)] += 1;
+    const current = countStates(robots, now);
     for (const [state, count] of this.counts) say(count, String(current[state]));
     mark(this.states, 'aria-label', `Robots by state over time; now ${STATES.map((state) => `${state} ${current[state]}`).join(', ')}`);
     const { t, counts } = history;

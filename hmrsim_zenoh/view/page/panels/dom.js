@@ -118,11 +118,6 @@ export function sign(group, word) {
 
 const SPARE = 4; // rows above and below the visible ones
 
-/** Return a field that filters a list. */
-export function filterField(list, placeholder, oninput) {
-  return el('input', { type: 'search', class: 'field', placeholder, 'aria-label': `Filter ${list}`, oninput });
-}
-
 /** Return a value that the browser remembers for this page; null if there is none, undefined if storage is disabled. */
 export function recall(key) {
   try {
@@ -142,10 +137,20 @@ export function remember(key, value) {
 }
 
 /** Show a button that plays or pauses, with the tooltip of its action. */
-export function showPlayButton(element, playing, label) {
+export function showPlayButton(element, playing, label, hint = ' (space)') {
   element.replaceChildren(icon(playing ? 'pause' : 'play'));
   mark(element, 'aria-label', label);
-  mark(element, 'title', `${label} (space)`);
+  mark(element, 'title', `${label}${hint}`);
+}
+
+/** Return a choice of speeds. */
+export function speedField(onchange) {
+  return el('select', { class: 'field speed', 'aria-label': 'Speed', onchange });
+}
+
+/** Return the option of a speed. */
+export function speedOption(factor) {
+  return el('option', { value: factor, text: `× ${factor}` });
 }
 
 /** A list of any length of which only visible rows exist. @template T */
@@ -155,8 +160,7 @@ export class Rows {
    * @param {() => HTMLElement & {fill: (item: T) => void}} options.make Returns a new row, which is filled repeatedly.
    */
   constructor({ label, height, make, role = 'list' }) {
-    /** Shown instead of the rows if there are none. */
-    this.empty = el('p', { class: 'empty' });
+    this.empty = el('p', { class: 'empty' }); // shown instead of the rows if there are none
     this.height = height;
     this.make = make;
     this.rowRole = role === 'table' ? 'row' : 'listitem';
@@ -166,7 +170,6 @@ export class Rows {
     this.top = this.seen = 0;
     this.element.addEventListener('scroll', () => this.#moved(), { passive: true });
     new ResizeObserver(() => this.#moved()).observe(this.element);
-    /** @type {T[]} */
     this.items = [];
     this.pool = [];
   }
@@ -213,6 +216,45 @@ export class Rows {
       if (this.rowRole === 'row') mark(row, 'aria-rowindex', String(index + 1));
       row.fill(this.items[index]);
     });
+  }
+}
+
+/** A list of terms and values, which is rendered again only if it has changed. */
+export class Facts {
+  element = el('dl', { class: 'facts' });
+
+  show(facts) {
+    const said = JSON.stringify(facts);
+    if (said === this.said) return;
+    this.said = said;
+    this.element.replaceChildren(...facts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
+  }
+}
+
+/** A panel with a list, and tools above it such as a filter. */
+export class ListPanel {
+  constructor(app, title, filter, rows) {
+    Object.assign(this, { app, title });
+    const changed = () => this.changed();
+    this.filter = el('input', {
+      type: 'search', class: 'field', placeholder: filter, 'aria-label': `Filter ${title.toLowerCase()}`, oninput: changed,
+    });
+    this.rows = new Rows({ label: title, make: () => this.row(), ...rows });
+  }
+
+  /** Put the tools above the list. */
+  place(...tools) {
+    this.element = el('div', { class: 'panel-body' }, ...tools, this.rows.empty, this.rows.element);
+  }
+
+  /** Show the list after a change of a tool. */
+  changed() {
+    this.render();
+  }
+
+  /** Return the text to search for, in lower case. */
+  get text() {
+    return this.filter.value.trim().toLowerCase();
   }
 }
 

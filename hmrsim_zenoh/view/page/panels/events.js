@@ -1,46 +1,33 @@
 // The log of events, newest first.
 
 import { describe } from '../model/texts.js';
-import { Rows, button, el, filterField, icon, mark, say, sign } from './dom.js';
+import { ListPanel, button, el, mark, say, showPlayButton, sign } from './dom.js';
 import { clockWords, inWords } from './phrases.js';
 
-const ROW = 32;
 const ALL = 'All kinds';
 const BAD = 'Warnings and errors';
 
-export class EventsPanel {
+export class EventsPanel extends ListPanel {
   constructor(app) {
-    this.app = app;
-    this.title = 'Events';
-    /** @type {object[]|null} The events at the time of pausing. */
-    this.held = null;
-    /** The description of each event, with the text to search. */
-    this.descriptions = new WeakMap();
-    const again = () => this.render();
-    this.filter = filterField('events', 'Robot, door, place, words', again);
-    this.kind = el('select', { class: 'field', 'aria-label': 'Kind of events', onchange: again });
+    super(app, 'Events', 'Robot, door, place, words', { height: 32 });
+    this.held = null; // the events at the time of pausing
+    this.descriptions = new WeakMap(); // the description of each event, with the text to search
+    this.kind = el('select', { class: 'field', 'aria-label': 'Kind of events', onchange: () => this.changed() });
     app.model.addEventListener('world', () => this.#groups());
     this.#groups();
     this.hold = button('pause', 'Pause the list', () => this.#toggle(), { class: 'quiet' });
-    this.rows = new Rows({ label: 'Events', height: ROW, make: () => this.#row() });
-    this.element = el('div', { class: 'panel-body' },
-      el('div', { class: 'tools line' }, this.filter, this.kind, this.hold), this.rows.empty, this.rows.element);
+    this.place(el('div', { class: 'tools line' }, this.filter, this.kind, this.hold));
   }
 
   #toggle() {
     this.held = this.held ? null : this.app.model.events.slice();
-    const label = this.held ? 'Resume the list' : 'Pause the list';
-    this.hold.replaceChildren(icon(this.held ? 'play' : 'pause'));
-    mark(this.hold, 'aria-label', label);
-    mark(this.hold, 'title', label);
+    showPlayButton(this.hold, !this.held, this.held ? 'Resume the list' : 'Pause the list', '');
     mark(this.hold, 'aria-pressed', String(this.held !== null));
     this.render();
   }
 
   render() {
-    const { model } = this.app;
-    const text = this.filter.value.trim().toLowerCase();
-    const kind = this.kind.value;
+    const { app: { model }, kind: { value: kind }, text } = this;
     const shown = [];
     const all = this.held ?? model.events;
     for (let i = all.length - 1; i >= 0; i -= 1) {
@@ -70,7 +57,7 @@ export class EventsPanel {
     return description;
   }
 
-  #row() {
+  row() {
     const parts = {
       time: el('span', { class: 'when' }),
       shape: sign('level', ''),

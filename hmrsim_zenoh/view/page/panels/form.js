@@ -16,7 +16,6 @@ const PLACES = 'form-places';
  * @property {() => boolean} wrong
  */
 
-/** Return a field. */
 export function makeField({ schema, path, required }, app, asked) {
   const id = `field-${path.join('-')}`;
   const kind = KINDS.find(({ takes }) => takes(schema));

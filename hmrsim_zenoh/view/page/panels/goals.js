@@ -2,10 +2,9 @@
 
 import { isActive } from '../model/goals.js';
 import { feedbackWords, goalWords } from '../model/texts.js';
-import { Rows, button, el, filterField, mark, say, sign } from './dom.js';
+import { ListPanel, button, el, mark, say, sign } from './dom.js';
 import { STATUS_WORDS, actionWords, lastingWords, lengthWords } from './phrases.js';
 
-const ROW = 58;
 const SHOWN = {
   all: () => true,
   active: (goal) => isActive(goal.status),
@@ -14,20 +13,15 @@ const SHOWN = {
   failed: (goal) => goal.status === 6,
 };
 
-export class GoalsPanel {
+export class GoalsPanel extends ListPanel {
   constructor(app) {
-    this.app = app;
-    this.title = 'Goals';
-    this.filter = filterField('goals', 'Robot, action, place, error', () => this.render());
+    super(app, 'Goals', 'Robot, action, place, error', { height: 58, role: 'table' });
     this.chips = new Map();
     this.shown = 'all';
-    /** The text to search for each goal. */
-    this.lines = new WeakMap();
+    this.lines = new WeakMap(); // the text to search for each goal
     const chips = el('div', { class: 'chips', role: 'group', 'aria-label': 'Which goals' });
     for (const word of Object.keys(SHOWN)) chips.append(this.#chip(word));
-    this.rows = new Rows({ label: 'Goals', height: ROW, role: 'table', make: () => this.#row() });
-    this.element = el('div', { class: 'panel-body' },
-      el('div', { class: 'tools' }, this.filter, chips), this.rows.empty, this.rows.element);
+    this.place(el('div', { class: 'tools' }, this.filter, chips));
   }
 
   #chip(word) {
@@ -45,7 +39,7 @@ export class GoalsPanel {
 
   render() {
     const all = [...this.app.model.goals.values()].reverse();
-    const text = this.filter.value.trim().toLowerCase();
+    const { text } = this;
     const asked = text ? all.filter((goal) => this.#line(goal).includes(text)) : all;
     for (const [word, { chip, count }] of this.chips) {
       const number = word === 'all' ? asked.length : asked.filter(SHOWN[word]).length;
@@ -70,7 +64,7 @@ export class GoalsPanel {
     return line;
   }
 
-  #row() {
+  row() {
     const parts = {
       shape: sign('status', ''),
       robot: el('b', { class: 'name' }),

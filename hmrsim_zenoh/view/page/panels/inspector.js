@@ -1,7 +1,7 @@
 // The selected robot: its state and the reason, its goal and equipment, and buttons for requests.
 
 import { goalWords } from '../model/texts.js';
-import { TypeSign, button, el, mark, say, sign } from './dom.js';
+import { Facts, TypeSign, button, el, mark, say, sign } from './dom.js';
 import { actionWords, blockerWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
 
 export class Inspector {
@@ -17,14 +17,14 @@ export class Inspector {
     this.meter = el('div', { class: 'meter', role: 'meter', 'aria-label': 'Battery', 'aria-valuemin': 0, 'aria-valuemax': 100 }, el('i'));
     this.charge = el('b');
     this.battery = el('div', { class: 'battery' }, el('span', { text: 'Battery' }), this.meter, this.charge);
-    this.facts = el('dl', { class: 'facts' });
+    this.facts = new Facts();
     this.buttons = el('div', { class: 'actions' });
     this.#makeButtons();
     this.element = el('section', { class: 'card inspector', 'aria-label': 'Selected robot', hidden: true },
       el('header', {}, this.dot.element, el('div', {}, this.name, this.type),
         button('close', 'Close', () => app.select(null), { key: 'esc', class: 'quiet' })),
       el('p', { class: 'state-line', role: 'status' }, this.shape, this.state, this.why),
-      this.goal, this.battery, this.buttons, this.facts);
+      this.goal, this.battery, this.buttons, this.facts.element);
   }
 
   #makeButtons() {
@@ -100,7 +100,7 @@ export class Inspector {
     const faults = [...model.faults.values()].filter((fault) => fault.robot === robot.name);
     const waiting = [...model.robots.values()].filter((other) => other.waitsFor.includes(robot.name));
     const behind = robot.goals.filter((goal) => goal !== robot.goal);
-    const facts = [
+    this.facts.show([
       ['Position', `${x.toFixed(1)}, ${y.toFixed(1)} · ${Math.round((yaw * 180) / Math.PI)}°`],
       ['Dock', robot.dock],
       ['Carries', robot.holds.join(', ')],
@@ -111,10 +111,6 @@ export class Inspector {
       ['Components', robot.components.map(actionWords).join(', ')],
       ['Planner', robot.planner === 'external' ? 'external planner' : ''],
       ['Detections', robot.detections.map(({ id }) => id).join(', ')],
-    ].filter(([, value]) => value);
-    const said = JSON.stringify(facts);
-    if (said === this.said) return;
-    this.said = said;
-    this.facts.replaceChildren(...facts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
+    ].filter(([, value]) => value));
   }
 }

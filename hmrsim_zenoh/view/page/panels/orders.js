@@ -1,26 +1,22 @@
 // The orders of the world's demand: open ones, most urgent first, and the latest ended ones.
 
 import { asItemIs } from '../model/demand.js';
-import { Rows, el, filterField, mark, say, sign } from './dom.js';
+import { ListPanel, el, mark, say, sign } from './dom.js';
 import { clockWords, lastingWords } from './phrases.js';
 
-const ROW = 58;
 const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
 /** The goal's sign for each state of an order. */
 const SIGNS = { waiting: 'accepted', carried: 'executing', delivered: 'succeeded', lost: 'aborted' };
 /** The heading of ended orders in the list. */
 const ENDED = { heading: 'Ended' };
 
-export class OrdersPanel {
+export class OrdersPanel extends ListPanel {
   constructor(app) {
-    this.app = app;
-    this.title = 'Orders';
-    this.filter = filterField('orders', 'Item, place, robot, state', () => this.render());
+    super(app, 'Orders', 'Item, place, robot, state', { height: 58, role: 'table' });
     this.totals = new Map(TOTALS.map((word) => [word, el('dd', { text: '0' })]));
     const totals = [...this.totals].map(([word, number]) => el('div', {}, el('dt', { text: word }), number));
     this.tools = el('div', { class: 'tools' }, el('dl', { class: 'totals', 'aria-label': 'Totals' }, ...totals), this.filter);
-    this.rows = new Rows({ label: 'Orders', height: ROW, role: 'table', make: () => this.#row() });
-    this.element = el('div', { class: 'panel-body' }, this.tools, this.rows.empty, this.rows.element);
+    this.place(this.tools);
   }
 
   /** @param {boolean} seen Whether the panel is open; only then are orders requested. */
@@ -49,7 +45,7 @@ export class OrdersPanel {
   }
 
   #matching(orders) {
-    const text = this.filter.value.trim().toLowerCase();
+    const { text } = this;
     return orders.filter((order) => !text || this.#line(order).includes(text));
   }
 
@@ -58,7 +54,7 @@ export class OrdersPanel {
     return `${name} ${item} ${from} ${to} ${state} ${robot} ${late ? 'late' : ''}`.toLowerCase();
   }
 
-  #row() {
+  row() {
     const parts = {
       shape: sign('status', ''),
       item: el('b', { class: 'name' }),

@@ -5,10 +5,7 @@ import { goalWords } from '../model/texts.js';
 /** The word for each status of a goal, by number. */
 export const STATUS_WORDS = ['unknown', 'accepted', 'executing', 'canceling', 'succeeded', 'canceled', 'aborted'];
 
-/**
- * Return simulated seconds as 1:02:03.4, without hours if there are none.
- * @param {number} [digits] Digits after the point.
- */
+/** Return simulated seconds as 1:02:03.4, without hours if there are none. @param {number} [digits] Digits after the point. */
 export function clockWords(seconds, digits = 0) {
   const unit = 10 ** digits;
   const whole = Math.floor(Math.max(0, seconds) * unit + 1e-6) / unit;

@@ -1,10 +1,9 @@
 // The list of robots: state, battery and goal of each; a click follows one.
 
 import { STATES } from '../model/robot.js';
-import { Rows, TypeSign, el, filterField, mark, say, sign } from './dom.js';
+import { ListPanel, TypeSign, el, mark, say, sign } from './dom.js';
 import { shareWords, taskWords, whyWords } from './phrases.js';
 
-const ROW = 46;
 const AGAIN = 1000; // ms after which many robots are sorted again
 const MANY = 200;
 
@@ -17,16 +16,12 @@ const ORDERS = {
 };
 const byName = new Intl.Collator(undefined, { numeric: true }).compare;
 
-export class RobotsPanel {
+export class RobotsPanel extends ListPanel {
   constructor(app) {
-    this.app = app;
-    this.title = 'Robots';
-    const again = () => this.#arrange();
-    this.filter = filterField('robots', 'Name, type, state, goal', again);
-    this.order = el('select', { class: 'field', 'aria-label': 'Sort robots by', onchange: again },
+    super(app, 'Robots', 'Name, type, state, goal', { height: 46 });
+    this.order = el('select', { class: 'field', 'aria-label': 'Sort robots by', onchange: () => this.changed() },
       ...Object.keys(ORDERS).map((name) => el('option', { text: name })));
-    this.rows = new Rows({ label: 'Robots', height: ROW, make: () => this.#row() });
-    this.element = el('div', { class: 'panel-body' }, el('div', { class: 'tools line' }, this.filter, this.order), this.rows.empty, this.rows.element);
+    this.place(el('div', { class: 'tools line' }, this.filter, this.order));
     this.arranged = -Infinity;
     this.shown = [];
   }
@@ -34,15 +29,15 @@ export class RobotsPanel {
   render() {
     const { robots } = this.app.model;
     const wait = robots.size > MANY ? AGAIN : 0;
-    if (performance.now() - this.arranged >= wait || robots.size !== this.known) this.#arrange();
+    if (performance.now() - this.arranged >= wait || robots.size !== this.known) this.changed();
     else this.rows.show(this.shown);
   }
 
   /** Filter and sort the robots. */
-  #arrange() {
+  changed() {
     const now = this.app.now();
     const { robots } = this.app.model;
-    const text = this.filter.value.trim().toLowerCase();
+    const { text } = this;
     const key = ORDERS[this.order.value];
     const found = [];
     for (const robot of robots.values()) if (!text || this.#line(robot, now).includes(text)) found.push([key(robot, now), robot]);
@@ -62,7 +57,7 @@ export class RobotsPanel {
     return goal ? taskWords(goal, this.app.model.world) : '';
   }
 
-  #row() {
+  row() {
     const { app } = this;
     const type = new TypeSign(app);
     const state = sign('state', '');

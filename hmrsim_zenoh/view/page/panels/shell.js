@@ -1,6 +1,6 @@
 // The frame of the page: summary, side panel, legend and theme.
 
-import { STATES } from '../model/robot.js';
+import { STATES, countStates } from '../model/robot.js';
 import { TypeSign, button, el, icon, mark, recall, remember, say, sign } from './dom.js';
 
 export class Summary {
@@ -23,14 +23,8 @@ export class Summary {
     const name = playback?.name ? `${model.world.name} · ${playback.name}` : model.world.name;
     say(this.world, name);
     if (document.title !== `${name} · hmrsim`) document.title = `${name} · hmrsim`;
-    const now = this.app.now();
-    const counts = new Map();
-    for (const robot of model.robots.values()) {
-      const state = robot.stateAt(now);
-      counts.set(state, (counts.get(state) ?? 0) + 1);
-    }
-    for (const [state, { count, item }] of this.counts) {
-      const number = counts.get(state) ?? 0;
+    for (const [state, number] of Object.entries(countStates(model.robots, this.app.now()))) {
+      const { count, item } = this.counts.get(state);
       say(count, String(number));
       item.hidden = number === 0;
       mark(item, 'title', `${number} ${state}`);
@@ -42,7 +36,6 @@ export class Side {
   constructor(app, panels) {
     this.app = app;
     this.panels = panels;
-    /** @type {string|null} */
     this.open = null;
     this.title = el('h2', { id: 'side-title' });
     this.body = el('div', { class: 'side-body' });

@@ -1,6 +1,6 @@
 // The time bars: of a live simulation with pause, step and speed, and of a recording with a scrubber and marks.
 
-import { button, el, mark, say, showPlayButton } from './dom.js';
+import { button, el, mark, say, showPlayButton, speedField, speedOption } from './dom.js';
 import { clockWords } from './phrases.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
@@ -16,7 +16,7 @@ export class TimeBar {
     this.step = button('step', 'Step', () => this.stepOnce(), { key: '.', class: 'round' });
     this.time = el('output', { class: 'time', 'aria-label': 'Simulated time', 'aria-live': 'off' });
     this.achieved = el('span', { class: 'achieved' });
-    this.speed = el('select', { class: 'field speed', 'aria-label': 'Speed', onchange: () => this.#choose() });
+    this.speed = speedField(() => this.#choose());
     this.#options(SPEEDS);
     this.element.append(this.play, this.step, el('div', { class: 'time-words' }, this.time, this.achieved), this.speed);
     app.live.addEventListener('time', () => this.render());
@@ -40,8 +40,7 @@ export class TimeBar {
   }
 
   #options(factors) {
-    const options = factors.map((factor) => el('option', { value: factor, text: `× ${factor}` }));
-    this.speed.replaceChildren(...options, el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
+    this.speed.replaceChildren(...factors.map(speedOption), el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
   }
 
   render() {
@@ -117,9 +116,8 @@ export class Player {
       type: 'range', class: 'scrubber', min: 0, max: PARTS, step: 1, value: 0, 'aria-label': 'Time in the recording',
       oninput: () => playback.seek(playback.begin + (this.range.value / PARTS) * this.length),
     });
-    const speed = el('select', {
-      class: 'field speed', 'aria-label': 'Speed', onchange: () => (playback.speed = Number(speed.value)),
-    }, ...PLAYBACK_SPEEDS.map((each) => el('option', { value: each, text: `× ${each}` })));
+    const speed = speedField(() => (playback.speed = Number(speed.value)));
+    speed.append(...PLAYBACK_SPEEDS.map(speedOption));
     speed.value = String(playback.speed);
     this.element = el('div', { class: 'time-bar recording', role: 'toolbar', 'aria-label': 'Recording' },
       previous, this.play, next, el('div', { class: 'time-words' }, this.time, this.whole),

@@ -1,6 +1,6 @@
 // Behavior trees that controllers publish on `_tree`: one collapsible tree per robot.
 
-import { el, icon, mark, say, sign } from './dom.js';
+import { Facts, el, icon, mark, say, sign } from './dom.js';
 import { clockWords } from './phrases.js';
 
 /** The words for a node's outcomes. */
@@ -62,8 +62,8 @@ class TreeView {
     this.tick = el('span', { class: 'long' });
     const find = el('button', { type: 'button', class: 'link', text: robot, onclick: () => app.select(robot, { center: true }) });
     this.tree = el('div', { role: 'tree', 'aria-label': `Behavior tree of ${robot}`, class: 'tree' });
-    this.board = el('dl', { class: 'facts' });
-    this.boardBox = el('details', { class: 'board' }, el('summary', { text: 'Blackboard' }), this.board);
+    this.board = new Facts();
+    this.boardBox = el('details', { class: 'board' }, el('summary', { text: 'Blackboard' }), this.board.element);
     this.element = el('details', { class: 'card', open },
       el('summary', {}, icon('right'), this.shape, find, this.tick), this.tree, this.boardBox);
     this.folded = new Set();
@@ -169,10 +169,6 @@ class TreeView {
     const all = Object.entries(blackboard ?? {});
     this.boardBox.hidden = all.length === 0;
     if (!this.boardBox.open) return;
-    const texts = all.map(([key, value]) => [key, typeof value === 'string' ? value : JSON.stringify(value)]);
-    const said = JSON.stringify(texts);
-    if (said === this.said) return;
-    this.said = said;
-    this.board.replaceChildren(...texts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
+    this.board.show(all.map(([key, value]) => [key, typeof value === 'string' ? value : JSON.stringify(value)]));
   }
 }

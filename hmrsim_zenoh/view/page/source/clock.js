@@ -19,16 +19,13 @@ const STALE = 500; // ms in which messages from before a reset may still arrive
 const JUMP = 1.0; // wall seconds of error from which the clock jumps
 
 export class SimClock {
-  /** Simulated seconds per wall second; 0 if time advances in bursts. */
-  factor = 0;
+  factor = 0; // simulated seconds per wall second; 0 if time advances in bursts
   paused = false;
-  /** The latest received simulated time; null before the first. @type {number | null} */
-  received = null;
+  received = null; // the latest received simulated time; null before the first
 
   #shown = 0; // the result of `now` at #at
   #at = 0;
-  /** [wall, simulated - wall * factor] of received times, greatest first. @type {[number, number][]} */
-  #offsets = [];
+  #offsets = []; // [wall, simulated - wall * factor] of received times, greatest first
   /** The time since which only earlier times are received. @type {number | null} */ #backSince = null;
   #receivedAt = 0; // when the latest time was received
   #from = 0; // the start of a glide

@@ -30,18 +30,14 @@ export class RequestError extends Error {
 export class Connection extends EventTarget {
   /** @type {WebSocket | null} */ #socket = null;
   /** @type {Map<number, Subscription>} */ #subscriptions = new Map();
-  /** @type {Map<number, {resolve: (replies: [string, any][]) => void, reject: (error: Error) => void}>} */
   #gets = new Map();
   #lastId = 0;
   #pause = FIRST_PAUSE;
   /** @type {ReturnType<typeof setTimeout> | undefined} */ #timer;
 
-  /** Whether the server is connected. */
-  connected = false;
-  /** Whether the simulator is alive. */
-  alive = false;
-  /** The server's first frame, with prefix and version. @type {Record<string, any>} */
-  hello = {};
+  connected = false; // whether the server is connected
+  alive = false; // whether the simulator is alive
+  hello = {}; // the server's first frame, with prefix and version
 
   /** @param {string} url The server's WebSocket. */
   constructor(url) {
@@ -56,7 +52,7 @@ export class Connection extends EventTarget {
    * Subscribe to a key expression below the prefix, also across reconnections.
    * @param {{latest?: boolean, every?: number, onLost?: () => void}} [options] `latest`: only the newest sample of each
    * key, at most every `every` seconds; `onLost`: the page was too slow, and samples were lost
-   *  void} what ends it=>@returns {() => void} Unsubscribes.=> void} what ends it
+   * @returns {() => void} Unsubscribes.
    */
   subscribe(key, onSample, { latest = false, every = 0.05, onLost } = {}) {
     const id = ++this.#lastId;

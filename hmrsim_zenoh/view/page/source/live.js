@@ -52,7 +52,6 @@ export class Live extends EventTarget {
 
   /** @type {'connecting' | 'live' | 'lost' | 'no server'} */
   state = 'connecting';
-  /** @type {TimeState | null} */
   timeState = null;
 
   /** @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened. */

@@ -35,28 +35,23 @@ export class Playback extends EventTarget {
     model.unreadable += recording.samples.length - this._samples.length;
     this._clock = clock;
     this.name = recording.name;
-    /** @type {boolean} Whether the recording's end is missing. */
-    this.truncated = recording.truncated;
+    this.truncated = recording.truncated; // whether the recording's end is missing
     const count = this._times.length;
     this.begin = count ? this._times[0] : 0;
     this.end = count ? this._times[count - 1] : 0;
     this.time = this.begin;
     this.playing = false;
-    /** @type {readonly Mark[]} The notable events, in order of time. */
-    this.marks = marksOf(this._samples, this._times);
+    this.marks = marksOf(this._samples, this._times); // the notable events, in order of time
     this._speed = 1;
     this._next = 0;
     this._offset = 0;
     this._wall = null;
     this._between = Math.max(MIN_BETWEEN, Math.ceil(count / MAX_KEYFRAMES));
     const start = { next: 0, offset: 0, saved: new Model().snapshot() };
-    /** @type {{next: number, offset: number, saved: object}[]} */
     this._keyframes = [start];
-    /** @type {boolean} Whether seeking is fast everywhere. */
-    this.ready = false;
+    this.ready = false; // whether seeking is fast everywhere
     this._restore(start);
     this._show();
-    /** @type {Promise<void>} */
     this.prepared = this._prepare();
   }
 
@@ -81,7 +76,6 @@ export class Playback extends EventTarget {
     this._schedule();
   }
 
-  /** Pause. */
   pause() {
     if (!this.playing) return;
     this.playing = false;

@@ -47,7 +47,6 @@ export async function fetchRecording(source, { address = '/recording', onProgres
 /** Splits text chunks into lines of samples; other lines are ignored. */
 export class Lines {
   constructor() {
-    /** @type {Sample[]} */
     this.samples = [];
     this._rest = '';
     this._decoder = new TextDecoder();

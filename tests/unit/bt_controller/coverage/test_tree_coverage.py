@@ -71,7 +71,7 @@ def test_json_is_read_as_it_was_written():
 @pytest.mark.parametrize("text", ["{", "[]", "[" * 100_000, b"\xff", '{"format": "other", "trees": {}}'])
 def test_other_texts_are_no_coverage(text):
     """The error says what was expected."""
-    with pytest.raises(CoverageError, match=r"no coverage of trees: .*; expected what --coverage"):
+    with pytest.raises(CoverageError, match=r"no coverage of trees: .*; expected a file written by --coverage"):
         TreeCoverage.from_json(text)
 
 

@@ -14,7 +14,7 @@ class FloorCleaned(Event, kind="floor_cleaned", severity="info", text="has clean
 
     robot: Annotated[str, Field(description="The robot's name.")]
     room: Annotated[str, Field(description="The room's name.")]
-    area: Annotated[float, Field(description="In square metres.")]
+    area: Annotated[float, Field(description="In square meters.")]
 
 
 class BrushWorn(Event, kind="brush_worn", severity="warning", text="has a worn brush"):

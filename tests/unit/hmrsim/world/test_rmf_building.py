@@ -152,7 +152,7 @@ def test_without_measurements_a_pixel_is_a_meter(hall):
     loaded = hall()
 
     assert (10.0, -10.0) == loaded.world.waypoints["b"]
-    assert "levels.L1: has no measurements, so that a pixel of its drawing counts as a metre" in str(loaded.warnings[0])
+    assert "levels.L1: has no measurements, so that a pixel of its drawing counts as a meter" in str(loaded.warnings[0])
 
 
 def test_meters_are_meters(hall):

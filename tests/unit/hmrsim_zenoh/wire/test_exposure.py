@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hmrsim_zenoh.wire.exposure import exposed
+from hmrsim_zenoh.wire.configuration import exposed
 from hmrsim_zenoh.wire.options import SessionOptions
 
 OPEN = ("tcp/0.0.0.0:7447", "udp/10.0.0.7:7447", "tcp/[::]:7447", "ws/sim.example.org:80")

@@ -6,8 +6,7 @@ import zenoh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim_zenoh.wire.keys import Keys, Verb
-from hmrsim_zenoh.wire.wildcards import servers_own
+from hmrsim_zenoh.wire.keys import Keys, Verb, servers_own
 
 CHUNKS = st.sampled_from(("hmrsim", "robot_1", "*", "**", "odom", "_action"))
 PATTERNS = st.lists(CHUNKS, min_size=1, max_size=6).map("/".join).map(zenoh.KeyExpr.autocanonize).map(str)
