@@ -1,4 +1,4 @@
-"""``hmrsim demo``: both processes."""
+"""``hmrsim demo``, with both of its processes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from hmrsim.cli import demo, main
 
 @pytest.fixture(scope="module")
 def told():
-    """Return the objects that a demo writes for programs, its exit code, and its log."""
+    """Return the JSON objects of a demo, its exit code and its log."""
     process = subprocess.run(
         [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "100", "--json", "--log-level", "info"],
         capture_output=True,
@@ -29,8 +29,7 @@ def told():
     return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr
 
 
-def test_demo(told):
-    """The whole fleet of eight does its work, and no goal fails; the sum is the last line."""
+def test_the_whole_fleet_succeeds_and_the_totals_come_last(told):
     lines, code, _ = told
     robots = lines[-1]["robots"]
 
@@ -42,7 +41,7 @@ def test_demo(told):
 
 
 def test_demo_prints_cause_before_effect(told):
-    """The lines of the tree and of the world about one robot are in order, and its times never go back."""
+    """The lines about one robot from the tree and from the world are ordered, and its times never decrease."""
     traffic = ("undocked ", "waits", "takes ", "moves ")
     said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
     lines = [line for line in said if not line["text"].startswith(traffic)]
@@ -62,15 +61,13 @@ def test_demo_prints_cause_before_effect(told):
     assert sorted(times) == times
 
 
-def test_demo_logs_what_its_processes_log(told):
-    """As much as was asked for."""
+def test_demo_passes_on_the_log_of_its_processes(told):
     log = told[2]
 
     assert re.search(r"^\[INFO\] .* \| simulator: \[INFO\] .* wall_e navigate_to_pose accepted", log, re.MULTILINE)
 
 
-def test_demo_for_people(capsys):
-    """Without a terminal the demo is lines of text, and a table at the end."""
+def test_demo_without_a_terminal_prints_lines_and_a_table(capsys):
     code = main(["demo", "--real-time-factor", "200"])
 
     out = capsys.readouterr().out
@@ -81,8 +78,7 @@ def test_demo_for_people(capsys):
     assert "the mission succeeded: " in out
 
 
-def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
-    """The simulator's message is printed."""
+def test_demo_prints_why_its_simulator_does_not_start(monkeypatch, capsys):
     monkeypatch.setattr(demo, "_WORLD", "nosuch")
     code = main(["demo"])
 
@@ -90,16 +86,14 @@ def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
     assert re.search(r"the simulator does not start; it says:\n.*nosuch: no such file", capsys.readouterr().err)
 
 
-def test_demo_whose_page_has_no_port(capsys):
-    """The error comes before anything begins."""
+def test_demo_reports_a_taken_port_of_the_page_at_once(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         code = main(["demo", "--view", str(taken.getsockname()[1])])
 
     assert (2, True) == (code, "is taken; name another with --view" in capsys.readouterr().err)
 
 
-def test_demo_whose_mission_fails(monkeypatch, capsys):
-    """The demo exits with 1 and prints the controller's output, which has the error."""
+def test_demo_with_a_failed_mission_exits_with_1_and_its_error(monkeypatch, capsys):
     monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 
@@ -111,8 +105,7 @@ def test_demo_whose_mission_fails(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_demo_ends_its_children(start, number, code):
-    """A signal ends the demo with its own code, and both its processes."""
+def test_a_signal_ends_the_demo_and_both_processes(start, number, code):
     process = start("demo")
     for line in process.stdout:
         if "accepted" in line:

@@ -1,4 +1,4 @@
-"""The demo's mission in lockstep: the same each time."""
+"""The demo's mission in lockstep."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ def traces(tmp_path_factory):
 
 
 def test_the_mission_is_the_same_each_time(traces):
-    """In lockstep all succeed, and two runs have the same trace."""
     codes, (first, second) = traces
 
     assert [0, 0] == codes
@@ -27,7 +26,7 @@ def test_the_mission_is_the_same_each_time(traces):
 
 
 def test_the_mission_has_obstacles(traces):
-    """Two robots take another way since people fill the corridor, others wait for doors and for each other."""
+    """Two robots avoid a corridor full of people, and others wait for doors and for each other."""
     lines = [json.loads(line) for line in traces[1][0].splitlines()]
     happened = [line for line in lines if "stamp" in line]
 
