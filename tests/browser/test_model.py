@@ -20,11 +20,7 @@ _PAGE = _HERE.parents[1] / "hmrsim_zenoh" / "view" / "page"
 WORLD = {
     "name": "small",
     "waypoints": {"a": [0, 0], "b": {"at": [10, 0], "capacity": 3}, "c": [10, 10], "up": [110, 10]},
-    "lanes": [
-        ["a", "b"],
-        {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2},
-        ["c", "b"],
-    ],
+    "lanes": [["a", "b"], {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2}, ["c", "b"]],
     "traffic": {"policy": "reserve", "lane_capacity": 4},
     "walls": [[[0, 5], [5, 5]], {"solid": [[20, 20], [21, 20], [21, 21]]}],
     "doors": {"gate": {"at": [[5, -1], [5, 1]], "opening_time": 1.5}},

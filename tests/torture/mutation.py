@@ -39,10 +39,7 @@ _VALUES: Final[tuple[Any, ...]] = (
 _MAX_DEPTH: Final = 2_000
 _MAX_BYTES: Final = 2_000_000
 _MAX_VALUES: Final = 100_000
-_DEEP: Final = (
-    *('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "),
-    *("&a [*a, ", "(", '<mxCell id="x">', "  "),
-)
+_DEEP: Final = (*('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "), *("&a [*a, ", "(", '<mxCell id="x">', "  "))
 _WORD: Final = re.compile(rb"[\w.+-]+")
 _NUMBER: Final = re.compile(rb"-?\d+(?:\.\d+)?")
 

@@ -114,7 +114,7 @@ def _bugs(args: argparse.Namespace, entries: dict[str, Any], evaluator: Evaluato
         things = "; ".join(thing.describe() for thing in finding.schedule) or "without any fault"
         say(
             f"{name:32} {finding.seconds:6.1f} s {finding.run:5} runs  reduced {finding.reducing:6.1f} s  "
-            f"{len(finding.schedule)} {'minimal' if minimal else 'NOT MINIMAL'}  {finding.failure}  <- {things}",
+            f"{len(finding.schedule)} {'minimal' if minimal else 'NOT MINIMAL'}  {finding.failure}  <- {things}"
         )
         found.append(finding.seconds)
         sizes.append(len(finding.schedule))

@@ -39,8 +39,7 @@ WORLD_FILE: Final = {
     "traffic": {"policy": "reserve"},
 }
 FLEET: Final = Fleet(
-    ("wall_e", "eve"),
-    ("wall_e", "eve", "parcel", "berth", "home", "map", "", "breakdown", "slip", "robot_type:nurse"),
+    ("wall_e", "eve"), ("wall_e", "eve", "parcel", "berth", "home", "map", "", "breakdown", "slip", "robot_type:nurse")
 )
 
 _WINDOW: Final = 64

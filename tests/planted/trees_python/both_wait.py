@@ -9,10 +9,7 @@ from steps import patient
 
 from bt_controller.behaviours.nav_to_pose import GoTo
 
-WAYS = {
-    "wall_e": ("west_mouth", "east_mouth", "north_east"),
-    "eve": ("east_mouth", "west_mouth", "north_west"),
-}
+WAYS = {"wall_e": ("west_mouth", "east_mouth", "north_east"), "eve": ("east_mouth", "west_mouth", "north_west")}
 
 
 def mission(robots: list[str], *, bug: bool = False) -> Behaviour:

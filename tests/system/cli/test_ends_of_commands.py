@@ -87,13 +87,7 @@ def test_closed_output_exits_with_1_and_one_line():
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        ["map", "convert", "zoo/door"],
-        ["report", "x", "-o"],
-        ["report", "x", "--csv"],
-    ],
-    ids=" ".join,
+    "arguments", [["map", "convert", "zoo/door"], ["report", "x", "-o"], ["report", "x", "--csv"]], ids=" ".join
 )
 def test_a_file_name_that_is_too_long_is_one_line(arguments, capsys):
     name = "n" * 300 + ".yaml"

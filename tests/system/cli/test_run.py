@@ -78,10 +78,7 @@ def test_a_bug_in_the_simulation_exits_with_1_and_a_traceback(monkeypatch, capsy
 @pytest.mark.parametrize("module", ["hmrsim.program.command_line", "hmrsim.world", "hmrsim_zenoh.hosting.host"])
 def test_a_signal_during_the_start_exits_with_0_silently(number, module):
     done = subprocess.run(
-        [sys.executable, "-c", SIGNALLED, module, str(int(number))],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-c", SIGNALLED, module, str(int(number))], capture_output=True, text=True, check=False
     )
 
     assert (0, "", "") == (done.returncode, done.stdout, done.stderr)

@@ -170,10 +170,7 @@ def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
 def test_the_command_line_finds_a_simulator_that_has_joined(options):
     with served_world(options=options, wires=(RmwZenoh(),)):
         listed = subprocess.run(
-            [HMRSIM, "action", "list", "--connect", options.default],
-            capture_output=True,
-            text=True,
-            check=True,
+            [HMRSIM, "action", "list", "--connect", options.default], capture_output=True, text=True, check=True
         )
 
     assert "/wall_e/navigate_to_pose" in listed.stdout.splitlines()

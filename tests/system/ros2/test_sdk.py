@@ -75,11 +75,7 @@ def test_a_cancel_returns_the_id_and_ends_the_goal(told):
 
 @pytest.mark.parametrize(
     ("cancel", "code"),
-    [
-        ("a cancel that can't be read", 1),
-        ("a cancel of one that nobody knows", 2),
-        ("a cancel of one that is over", 3),
-    ],
+    [("a cancel that can't be read", 1), ("a cancel of one that nobody knows", 2), ("a cancel of one that is over", 3)],
 )
 def test_a_cancel_without_effect_has_its_code(told, cancel, code):
     assert {"code": code, "goals": 0} == told[cancel]

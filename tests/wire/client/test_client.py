@@ -743,20 +743,14 @@ def test_a_topic_is_followed_until_it_is_closed(simulator, client, watched):
     simulator.session.put("hmrsim/wall_e/odom", b"1")
     simulator.session.put("hmrsim/eve/odom", b"2")
 
-    assert watched.wait(lambda seen: len(seen) == 2) == [
-        ("hmrsim/wall_e/odom", b"1"),
-        ("hmrsim/eve/odom", b"2"),
-    ]
+    assert watched.wait(lambda seen: len(seen) == 2) == [("hmrsim/wall_e/odom", b"1"), ("hmrsim/eve/odom", b"2")]
     subscription.close()
     simulator.wait_for_subscriber("hmrsim/wall_e/odom", there=False)
 
 
 def test_a_subscriber_with_history_gets_the_latest_sample(simulator, client, watched):
     publisher = ext.declare_advanced_publisher(
-        simulator.session,
-        "hmrsim/_world/clock",
-        cache=ext.CacheConfig(max_samples=1),
-        publisher_detection=True,
+        simulator.session, "hmrsim/_world/clock", cache=ext.CacheConfig(max_samples=1), publisher_detection=True
     )
     publisher.put(b"1")
     publisher.put(b"2")

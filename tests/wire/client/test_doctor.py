@@ -108,10 +108,7 @@ def test_a_healthy_network_has_no_problems(snapshot):
         (network(tokens={0: (Token(THEM, Node("/", "n")),)}), "no_ros2"),
         (ros(environment={"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}), "other_middleware"),
         (ros(environment={"ROS_DISTRO": "jazzy"}), "other_middleware"),
-        (
-            ros(environment={"ROS_DISTRO": "humble", "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}),
-            "other_distribution",
-        ),
+        (ros(environment={"ROS_DISTRO": "humble", "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}), "other_distribution"),
         (ros(environment={"ROS_DOMAIN_ID": "x"}), "no_domain"),
         (ros(environment={"ROS_DOMAIN_ID": "233"}), "no_domain"),
         (ros(environment={"ROS_DOMAIN_ID": "7" * 5000}), "no_domain"),

@@ -89,11 +89,7 @@ def interrupted_script(options, at) -> Interrupt:
 
 def test_no_interrupt_loses_a_goal():
     """Wherever it is interrupted, the script can cancel its goal and learns of its end."""
-    with (
-        served_world(clock="lockstep") as options,
-        passing_time(options),
-        Client(options, clock="realtime") as watcher,
-    ):
+    with served_world(clock="lockstep") as options, passing_time(options), Client(options, clock="realtime") as watcher:
         for at in count(1):
             interrupt = interrupted_script(options, at)
             statuses = json.loads(watcher.get("hmrsim/wall_e/wait/_action/status"))["status_list"]

@@ -77,10 +77,7 @@ class TestGoals:
             goal.result(1.0)
 
     def test_requests_fail_after_the_duration_of_the_run(self, world):
-        with (
-            LoopbackHost(world, RunSettings(duration=5.0)) as host,
-            Client(session=host.open_session()) as client,
-        ):
+        with LoopbackHost(world, RunSettings(duration=5.0)) as host, Client(session=host.open_session()) as client:
             goal = client.action_client("ann", WAIT).send_goal(waiting(60))
 
             assert ("the simulation has ended", GoalStatus.ABORTED) == (goal.result().error_msg, goal.status)

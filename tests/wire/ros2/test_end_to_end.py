@@ -328,10 +328,7 @@ def hosting(path=None, **settings):
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     chosen = RunSettings(**settings)
     trace = TraceFile(path, loaded.world, chosen)
-    with (
-        Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host,
-        trace.opened(host.simulator),
-    ):
+    with Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host, trace.opened(host.simulator):
         yield host
 
 

@@ -27,17 +27,7 @@ from hmrsim_zenoh.wire.session import SessionOptions
 from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
-from tests.wire.ros2.client import (
-    ABORTED,
-    CANCELED,
-    CDR,
-    SUCCEEDED,
-    UNKNOWN,
-    RosClient,
-    get_state,
-    goal_to,
-    ros_action,
-)
+from tests.wire.ros2.client import ABORTED, CANCELED, CDR, SUCCEEDED, UNKNOWN, RosClient, get_state, goal_to, ros_action
 
 SMALL = World.model_validate(SMALL_WORLD)
 LOADED = SimpleNamespace(world=SMALL, hash=world_hash(SMALL), warnings=(), path=None)

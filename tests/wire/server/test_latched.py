@@ -19,12 +19,7 @@ def test_info_describes_the_world(shared):
 
     info = reply.body
     assert "application/json;hmrsim/WorldInfo" == reply.encoding
-    assert (1, "0.1.0", "realtime", 0) == (
-        info["contract"],
-        info["hmrsim"],
-        info["clock"],
-        info["real_time_factor"],
-    )
+    assert (1, "0.1.0", "realtime", 0) == (info["contract"], info["hmrsim"], info["clock"], info["real_time_factor"])
     assert ("small", 64) == (info["world"]["name"], len(info["world"]["hash"]))
     cart = {"name": "cart", "type": "carrier", "components": [], "planner": "graph", "tags": []}
     assert {**cart, "actions": ["navigate_to_pose", "wait"]} == {

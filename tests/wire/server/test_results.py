@@ -50,12 +50,7 @@ def test_an_unknown_goal_has_status_zero_and_a_default_result(shared, goal_id):
 
 @pytest.mark.parametrize(
     ("target", "code", "text"),
-    [
-        ((30, 2), 204, "outside"),
-        ((-0.1, 2), 204, "outside"),
-        ((7, 5), 206, "obstacle"),
-        ((15, 5), 208, "route"),
-    ],
+    [((30, 2), 204, "outside"), ((-0.1, 2), 204, "outside"), ((7, 5), 206, "obstacle"), ((15, 5), 208, "route")],
 )
 def test_a_target_that_can_not_be_reached_is_aborted_with_the_planners_code(fast, go, target, code, text):
     answer = fast.do(NAVIGATE, go(*target))

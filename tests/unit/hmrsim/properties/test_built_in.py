@@ -129,10 +129,7 @@ def test_late_and_lost_orders_are_violations():
     feed.event(65, "order_late", order="pills_1", item="pills_1", to="ward_a")
     feed.event(70, "order_lost", order="pills_1", item="pills_1").end(80)
 
-    assert feed.violations == [
-        (65.0, "orders_in_time", "pills_1", "late"),
-        (70.0, "orders_in_time", "pills_1", "lost"),
-    ]
+    assert feed.violations == [(65.0, "orders_in_time", "pills_1", "late"), (70.0, "orders_in_time", "pills_1", "lost")]
 
 
 def test_the_robustness_of_orders_is_the_share_of_their_time_that_is_left():

@@ -158,12 +158,7 @@ def test_an_order_can_not_name_a_place_twice():
     twice = ["lab", "hall", "lab"]
 
     assert ["properties.x.ordered_visit.2: 'lab' is there already; a place can have one position in an order"] == told(
-        {
-            "properties": {
-                "x": {"ordered_visit": twice, "robot": "eve"},
-                "y": {"sequenced_visit": twice, "robot": "eve"},
-            }
-        }
+        {"properties": {"x": {"ordered_visit": twice, "robot": "eve"}, "y": {"sequenced_visit": twice, "robot": "eve"}}}
     )
 
 

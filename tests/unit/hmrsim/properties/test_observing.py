@@ -116,9 +116,7 @@ def test_teleporting_waiting_and_deleting_set_the_place_of_a_robot(kind, fields,
     begins = [10.0, 0.0] if kind == "deleted" else [0.0, 0.0]
 
     found = spans(
-        {"robot": "eve", "at": "hall"},
-        lambda feed: feed.event(5.0, kind, **fields),
-        robots={"eve": {"at": begins}},
+        {"robot": "eve", "at": "hall"}, lambda feed: feed.event(5.0, kind, **fields), robots={"eve": {"at": begins}}
     )
 
     assert [(0.0, not there), (5.0, there)] == found

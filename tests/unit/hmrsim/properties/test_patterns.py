@@ -92,10 +92,7 @@ FORMULAS = {
         {"future_avoidance": P, "after": Q},
         ltl.always(ltl.implies(ltl.is_("q"), ltl.always(ltl.not_(ltl.is_("p"))))),
     ),
-    "upper_restricted_avoidance": (
-        {"upper_restricted_avoidance": P, "count": 2},
-        ltl.not_(ltl.at_least("p", 3)),
-    ),
+    "upper_restricted_avoidance": ({"upper_restricted_avoidance": P, "count": 2}, ltl.not_(ltl.at_least("p", 3))),
     "exact_restricted_avoidance": ({"exact_restricted_avoidance": P, "count": 2}, ltl.exactly("p", 2)),
     "lower_restricted_avoidance": ({"lower_restricted_avoidance": P, "count": 2}, ltl.at_least("p", 2)),
     "delayed_reaction": (
@@ -166,10 +163,7 @@ def test_a_late_visit_is_reported_with_the_missing_place():
     late = travel({"sequenced_visit": ["l1", "l2"], "within": 2.5}, ["l1", "l3", "l2"])
     in_time = travel({"sequenced_visit": ["l1", "l2"], "within": 4.0}, ["l1", "l3", "l2"])
 
-    assert ([(2.5, "p", "eve", "l2 not within 2.5 s")], ("holds", 0.25)) == (
-        late.violations,
-        in_time.verdict("p")[1:3],
-    )
+    assert ([(2.5, "p", "eve", "l2 not within 2.5 s")], ("holds", 0.25)) == (late.violations, in_time.verdict("p")[1:3])
 
 
 def test_the_reason_of_a_violated_order_is_the_early_place():

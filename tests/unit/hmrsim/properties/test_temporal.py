@@ -74,12 +74,7 @@ def defined(formula: Formula, trace: list[tuple[float, ...]], at: int) -> float:
     return INSTANT[type(formula)](*(part(at) for part in inner))
 
 
-INSTANT = {
-    Not: lambda value: -value,
-    And: min,
-    Or: max,
-    Implies: lambda left, right: max(-left, right),
-}
+INSTANT = {Not: lambda value: -value, And: min, Or: max, Implies: lambda left, right: max(-left, right)}
 WINDOWED = {
     Always: lambda parts, _at, times: min(map(parts[0], times)),
     Eventually: lambda parts, _at, times: max(map(parts[0], times)),

@@ -215,10 +215,7 @@ def test_an_unwritable_output_names_its_option(file, capsys, option):
     path = file(ALONE)
     code = main(["report", str(path), option, str(path / "x")])
 
-    assert (2, f"hmrsim: {option} {path}/x: can't be written: not a directory\n") == (
-        code,
-        capsys.readouterr().err,
-    )
+    assert (2, f"hmrsim: {option} {path}/x: can't be written: not a directory\n") == (code, capsys.readouterr().err)
 
 
 def test_page_and_json_can_not_both_go_to_standard_output(file, capsys):

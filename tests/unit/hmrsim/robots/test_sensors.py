@@ -120,11 +120,7 @@ def test_a_detection_has_pose_and_class():
 
     assert ("eye", "map", 1) == (sampled.robot, sampled.message.header.frame_id, detection.header.stamp.nanosec)
     assert ("other", "fetcher", 1.0) == (detection.id, result.hypothesis.class_id, result.hypothesis.score)
-    assert (3.0, 1.0, 1.0) == (
-        result.pose.pose.position.x,
-        result.pose.pose.position.y,
-        result.pose.pose.orientation.z,
-    )
+    assert (3.0, 1.0, 1.0) == (result.pose.pose.position.x, result.pose.pose.position.y, result.pose.pose.orientation.z)
     assert (3.0, 0.5) == (detection.bbox.center.position.x, detection.bbox.size.x)
 
 
@@ -174,11 +170,7 @@ def test_detections_are_published_when_an_object_comes_moves_or_goes():
     run = simulate(ROAD, topics=frozenset({Topic.DETECTIONS}), detection_rate=1.0)
     run((0.0, SendGoal("cart", "navigate_to_pose", goal)), until=22.0)
 
-    assert [
-        (1.0, []),
-        (18.0, [("cart", 2.0)]),
-        (20.0, [("cart", 0.0)]),
-    ] == told(run)
+    assert [(1.0, []), (18.0, [("cart", 2.0)]), (20.0, [("cart", 0.0)])] == told(run)
 
 
 def test_nothing_is_computed_without_a_subscriber(monkeypatch):

@@ -73,11 +73,7 @@ class TestStates:
         run((0.0, go(9.0, 2.0)), until=1.5)
         state = run.ask("get_entity_state", {"entity": "wall_e"}).state
 
-        assert ("map", 1, 500_000_000) == (
-            state.header.frame_id,
-            state.header.stamp.sec,
-            state.header.stamp.nanosec,
-        )
+        assert ("map", 1, 500_000_000) == (state.header.frame_id, state.header.stamp.sec, state.header.stamp.nanosec)
         assert (2.5, 2.0, 1.0, 0.0) == (
             state.pose.position.x,
             state.pose.position.y,

@@ -140,10 +140,7 @@ class TestTime:
         reset(run, TIME)
         run.simulator.run()
 
-        assert (ScriptState.FAILED, 0.0) == (
-            run.simulator.scripts.all["wall_e"].state,
-            run.simulator.now,
-        )
+        assert (ScriptState.FAILED, 0.0) == (run.simulator.scripts.all["wall_e"].state, run.simulator.now)
 
     def test_a_script_ends_at_a_reset_of_time_alone(self):
         run = simulate(SCRIPTED)

@@ -299,7 +299,4 @@ class TestMove:
 
         assert code == result.result
         assert why in result.error_message
-        assert ((2.5, 2.0), "EXECUTING") == (
-            run.simulator.robots["wall_e"].pose().point,
-            run.log.changes(GOAL)[-1][1],
-        )
+        assert ((2.5, 2.0), "EXECUTING") == (run.simulator.robots["wall_e"].pose().point, run.log.changes(GOAL)[-1][1])

@@ -16,11 +16,7 @@ from hmrsim.services import registry
 from hmrsim.settings.run import RunSettings
 from tests.simulation import SMALL_WORLD, simulate
 
-STOPPED, PLAYING, PAUSED = (
-    SimulationState.STATE_STOPPED,
-    SimulationState.STATE_PLAYING,
-    SimulationState.STATE_PAUSED,
-)
+STOPPED, PLAYING, PAUSED = (SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING, SimulationState.STATE_PAUSED)
 OK = Result(result=Result.RESULT_OK)
 GOAL, STEPS, NEXT = (letter * 32 for letter in "abc")
 
@@ -302,10 +298,7 @@ class TestSimulateSteps:
         paused.ask("reset_simulation")
 
         answer = paused.log.answer("result")
-        assert (GoalStatus.ABORTED, "the simulation was reset") == (
-            answer.status,
-            answer.result.result.error_message,
-        )
+        assert (GoalStatus.ABORTED, "the simulation was reset") == (answer.status, answer.result.result.error_message)
         assert (0.0, True) == (paused.simulator.now, paused.simulator.paused)
 
     def test_playing_aborts_the_action(self, paused):

@@ -216,11 +216,7 @@ def test_an_invalid_world_leaves_the_current_one_running(run, request_, code, wh
 
     assert code == answer.result.result, answer.result.error_message
     assert why in answer.result.error_message
-    assert ("small", 1.5, "EXECUTING") == (
-        run.simulator.world.name,
-        run.simulator.now,
-        run.log.changes(GOAL)[-1][1],
-    )
+    assert ("small", 1.5, "EXECUTING") == (run.simulator.world.name, run.simulator.now, run.log.changes(GOAL)[-1][1])
 
 
 def test_all_errors_are_reported(run):

@@ -32,10 +32,7 @@ WORLD = SMALL_WORLD | {
         },
         "truck": {"base": {"speed": 1.0, "acceleration": 0.5, "turning_rate": 1.0}},
     },
-    "robots": {
-        "wall_e": {"type": "nurse", "at": "home"},
-        "cart": {"type": "truck", "at": "door"},
-    },
+    "robots": {"wall_e": {"type": "nurse", "at": "home"}, "cart": {"type": "truck", "at": "door"}},
 }
 
 UNTRACED = {kind for kind, event in events().items() if not event.traced}

@@ -83,12 +83,7 @@ class TestMakingRoom:
     def test_a_robot_makes_room_nearest_to_its_goal(self):
         world = grid(3, 3, ann=("n01", 1.0), bob=("n11", 1.0), eve=("n12", 1.0), dan=("n21", 1.0))
         run = planned(world, one_way=0)
-        log = run(
-            (0.0, works("dan", 60, C)),
-            (1.0, go("ann", 10, 10, A)),
-            (2.0, go("bob", 20, 20, B)),
-            until=100.0,
-        )
+        log = run((0.0, works("dan", 60, C)), (1.0, go("ann", 10, 10, A)), (2.0, go("bob", 20, 20, B)), until=100.0)
 
         assert {"SUCCEEDED"} == {end(log, goal)[1] for goal in (A, B)}
 

@@ -23,7 +23,7 @@ STEP = 10.0
 CELLS = [(x, y) for x in range(SIDE) for y in range(SIDE)]
 PAIRS = [(a, b) for a in CELLS for b in CELLS if a < b and abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1]
 DOORS = st.sampled_from(
-    (*[None] * 5, {"open": True}, {}, {"stays_open": 0.0}, {"opening_time": 0.0}, "closed", "locked"),
+    (*[None] * 5, {"open": True}, {}, {"stays_open": 0.0}, {"opening_time": 0.0}, "closed", "locked")
 )
 
 
