@@ -6,7 +6,6 @@ import contextlib
 import json
 import subprocess
 import sys
-import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +13,6 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli.trace_file import TraceFile
-from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
@@ -34,7 +32,6 @@ from tests.patience import PATIENCE
 from tests.simulation import SMALL_WORLD
 from tests.wire.ros2.client import (
     ABORTED,
-    CANCELED,
     EXECUTING,
     SUCCEEDED,
     RosClient,
@@ -214,36 +211,6 @@ def test_servers_of_a_large_fleet_are_declared_when_looked_for(monkeypatch, serv
 # --- beside JSON -------------------------------------------------------------------------------------------------
 
 
-def cancel_over_json(client, action, goal_id):
-    """Cancel a goal of wall_e by its id; return the answer."""
-    key = client.keys.action("wall_e", action, Verb.CANCEL_GOAL)
-    return json.loads(client.get(key, payload=json.dumps({"goal_info": {"goal_id": goal_id.hex()}}).encode()))
-
-
-def test_goal_of_ros_is_canceled_over_json(live, ros):
-    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
-    result = goal.begin_result()
-    with Client(live) as client:
-        answer = cancel_over_json(client, "wait", goal.id)
-
-    assert (0, goal.id.hex()) == (answer["return_code"], answer["goals_canceling"][0]["goal_id"])
-    assert CANCELED == result.result(PATIENCE)["status"]
-
-
-def test_goal_of_json_is_watched_and_canceled_by_ros(live, ros):
-    wait = ros(live).action("/wall_e/wait").wait()
-    with Client(live) as client:
-        goal = client.action_client("wall_e", registry()["wait"]).send_goal(Wait.Goal(time=Duration(sec=100_000)))
-        goal_id = bytes.fromhex(goal.goal_id)
-        wait.wait_for_status(goal_id, EXECUTING)
-        answer = wait.cancel(goal_id)
-        goal.result(PATIENCE)
-
-        assert (0, [goal_id]) == answer
-        assert GoalStatus.CANCELED == goal.status
-    wait.wait_for_status(goal_id, CANCELED)
-
-
 def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
     wait = ros(live).action("/wall_e/wait").wait()
     words = ("action", "send-goal", "/wall_e/wait", "{time: {sec: 100000}}", "--connect", live.connect[0])
@@ -283,36 +250,6 @@ def test_a_goal_of_ros_preempts_one_of_json(live, ros):
 
         assert newer.accepted
         assert GoalStatus.ABORTED == older.status
-
-
-def test_a_late_subscriber_gets_the_last_status(live, ros):
-    early = ros(live).action("/wall_e/wait").wait()
-    goal = early.send(LONG)
-    # The answer to the goal may come before its status is published.
-    early.wait_for_status(goal.id, EXECUTING)
-    late = ros(live, "lyrical", node="late").action("/wall_e/wait").wait()
-
-    assert {goal.id: EXECUTING} == statuses(late.status.next())
-
-
-def test_the_result_request_of_a_client_that_has_gone_is_withdrawn(monkeypatch):
-    withdraw, withdrawn = Dispatcher.withdraw, threading.Event()
-
-    def told(dispatcher, command):
-        withdraw(dispatcher, command)
-        withdrawn.set()
-
-    monkeypatch.setattr(Dispatcher, "withdraw", told)
-    with hosting() as host:
-        host.start()
-        with RosClient(host.endpoints[0]) as ros:
-            goal = ros.action("/wall_e/wait").wait().send(LONG)
-            goal.begin_result()
-            # What is sent behind it is answered after it was read.
-            goal.client.cancel(bytes(range(16)))
-
-        assert withdrawn.wait(PATIENCE)
-        assert not host.simulator.dispatcher.servers.goal("wall_e", "wait", goal.id.hex()).waiting
 
 
 # --- commands and time -------------------------------------------------------------------------------------------

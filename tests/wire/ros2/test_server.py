@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import json
-import struct
 import threading
 import time
 import uuid
@@ -12,7 +11,6 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
-import zenoh
 
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.services import registry as all_services
@@ -63,18 +61,6 @@ def ask_json(client, key, payload):
 
 
 class TestGoals:
-    def test_a_goal_is_accepted_and_succeeds(self, client):
-        navigate = client.action("/wall_e/navigate_to_pose").wait()
-
-        assert (SUCCEEDED, {"error_code": 0, "error_msg": ""}) == navigate.do(goal_to(1.0, 2.0))
-
-    def test_an_unreachable_goal_is_aborted_with_a_reason(self, client):
-        status, result = client.action("/wall_e/navigate_to_pose").wait().do(goal_to(15.0, 8.0))
-
-        assert ABORTED == status
-        assert result["error_code"] > 0
-        assert result["error_msg"]
-
     def test_a_subscriber_gets_all_feedback_and_statuses_of_its_next_goal(self, wait):
         goal = wait.send(LONG)
         feedback = wait.wait_for_feedback(goal.id)
@@ -95,19 +81,6 @@ class TestGoals:
 
         assert any("rejected: the goal id is zero" in message for message in caplog.messages)
 
-    def test_a_truncated_goal_is_rejected(self, wait):
-        assert not wait.send_goal.call(CDR + bytes(18))["accepted"]
-
-    def test_the_result_of_an_unknown_goal_has_status_0(self, wait):
-        assert UNKNOWN == wait.get_result.call(CDR + uuid.uuid4().bytes)["status"]
-
-    def test_several_clients_get_one_result(self, wait):
-        goal = wait.send(LONG)
-        asked = [goal.begin_result() for _ in range(3)]
-        goal.cancel()
-
-        assert [CANCELED] * 3 == [each.result(PATIENCE)["status"] for each in asked]
-
 
 class TestCancels:
     def test_a_goal_is_canceled_by_id(self, wait):
@@ -127,20 +100,6 @@ class TestCancels:
 
         assert (0, []) == early
         assert (0, [goal.id]) == wait.cancel(stamp=goal.stamp)
-
-    def test_id_and_time_select_both(self, wait):
-        goal = wait.send(LONG)
-
-        assert (0, [goal.id]) == wait.cancel(uuid.uuid4().bytes, goal.stamp)
-
-    def test_an_unknown_goal_is_code_2(self, wait):
-        assert (2, []) == wait.cancel(uuid.uuid4().bytes)
-
-    def test_a_goal_that_has_ended_is_code_3(self, wait):
-        goal = wait.send({"time": {"sec": 0}})
-        goal.result()
-
-        assert (3, []) == goal.cancel()
 
     def test_a_malformed_cancel_is_code_1(self, wait):
         assert 1 == wait.cancel_goal.call(CDR + bytes(3))["return_code"]
@@ -178,45 +137,6 @@ class TestBothWires:
 
         assert type_.send_goal.response.decode(accepted.ok.payload.to_bytes())["accepted"]
         assert SUCCEEDED == type_.get_result.response.decode(result.ok.payload.to_bytes())["status"]
-
-
-class TestOthers:
-    @pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
-    def test_each_distribution_gets_results_in_its_layout(self, world, distro):
-        with RosClient(world, distro) as client:
-            through = client.action("/wall_e/navigate_through_poses").wait()
-            goal = {"poses": {"goals": [goal_to(1.0, 2.0)["pose"]]}}
-            status, result = through.do(goal)
-
-        assert SUCCEEDED == status
-        assert ("waypoint_statuses" in result) == (distro != "jazzy")
-
-    def test_the_services_of_simulation_interfaces_are_at_the_root(self, client):
-        found = all_services()["get_entities"]
-        service = client.service("/get_entities", service_type(found.ros_type, found.request, found.response, "jazzy"))
-
-        assert {"wall_e", "eve", "cart"} <= set(
-            service.wait().call(service.type.request.encode(found.request()))["entities"]
-        )
-
-    def test_nav2_is_active(self, client):
-        answer = client.service("/wall_e/amcl/get_state", get_state()).wait().call(CDR + b"\0")
-
-        assert {"id": 3, "label": "active"} == answer["current_state"]
-
-    def test_a_goal_with_a_wrong_hash_is_rejected(self, wait):
-        wait.send_goal.key = wait.send_goal.key.rpartition("/")[0] + "/RIHS01_0"
-
-        assert not wait.send(LONG).accepted
-
-    def test_a_goal_without_an_attachment_is_accepted(self, client, wait):
-        payload = wait.type.send_goal.request.encode({"goal_id": {"uuid": uuid.uuid4().bytes}, "goal": Wait.Goal()})
-        (reply,) = client.session.get(
-            wait.send_goal.key, payload=payload, target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE
-        )
-
-        assert wait.type.send_goal.response.decode(reply.ok.payload.to_bytes())["accepted"]
-        assert (0, bytes(16)) == struct.unpack("<q9x16s", reply.ok.attachment.to_bytes())
 
 
 @contextmanager

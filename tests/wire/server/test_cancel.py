@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-A, B, C, D = (letter * 32 for letter in "abcd")
+A, B, C = (letter * 32 for letter in "abc")
 WAIT = "wall_e/wait"
 ROBOTS = {"robots": {"one": {"at": [0, 0]}, "two": {"at": [1, 0]}}}
 
@@ -50,14 +50,6 @@ def test_goals_accepted_up_to_a_time_are_canceled(running):
     assert [(A, 5), (B, 5), (C, 2)] == tester.status(WAIT)
 
 
-def test_id_and_time_select_both(running):
-    tester, stamps = running
-
-    answer = tester.cancel(WAIT, C, stamps[0])
-
-    assert (0, [A, C]) == (answer["return_code"], ids(answer))
-
-
 @pytest.mark.parametrize(
     "payload",
     [
@@ -79,54 +71,6 @@ def test_the_id_may_have_hyphens(running):
     tester, _ = running
 
     assert [A] == ids(tester.cancel(WAIT, "AAAAAAAA-AAAA-AAAA-AAAA-AAAAAAAAAAAA"))
-
-
-def test_an_unknown_goal_can_not_be_canceled(running):
-    tester, _ = running
-
-    assert {"return_code": 2, "goals_canceling": []} == tester.cancel(WAIT, D)
-
-
-def test_a_goal_that_has_ended_can_not_be_canceled(running):
-    tester, _ = running
-    tester.cancel(WAIT, A)
-
-    assert {"return_code": 3, "goals_canceling": []} == tester.cancel(WAIT, A)
-
-
-def test_an_unknown_id_with_a_time_is_not_an_error(running):
-    """The union is empty, as in rcl."""
-    tester, _ = running
-
-    assert {"return_code": 0, "goals_canceling": []} == tester.cancel(WAIT, D, {"sec": 0, "nanosec": 1})
-
-
-def test_canceling_all_without_goals_is_not_an_error(shared):
-    assert {"return_code": 0, "goals_canceling": []} == shared.cancel(WAIT)
-
-
-def test_cancel_all_leaves_other_robots_and_actions_alone(serve, wait):
-    tester = serve(ROBOTS, real_time_factor=1.0)
-    tester.send("one/wait", wait(1000), A)
-    tester.send("two/wait", wait(1000), B)
-
-    tester.cancel("one/wait")
-
-    assert [[(A, 5)], [(B, 2)]] == [tester.status("one/wait"), tester.status("two/wait")]
-
-
-def test_a_canceled_robot_stops_where_it_is(live, go):
-    """It is between waypoints, and free for the next goal."""
-    feedback = live.hear("wall_e/navigate_to_pose/_action/feedback")
-    live.send("wall_e/navigate_to_pose", go(9, 2), A)
-    feedback.wait(lambda bodies: len(bodies) >= 2)
-
-    live.cancel("wall_e/navigate_to_pose", A)
-
-    stopped = live.where("wall_e")
-    assert 1.1 < stopped[0] < 8.9
-    assert stopped == live.where("wall_e")
-    assert 4 == live.do("wall_e/navigate_to_pose", go(*stopped))["status"]
 
 
 def test_a_cancel_right_behind_its_goal_does_not_overtake_it(serve):

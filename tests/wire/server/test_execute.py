@@ -177,14 +177,6 @@ class TestEnds:
 
         assert [5] == [body["status"] for body in goal.bodies() if "status" in body]
 
-    def test_the_result_names_the_goal_that_preempted_it(self, live, wait):
-        goal = begun(live, WAIT, long_wait())
-
-        live.send(WAIT, wait(1000), B)
-
-        _, ended = goal.bodies()
-        assert (6, f"preempted by goal {B}") == (ended["status"], ended["result"]["error_msg"])
-
     def test_a_goal_of_the_same_id_is_rejected(self, live):
         """The query of the first goal still gets its result."""
         goal = begun(live, WAIT, long_wait())

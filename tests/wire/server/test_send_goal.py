@@ -17,12 +17,6 @@ def test_an_accepted_goal_is_answered_with_its_id_and_stamp(fast, go):
     assert (True, "hmrsim/wall_e/navigate_to_pose/_action/send_goal") == (reply.ok, reply.key)
 
 
-def test_the_stamp_is_simulated_time(fast, go, wait):
-    fast.do("wall_e/wait", wait(7))
-
-    assert {"sec": 7, "nanosec": 0} == fast.send(NAVIGATE, go(9, 2))["stamp"]
-
-
 def test_what_is_sent_after_an_answer_is_accepted_later(live, wait):
     """Time passes between an answer and the next request, so no two stamps are equal."""
     stamps = [live.send("wall_e/wait", wait(1000))["stamp"] for _ in range(100)]
@@ -44,18 +38,6 @@ def test_an_id_may_have_hyphens_and_capitals(fast, go):
 
     assert (True, A) == (answer["accepted"], answer["goal_id"])
     assert 4 == fast.result(NAVIGATE, "aaaaaaaa-AAAA-aaaa-aaaa-aaaaaaaaaaaa")["status"]
-
-
-def test_an_empty_goal_is_the_default_of_ros(serve):
-    tester = serve({"robots": {"wall_e": {"at": [3, 4]}}}, real_time_factor=0)
-
-    assert 4 == tester.do(NAVIGATE, {})["status"]
-    assert (0.0, 0.0) == tester.where("wall_e")
-
-
-@pytest.mark.parametrize("frame", ["", "map"])
-def test_the_frame_is_map_or_left_empty(fast, go, frame):
-    assert fast.send(NAVIGATE, go(5, 2, frame))["accepted"]
 
 
 @pytest.mark.parametrize(
@@ -85,22 +67,6 @@ def test_an_unexecutable_goal_is_rejected_with_reason_code_and_text(shared, name
     assert goal_id == reply.body["goal_id"]
 
 
-def test_a_robot_without_its_planner_is_not_ready(serve, go):
-    tester = serve({"robots": {"wall_e": {"at": [0, 0], "planner": "external"}}}, real_time_factor=0)
-
-    answer = tester.send(NAVIGATE, go(1, 0))
-
-    assert (False, "not_ready", 1) == (answer["accepted"], answer["reason"], answer["error_code"])
-    assert "external planner" in answer["error_msg"]
-
-
-def test_a_rejected_goal_has_no_status_and_no_result(fast):
-    fast.send(NAVIGATE, {"pose": {"header": {"frame_id": "odom"}}}, A)
-
-    assert [] == fast.status(NAVIGATE)
-    assert {"status": 0, "result": {"error_code": 0, "error_msg": ""}} == fast.result(NAVIGATE, A)
-
-
 def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
     first = live.send("wall_e/wait", wait(1000), A)
 
@@ -113,31 +79,6 @@ def test_the_id_of_a_goal_that_runs_is_refused(live, wait):
         again["stamp"],
     )
     assert [(A, 2)] == live.status("wall_e/wait")
-
-
-def test_the_id_of_a_goal_that_ended_is_refused(fast, wait):
-    """The answer has its status, and the goal is not executed again."""
-    fast.send("wall_e/wait", wait(3), A)
-    fast.result("wall_e/wait", A)
-
-    again = fast.send("wall_e/wait", wait(3), A)
-
-    assert (False, "duplicate_goal_id", 4, 1) == (
-        again["accepted"],
-        again["reason"],
-        again["status"],
-        again["error_code"],
-    )
-    assert {"clock": {"sec": 3, "nanosec": 0}} == fast.one("_world/clock")
-
-
-def test_the_same_id_may_go_to_another_action(fast, go, wait):
-    """Each action of each robot is an action server, as in ROS."""
-    goals = {"wall_e/wait": wait(1), NAVIGATE: go(5, 2), "eve/wait": wait(1)}
-
-    answers = [fast.send(name, goal, A) for name, goal in goals.items()]
-
-    assert [True, True, True] == [answer["accepted"] for answer in answers]
 
 
 @pytest.fixture
