@@ -18,19 +18,18 @@ from hmrsim.cli import demo, main
 
 
 @pytest.fixture(scope="module")
-def told():
-    """Return the JSON objects of a demo, its exit code and its log."""
+def told(tmp_path_factory):
+    """Return the JSON objects of a demo in lockstep, its exit code, its log and its trace."""
+    trace = tmp_path_factory.mktemp("demo") / "run.jsonl"
+    options = ["--clock", "lockstep", "--json", "--log-level", "info", "--trace", str(trace)]
     process = subprocess.run(
-        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "100", "--json", "--log-level", "info"],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-m", "hmrsim.cli", "demo", *options], capture_output=True, text=True, check=False
     )
-    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr
+    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr, trace
 
 
 def test_the_whole_fleet_succeeds_and_the_totals_come_last(told):
-    lines, code, _ = told
+    lines, code, *_ = told
     robots = lines[-1]["robots"]
 
     moved = sorted(item for robot in robots.values() for item in robot["items_moved"])
@@ -67,8 +66,10 @@ def test_demo_passes_on_the_log_of_its_processes(told):
     assert re.search(r"^\[INFO\] .* \| simulator: \[INFO\] .* wall_e navigate_to_pose accepted", log, re.MULTILINE)
 
 
-def test_demo_without_a_terminal_prints_lines_and_a_table(capsys):
-    code = main(["demo", "--real-time-factor", "200"])
+def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path):
+    """In lockstep it has the same trace as any other run of the demo."""
+    trace = tmp_path / "run.jsonl"
+    code = main(["demo", "--clock", "lockstep", "--trace", str(trace)])
 
     out = capsys.readouterr().out
     assert 0 == code
@@ -76,6 +77,21 @@ def test_demo_without_a_terminal_prints_lines_and_a_table(capsys):
     assert " | tree  | wall_e   | Pick up medicine done\n" in out
     assert "What the fleet did" in out
     assert "the mission succeeded: " in out
+    assert told[-1].read_bytes() == trace.read_bytes()
+
+
+def test_the_mission_has_obstacles(told):
+    """Two robots avoid a corridor full of people, and others wait for doors and for each other."""
+    lines = [json.loads(line) for line in told[-1].read_text().splitlines()]
+    happened = [line for line in lines if "stamp" in line]
+
+    assert ["visitors", "wet_floor"] == [line["name"] for line in happened if line["kind"] == "fault_began"]
+    assert ["m_o", "nan_e"] == [line["robot"] for line in happened if line["kind"] == "rerouted"]
+    assert (14, 18) == (
+        sum("is opening" in line.get("why", "") for line in happened if line["kind"] == "waiting"),
+        sum("for" in line for line in happened if line["kind"] == "waiting"),
+    )
+    assert 247 == lines[-1]["stamp"]["sec"]
 
 
 def test_demo_prints_why_its_simulator_does_not_start(monkeypatch, capsys):
