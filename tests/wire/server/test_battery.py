@@ -58,18 +58,6 @@ def test_a_subscriber_gets_a_message_each_second_and_at_each_event(tester, wait)
     assert any(body["percentage"] == pytest.approx(0.2) and body["header"]["stamp"]["sec"] == 10 for body in bodies)
 
 
-def test_an_empty_battery_aborts_the_goal_and_rejects_the_next(tester, wait, go):
-    ended = tester.do("eve/wait", wait(60))
-    answer = tester.send("eve/navigate_to_pose", go(20, 0))
-
-    assert (ABORTED, "battery empty at (0, 0)") == (ended["status"], ended["result"]["error_msg"])
-    assert (False, "not_ready", "battery empty at (0, 0)") == (
-        answer["accepted"],
-        answer["reason"],
-        answer["error_msg"],
-    )
-
-
 def test_a_robot_docks_charges_and_undocks(tester):
     docked = tester.do("eve/dock_robot", {"dock_id": "charger"})
     state = tester.one("eve/battery_state")

@@ -36,24 +36,6 @@ def test_a_fault_is_injected_and_cleared_by_its_name(live):
     assert ("lane_closed", "lane_closed_1", ["home", "door"]) == (began["fault"], began["name"], began["lane"])
 
 
-def test_an_invalid_fault_is_answered_with_a_remedy(live):
-    result = live.one("_world/inject_fault", {"type": "slip", "robot": "wally", "factor": 0.5})["result"]
-
-    assert {"result": 2, "error_message": "robot: no robot 'wally'; did you mean 'wall_e'?"} == result
-
-
-def test_an_unreachable_robot_rejects_goals_as_not_ready(lost, go):
-    answer = lost.send("wall_e/navigate_to_pose", go(9.0, 2.0))
-
-    assert (False, "not_ready", 1, LOST) == (
-        answer["accepted"],
-        answer["reason"],
-        answer["error_code"],
-        answer["error_msg"],
-    )
-    assert lost.send("eve/navigate_to_pose", go(1.0, 2.0))["accepted"]
-
-
 @pytest.mark.parametrize("key", ["wall_e/odom", "wall_e/wait/_action/status"])
 def test_reading_an_unreachable_robot_is_an_error(lost, key):
     (reply,) = lost.ask(key)
@@ -74,16 +56,6 @@ def test_the_token_is_gone_while_the_robot_is_unreachable(live):
     assert [True, False, True] == [item.ok for item in heard.items]
 
 
-def test_a_result_is_held_until_the_connection_is_back(live, wait):
-    """The robot continues meanwhile."""
-    live.send("wall_e/wait", wait(0), GOAL)
-    live.one("_world/inject_fault", {"type": "messages_lost", "robot": "wall_e"})
-    pending = live.begin("wall_e/wait/_action/get_result", {"goal_id": GOAL})
-    live.one("_world/clear_fault")
-
-    assert 4 == pending.one()["status"]
-
-
 WATCHED = {
     **SMALL_WORLD,
     "robots": {**SMALL_WORLD["robots"], "wall_e": {"at": "home", "yaw": 0.0, "components": {"camera": {}}}},
@@ -98,26 +70,9 @@ def test_detections_are_latched_in_order_of_name(serve):
     assert ["anvil", "cart", "eve", "parcel"] == [one["id"] for one in reply.body["detections"]]
 
 
-def test_a_query_for_all_detections_skips_robots_without_sensors(serve):
-    replies = serve(WATCHED).ask("*/detections")
-
-    assert ["hmrsim/wall_e/detections"] == [reply.key for reply in replies]
-
-
 def test_detections_are_published_when_they_change(serve, go):
     tester = serve(WATCHED, real_time_factor=0)
     heard = tester.hear("wall_e/detections")
     tester.do("wall_e/navigate_to_pose", go(9.0, 2.0))
 
     heard.wait(lambda bodies: any("cart" not in {one["id"] for one in body["detections"]} for body in bodies))
-
-
-def test_the_detections_of_a_robot_can_be_queried(serve):
-    answer = serve(WATCHED).one("_world/is_detected", {"robot": "wall_e", "entity": "eve"})
-
-    assert (OK, True, ["camera"], 9.0) == (
-        answer["result"],
-        answer["detected"],
-        answer["by"],
-        answer["pose"]["pose"]["position"]["x"],
-    )

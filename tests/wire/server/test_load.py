@@ -62,21 +62,6 @@ def _ended(events, count):
     return ends(events.wait(lambda bodies: len(ends(bodies)) >= count))
 
 
-def test_the_goal_of_a_client_that_dies_continues(serve, wait):
-    tester = serve(real_time_factor=1.0)
-    dying = serve.tester(serve.hosts[0])
-    dying.send("wall_e/wait", wait(1000), A)
-    pending = [dying.begin("wall_e/wait/_action/get_result", {"goal_id": A}) for _ in range(50)]
-    dying.hear("**")
-
-    dying.close()
-
-    assert [(A, 2)] == tester.status("wall_e/wait")
-    tester.cancel("wall_e/wait", A)
-    assert 5 == tester.result("wall_e/wait", A)["status"]
-    assert 50 == len(pending)
-
-
 @pytest.mark.parametrize("factor", [0.01, 1.0, 1e6])
 def test_requests_are_answered_at_any_speed(serve, wait, factor):
     """This includes a factor that the machine can't reach, with samples all the time."""

@@ -65,17 +65,6 @@ def test_info_lists_services_and_actions_of_the_world(shared):
     assert ["simulate_steps"] == info["actions"]
 
 
-def test_time_is_stopped_while_paused(live):
-    """Requests are answered and goals accepted meanwhile."""
-    assert {"result": OK} == live.one("_world/set_simulation_state", PAUSED)
-    before = live.one("_world/clock")
-    answer = live.send("wall_e/navigate_to_pose", {"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}}, GOAL)
-
-    assert answer["accepted"]
-    assert (1.0, 2.0) == live.where("wall_e")
-    assert before == live.one("_world/clock")
-
-
 def test_steps_are_made_as_fast_as_possible_before_the_answer(live):
     live.one("_world/set_simulation_state", PAUSED)
     now = live.one("_world/time/state")["now"]
@@ -92,15 +81,6 @@ def test_steps_are_available_as_an_action_with_feedback(live):
     assert (4, {"result": OK}) == (done["status"], done["result"])
     assert {"completed_steps": 3, "remaining_steps": 0} == heard.wait(bool)[-1]["feedback"]
     assert [4] == [status for _, status in live.status("_world/simulate_steps")]
-
-
-def test_a_cancel_halts_the_steps(live):
-    live.one("_world/set_simulation_state", PAUSED)
-    live.send("_world/simulate_steps", {"steps": 10**15}, GOAL)
-    answer = live.cancel("_world/simulate_steps", GOAL)
-
-    assert 0 == answer["return_code"]
-    assert 5 == live.result("_world/simulate_steps", GOAL)["status"]
 
 
 def test_a_spawned_robot_is_served_at_once(fast, bob):
@@ -121,19 +101,6 @@ def test_the_token_of_a_spawned_robot_comes_and_goes(fast, bob):
     heard.wait(lambda bodies: len(bodies) == 2)
 
     assert [True, False] == [item.ok for item in heard.items]
-
-
-def test_a_deleted_robot_is_unknown(live):
-    """Its goals have ended, and waiting clients get a reply."""
-    live.send("wall_e/wait", {"time": {"sec": 1000}}, GOAL)
-    waiting = live.begin("wall_e/wait/_action/get_result", {"goal_id": GOAL})
-    live.one("_world/delete_entity", {"entity": "wall_e"})
-    result = waiting.one()
-    (odom,) = live.ask("wall_e/odom")
-
-    assert (6, "the robot was deleted") == (result["status"], result["result"]["error_msg"])
-    assert "unknown_robot" == live.send("wall_e/wait", {"time": {"sec": 1}})["reason"]
-    assert (False, "no robot 'wall_e'; there are: eve, cart") == (odom.ok, odom.body["error"])
 
 
 def test_the_info_message_is_published_again_with_new_robots(fast, bob):
@@ -176,11 +143,3 @@ def test_a_renamed_robot_publishes_under_its_new_name(live):
     answer = live.send("wall_e/wait", {})
 
     assert heard.wait_for_status(answer["goal_id"], 4)
-
-
-def test_queries_after_a_reset_have_initial_time_and_poses(live):
-    live.do("wall_e/navigate_to_pose", {"pose": {"pose": {"position": {"x": 1.5, "y": 2.0}}}})
-    live.one("_world/set_simulation_state", PAUSED)
-
-    assert {"result": OK} == live.one("_world/reset_simulation")
-    assert ((1.0, 2.0), 0.0) == (live.where("wall_e"), live.one("_world/time/state")["now"])
