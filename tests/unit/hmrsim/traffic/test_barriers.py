@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.protocol.commands import CallService
 from hmrsim.services import registry as services
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import go
 
 A, B = "a" * 32, "b" * 32
 JUNCTION = {
@@ -29,12 +28,6 @@ SIDES = {
     "lift": {"lifts": {"lift": {"stops": ["b", "bay"]}}, "waypoints": STOPS},
     "lift elsewhere": {"lifts": {"lift": {"stops": ["bay", "b"]}}, "waypoints": STOPS},
 }
-
-
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
 
 
 def order(door, state):

@@ -11,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import gap
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.traffic.policies._nearness import near_slots
 from tests.profiles import examples
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import end, go, under
 
 A, B = "a" * 32, "b" * 32
 
@@ -98,23 +97,6 @@ BESIDE = {
     "lanes": [["a", "b"], ["c", "d"]],
     "robot_types": {"slim": {"base": {"radius": 0.2}}, "wide": {"base": {"radius": 0.4}}},
 }
-
-
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
-def under(policy, world, **settings):
-    """Return a simulation of a world under a policy."""
-    return simulate({**world, "traffic": {"policy": policy, **settings}})
-
-
-def end(log, goal_id):
-    """Return when and how a goal ended, and what it says."""
-    at, status = log.changes(goal_id)[-1]
-    return round(at, 6), status, log.result(goal_id).error_msg
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])

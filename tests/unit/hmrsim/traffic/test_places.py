@@ -6,11 +6,11 @@ import pytest
 
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.services import registry as services
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import go
 
 A, B, C = (letter * 32 for letter in "abc")
 YIELDING = ("priority", "planned")
@@ -23,12 +23,6 @@ FORK = {
     "lanes": [["a", "b"], ["b", "c"], ["b", "d"]],
 }
 BASE = {"base": {"speed": 1.0, "radius": 0.3}}
-
-
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
 
 
 def wait(robot, seconds, goal_id):

@@ -11,13 +11,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
+from hmrsim.interfaces.geometry_msgs import Point
+from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import end, go, under
 
 A, B, C = (letter * 32 for letter in "abc")
 EVENTS = frozenset({Topic.EVENTS})
@@ -36,22 +37,6 @@ BYPASS = {
     "lanes": [["a", "b"], ["b", "c"], ["c", "d"], ["b", "up"], ["up", "over"], ["over", "c"]],
     "robots": {"ann": {"at": "a"}, "bob": {"at": "b"}},
 }
-
-
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
-def under(policy, world, **settings_of_it):
-    """Return a simulation of a world under a policy."""
-    return simulate({**world, "traffic": {"policy": policy, **settings_of_it}})
-
-
-def end(log, goal_id):
-    """Return when and how a goal ended, and what it says."""
-    return (*log.changes(goal_id)[-1], log.result(goal_id).error_msg)
 
 
 class TestFree:
