@@ -263,7 +263,7 @@ def _ticked(error: Exception) -> str:
     for frame, _ in traceback.walk_tb(error.__traceback__):
         behavior = frame.f_locals.get("self")
         if isinstance(behavior, Behaviour):
-            name = str(behaviour.name)
+            name = str(behavior.name)
     return name
 
 

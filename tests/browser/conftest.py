@@ -23,7 +23,7 @@ from tests.patience import PATIENCE
 
 @pytest.fixture(scope="module")
 def browser():
-    """Return a headless Chromium; one for each module, as its event loop is in the way of others."""
+    """Return a headless Chromium, one for each module, as its event loop disturbs other tests."""
     playwright = pytest.importorskip("playwright.sync_api", reason="the page is tried by playwright")
     playwright.expect.set_options(timeout=PATIENCE * 1000)
     if not any(map(shutil.which, _browser.NAMES)):
@@ -95,7 +95,6 @@ class Process:
         assert self.ready, f"{arguments}: said nothing, and ended with {self.process.wait()}"
 
     def end(self):
-        """End it as Ctrl-C does; return its exit code."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
         if not self.process.stdout.closed:
@@ -156,15 +155,13 @@ class Asked:
         self._client.session.put(key, json.dumps({"stamp": self.scene()["stamp"], **event}))
 
     def scene(self):
-        """Return the current scene."""
         return json.loads(self._client.get(self._client.keys.world("scene")))
 
     def robot(self, name):
-        """Return one robot of the scene."""
         return next(robot for robot in self.scene()["robots"] if robot["name"] == name)
 
     def call(self, service, **request):
-        """Call a service of the world; it has to succeed."""
+        """Call a service of the world and check that it succeeds."""
         reply = json.loads(self._client.get(self._client.keys.world(service), payload=json.dumps(request).encode()))
         assert 1 == reply["result"]["result"], reply
         return reply
@@ -178,7 +175,7 @@ class Asked:
         return goal_id
 
     def result(self, robot, action, goal_id):
-        """Return the status with which a goal has ended, when it has."""
+        """Return the final status of a goal, once it has ended."""
         key = self._client.keys.action(robot, action, Verb.GET_RESULT)
         return json.loads(self._client.get(key, PATIENCE, payload=json.dumps({"goal_id": goal_id}).encode()))["status"]
 

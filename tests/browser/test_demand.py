@@ -23,7 +23,7 @@ SUCCEEDED = 4
 
 @pytest.fixture
 def world(tmp_path):
-    """A world with two orders, of which one is due some day and one never."""
+    """Return a world with two orders, of which one is due some day and one never."""
     file = tmp_path / "orders.yaml"
     file.write_text(yaml.safe_dump(WORLD))
     return file
@@ -34,8 +34,8 @@ def _deliver(simulator):
     assert SUCCEEDED == simulator.do("eve", "place", attached_object_name="soup_1")
 
 
-def test_orders_are_followed(world, viewed, ask, open_page):
-    """The panel shows earlier orders as well, by due time, with robot and duration."""
+def test_orders_are_shown_by_due_time(world, viewed, ask, open_page):
+    """Orders from before the page was opened are shown as well."""
     endpoint, url = viewed(world, "--real-time-factor", "20")
     simulator = ask(endpoint)
     page = open_page(f"{url}?panel=none")
@@ -63,8 +63,7 @@ def test_orders_are_followed(world, viewed, ask, open_page):
     assert "open 1 placed 2 delivered 1 late 0 lost 0" == " ".join(totals.locator("dt, dd").all_text_contents())
 
 
-def test_orders_are_played(world, start, ask, open_page, tmp_path):
-    """A recording shows orders from their events."""
+def test_orders_of_a_recording_are_shown(world, start, ask, open_page, tmp_path):
     file = tmp_path / "orders.mcap"
     run = start("run", world, "--listen", "tcp/127.0.0.1:0", "--real-time-factor", "20", "--record", file)
     simulator = ask(run.ready["endpoints"][0])
@@ -81,8 +80,7 @@ def test_orders_are_played(world, start, ask, open_page, tmp_path):
     until(page, "document.querySelector('.totals').textContent.includes('open2placed2delivered0')")
 
 
-def test_a_world_without_demand_says_so(viewed, open_page):
-    """A world without demand shows one line without totals."""
+def test_a_world_without_demand_shows_one_line(viewed, open_page):
     _, url = viewed("scenario1")
     page = open_page(f"{url}?panel=orders")
 

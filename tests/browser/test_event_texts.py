@@ -32,8 +32,7 @@ def _published(name: str) -> list[Event]:
     ]
 
 
-def test_the_page_says_what_python_says(viewed, open_page):
-    """Severity, subject and text are equal for all events of some worlds, and for other results of goals."""
+def test_severity_subject_and_text_of_events_equal_pythons(viewed, open_page):
     _, url = viewed("scenario1")
     events = [event for name in ("hospital", "zoo/lift", "zoo/corridor_swap") for event in _published(name)]
     events += [GoalStatusChanged("eve", "wait", ID, 6, {"error_code": {"val": -1, "message": "no"}})]
@@ -47,7 +46,6 @@ def test_the_page_says_what_python_says(viewed, open_page):
 
 
 def test_an_unknown_event_is_shown_by_its_kind(viewed, open_page):
-    """Points have their names, in the page's own format."""
     _, url = viewed("scenario1")
     page = open_page(url)
 

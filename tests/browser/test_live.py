@@ -17,8 +17,7 @@ _STATE = "(state) => document.documentElement.dataset.state === state"
 _PLAYING, _PAUSED = 1, 2
 
 
-def test_a_restart_is_survived(start, ask, open_page, coloured):
-    """The page reports that the simulator has gone, and shows its successor."""
+def test_the_page_reports_the_end_of_a_simulator_and_shows_its_successor(start, ask, open_page, coloured):
     first = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = first.ready["endpoints"][0]
     page = open_page(start("view", "--connect", endpoint, "--port", 0).ready["url"])
@@ -39,8 +38,7 @@ def test_a_restart_is_survived(start, ask, open_page, coloured):
     assert coloured(page, [230, 80], YELLOW) == 0
 
 
-def test_time_is_the_simulators(viewed, ask, open_page):
-    """The page's time follows the simulator's through pause, step and speed."""
+def test_time_follows_pause_step_and_speed(viewed, ask, open_page):
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -62,8 +60,7 @@ def test_time_is_the_simulators(viewed, ask, open_page):
     until(page, "hmrsim.clock.factor === 20")
 
 
-def test_what_others_change_is_shown(viewed, ask, open_page):
-    """The page shows spawned and deleted entities, closed lanes and faults by itself."""
+def test_changes_by_other_clients_are_shown(viewed, ask, open_page):
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -79,8 +76,7 @@ def test_what_others_change_is_shown(viewed, ask, open_page):
     until(page, "!hmrsim.model.robots.has('eve')")
 
 
-def test_two_pages(viewed, open_page):
-    """A page shows the effects of another page's commands."""
+def test_a_page_shows_the_effects_of_another_pages_commands(viewed, open_page):
     _, url = viewed("scenario1")
     one, other = open_page(url), open_page(f"{url}?theme=dark")
 
@@ -93,8 +89,7 @@ def test_two_pages(viewed, open_page):
     )
 
 
-def test_hostile_names_are_text(viewed, ask, open_page, tmp_path):
-    """Markup in names, errors and events is shown as text and never run."""
+def test_markup_in_names_errors_and_events_is_shown_as_text(viewed, ask, open_page, tmp_path):
     evil = "<img src=x onerror='document.title=1'>"
     world = {
         "name": evil,
@@ -148,8 +143,7 @@ _STRANGE = [
 
 
 @pytest.mark.parametrize("panel", ["goals", "orders", "events", "charts", "trees"])
-def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
-    """Invalid events are ignored with a notice; unusual ones are shown."""
+def test_invalid_events_are_skipped_with_a_notice(viewed, ask, open_page, panel):
     endpoint, url = viewed("scenario1")
     simulator = ask(endpoint)
     page = open_page(f"{url}?panel={panel}&follow=wall_e", unreadable=len(_UNREADABLE))
@@ -166,8 +160,7 @@ def test_what_cannot_be_read_is_left_out(viewed, ask, open_page, panel):
     assert 0 == page.locator("[data-failed]").count()
 
 
-def test_a_part_that_fails_fails_alone(viewed, open_page):
-    """A part of the page that fails to render shows it, and the others go on."""
+def test_a_part_that_fails_to_render_leaves_the_others(viewed, open_page):
     _, url = viewed("scenario1")
     page = open_page(f"{url}?panel=goals")
     page.evaluate("""() => {
@@ -183,8 +176,7 @@ def test_a_part_that_fails_fails_alone(viewed, open_page):
     until(page, "document.querySelector('.side').dataset.failed === undefined")
 
 
-def test_a_token_is_asked_for_elsewhere(start, open_page):
-    """Beyond the loopback, the page requires the token of its URL."""
+def test_beyond_the_loopback_the_page_requires_its_token(start, open_page):
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     url = start("view", "--connect", simulator.ready["endpoints"][0], "--host", "0.0.0.0", "--port", 0).ready["url"]
     parts = urlsplit(url)
@@ -196,8 +188,7 @@ def test_a_token_is_asked_for_elsewhere(start, open_page):
         urllib.request.urlopen(f"http://{parts.netloc}/")
 
 
-def test_other_sites_are_kept_out(viewed, browser):
-    """A page of another origin gets no WebSocket."""
+def test_a_page_of_another_origin_gets_no_websocket(viewed, browser):
     _, url = viewed("scenario1")
     stranger = browser.new_context().new_page()
     stranger.goto("data:text/html,<p>another site")

@@ -20,11 +20,7 @@ _PAGE = _HERE.parents[1] / "hmrsim_zenoh" / "view" / "page"
 WORLD = {
     "name": "small",
     "waypoints": {"a": [0, 0], "b": {"at": [10, 0], "capacity": 3}, "c": [10, 10], "up": [110, 10]},
-    "lanes": [
-        ["a", "b"],
-        {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2},
-        ["c", "b"],
-    ],
+    "lanes": [["a", "b"], {"from": "b", "to": "c", "one_way": True, "speed_limit": 0.5, "capacity": 2}, ["c", "b"]],
     "traffic": {"policy": "reserve", "lane_capacity": 4},
     "walls": [[[0, 5], [5, 5]], {"solid": [[20, 20], [21, 20], [21, 21]]}],
     "doors": {"gate": {"at": [[5, -1], [5, 1]], "opening_time": 1.5}},
@@ -63,23 +59,21 @@ def view():
 
 
 @pytest.mark.parametrize(("checks", "least"), [("model_checks.js", 40), ("source_checks.js", 9)])
-def test_the_model_holds_what_it_claims(evaluate, view, checks, least):
-    """The model's state follows from the worlds, scenes, events and recordings that it receives."""
+def test_the_model_follows_worlds_scenes_events_and_recordings(evaluate, view, checks, least):
     checked = evaluate(_checks(checks), view)
 
     assert {} == checked["wrong"]
     assert checked["claims"] >= least
 
 
-def test_the_page_changes_its_picture_by_what_kinds_declare(evaluate, view):
-    """The same events of kinds with other names change the same: the page knows no kind."""
+def test_the_page_handles_events_by_declarations_of_their_kinds(evaluate, view):
+    """The same kinds with other names have the same effect."""
     renamed = view | {"events": {f"plugin_{kind}": entry for kind, entry in view["events"].items()}}
 
     assert {} == evaluate(_checks("model_checks.js"), renamed, "plugin_")["wrong"]
 
 
 def test_the_page_knows_each_part_that_events_change(evaluate, view):
-    """The page knows exactly the parts that events can change."""
     known = evaluate("async ([base]) => [...(await import(`${base}/model/changes.js`)).CHANGES.keys()]", view)
 
     assert sorted(Part) == sorted(known)
@@ -95,8 +89,7 @@ _LOOKS = """async ([base, view, palette]) => {
 }"""
 
 
-def test_robots_look_as_in_other_pictures(evaluate, view):
-    """Each type has the same color and shape as in pictures and reports."""
+def test_robots_have_the_shapes_and_colors_of_other_drawings(evaluate, view):
     looks = dict(evaluate(_LOOKS, view, PALETTE))
 
     drawn = {name: [*look] for name, look in type_looks(World.model_validate(WORLD)).items()}

@@ -35,8 +35,7 @@ def _pieces(chance):
     return [way.piece(number) for number in range(len(way.seconds))]
 
 
-def test_poses_agree(viewed, open_page):
-    """The page's poses equal Python's before, during and after random motions."""
+def test_poses_during_random_motions_equal_pythons(viewed, open_page):
     chance = random.Random(7)
     pieces = [piece for _ in range(60) for piece in _pieces(chance)]
     pieces += [piece.first(piece.duration * chance.random()) for piece in pieces[::5]]

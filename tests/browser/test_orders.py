@@ -15,8 +15,7 @@ _HERE = "() => hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now()).slic
 SUCCEEDED, CANCELED = 4, 5
 
 
-def test_a_robot_and_a_place_are_clicked(viewed, ask, open_page, on_page):
-    """A click on a robot and one on a place send it there, and the table of goals shows its arrival."""
+def test_clicking_a_robot_and_a_place_sends_it_there(viewed, ask, open_page, on_page):
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(f"{url}?panel=goals")
 
@@ -30,8 +29,7 @@ def test_a_robot_and_a_place_are_clicked(viewed, ask, open_page, on_page):
     until(page, "document.querySelector('.right').textContent.includes('wall_e')")
 
 
-def test_a_goal_is_canceled_by_a_right_click(viewed, ask, open_page, on_page):
-    """The menu of a robot that drives cancels its goal, and it stops."""
+def test_the_menu_of_a_robot_cancels_its_goal(viewed, ask, open_page, on_page):
     endpoint, url = viewed("scenario1", "--real-time-factor", "0.05")
     simulator, page = ask(endpoint), open_page(url)
     goal = simulator.send("wall_e", "navigate_to_pose", pose={"pose": {"position": {"x": FAR[0], "y": FAR[1]}}})
@@ -45,8 +43,7 @@ def test_a_goal_is_canceled_by_a_right_click(viewed, ask, open_page, on_page):
     assert simulator.robot("wall_e")["motion"] is None
 
 
-def test_a_fault_is_injected_by_a_menu(viewed, ask, open_page, on_page):
-    """The menu of a robot injects a breakdown, and clears it."""
+def test_the_menu_of_a_robot_injects_and_clears_a_fault(viewed, ask, open_page, on_page):
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -61,8 +58,7 @@ def test_a_fault_is_injected_by_a_menu(viewed, ask, open_page, on_page):
     assert simulator.scene()["faults"] == []
 
 
-def test_time_is_controlled_by_buttons(viewed, ask, open_page):
-    """Pause, a step and the speed are a click each."""
+def test_buttons_pause_step_and_change_the_speed(viewed, ask, open_page):
     endpoint, url = viewed("scenario1")
     simulator, page = ask(endpoint), open_page(url)
 
@@ -78,8 +74,7 @@ def test_time_is_controlled_by_buttons(viewed, ask, open_page):
     until(page, "hmrsim.clock.factor === 5")
 
 
-def test_a_tree_is_shown(viewed, open_page):
-    """The panel of trees shows a controller's tree with its nodes, during and after its run."""
+def test_a_controllers_tree_is_shown_during_and_after_its_run(viewed, open_page):
     endpoint, url = viewed("scenario2")
     page = open_page(f"{url}?panel=trees")
     tree = "bt_controller.examples:go_to_pose"
@@ -91,7 +86,6 @@ def test_a_tree_is_shown(viewed, open_page):
 
 
 def test_the_coverage_of_a_tree_is_shown(viewed, open_page, tmp_path):
-    """The tree counts one success of the action, and shows that it never failed."""
     endpoint, url = viewed("scenario2")
     page = open_page(f"{url}?panel=trees")
     words = [sys.executable, "-m", "bt_controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e"]
@@ -101,8 +95,7 @@ def test_the_coverage_of_a_tree_is_shown(viewed, open_page, tmp_path):
     until(page, "[...document.querySelectorAll('.covered')].some((each) => each.title === 'SUCCESS 1, never failed')")
 
 
-def test_a_phone(viewed, open_page, on_page):
-    """On a phone nothing is wider than the screen, and two taps send a robot."""
+def test_a_phone_shows_the_page_in_width_and_two_taps_send_a_robot(viewed, open_page, on_page):
     _, url = viewed("scenario1")
     page = open_page(url, viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True, device_scale_factor=2)
 
@@ -116,8 +109,7 @@ def test_a_phone(viewed, open_page, on_page):
     until(page, _ENDED, SUCCEEDED)
 
 
-def test_keys(viewed, open_page):
-    """The page is used without a mouse: a robot is searched for, the theme changed, the panels opened."""
+def test_the_page_can_be_used_with_the_keyboard(viewed, open_page):
     _, url = viewed("hospital")
     page = open_page(f"{url}?theme=light&panel=none")
 
@@ -130,8 +122,8 @@ def test_keys(viewed, open_page):
     until(page, "document.documentElement.dataset.theme === 'dark'")
 
 
-def test_a_robot_is_sent_to_the_chosen_one_of_two_that_have_a_name(viewed, ask, open_page):
-    """A door and a place of the hospital are called pharmacy; the place comes first."""
+def test_a_robot_is_sent_to_the_chosen_one_of_two_entities_with_one_name(viewed, ask, open_page):
+    """A door and a place of the hospital are called pharmacy."""
     endpoint, url = viewed("hospital")
     simulator, page = ask(endpoint), open_page(url)
 

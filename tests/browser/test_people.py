@@ -14,13 +14,12 @@ SUCCEEDED, ABORTED = 4, 6
 
 @pytest.fixture
 def hospital(viewed, ask, open_page):
-    """The hospital world: a client that can query it, and a function that opens a page of it."""
+    """Return a client of the hospital world, and a function that opens its page."""
     endpoint, url = viewed("hospital", "--real-time-factor", "20")
     return ask(endpoint), lambda query="", **context: open_page(f"{url}{query}", **context)
 
 
-def test_a_robot_is_followed_from_the_list(hospital):
-    """The list shows each robot's state, filters by words, and follows a clicked robot."""
+def test_the_list_of_robots_filters_and_follows(hospital):
     _, show = hospital
     page = show("?panel=robots")
 
@@ -35,8 +34,7 @@ def test_a_robot_is_followed_from_the_list(hospital):
     expect(rows.first).to_contain_text("100 %")
 
 
-def test_robots_are_sorted(hospital):
-    """Sorted by state, for example, robots that need attention come first."""
+def test_robots_that_need_attention_are_sorted_first(hospital):
     simulator, show = hospital
     simulator.call("inject_fault", type="breakdown", robot="vaq_m")
     page = show("?panel=robots")
@@ -46,8 +44,7 @@ def test_robots_are_sorted(hospital):
     expect(page.get_by_role("list", name="Robots").get_by_role("button").first).to_contain_text("vaq_m")
 
 
-def test_an_item_is_picked_up_by_a_form(hospital):
-    """The form of an action proposes values; it shows an error and stays open."""
+def test_a_form_proposes_values_and_stays_open_after_an_error(hospital):
     simulator, show = hospital
     page = show("?panel=goals&follow=wall_e")
 
@@ -71,8 +68,7 @@ def test_an_item_is_picked_up_by_a_form(hospital):
     until(page, "hmrsim.model.robots.get('wall_e').holds.includes('medicine')")
 
 
-def test_a_field_says_what_is_wrong_with_it(hospital):
-    """Invalid fields are reported before sending, and the first one has the focus."""
+def test_invalid_fields_are_reported_before_sending(hospital):
     simulator, show = hospital
     page = show("?follow=eve")
 
@@ -87,8 +83,7 @@ def test_a_field_says_what_is_wrong_with_it(hospital):
     assert [] == simulator.robot("eve")["goals"]
 
 
-def test_a_fault_is_filled_in(hospital):
-    """The form's fields have units and defaults; the fault is injected into the selected robot."""
+def test_the_form_of_a_fault_has_units_and_defaults(hospital):
     simulator, show = hospital
     page = show("?follow=eve")
 
@@ -98,13 +93,12 @@ def test_a_fault_is_filled_in(hospital):
     page.get_by_role("button", name="Inject", exact=True).click()
 
     until(page, "[...hmrsim.model.faults.values()].some(({ fault, robot }) => fault === 'slip' && robot === 'eve')")
-    # The hospital has faults of its own, such as a wet floor.
+    # The hospital's world defines faults, such as a wet floor.
     (slip,) = (one for one in simulator.scene()["faults"] if (one["fault"], one.get("robot")) == ("slip", "eve"))
     assert 0.5 == slip["factor"]
 
 
 def test_events_from_before_the_page_are_shown(hospital):
-    """The log and the table of goals include events from before the page was opened."""
     simulator, show = hospital
     simulator.do("eve", "wait", time={"sec": 2})
 
@@ -116,7 +110,7 @@ def test_events_from_before_the_page_are_shown(hospital):
 
 
 def test_a_long_name_of_an_event_stays_in_its_row(hospital):
-    """A closed lane has the names of two waypoints, which would cover the rows above and below."""
+    """The names of a lane's two waypoints would cover the neighboring rows."""
     simulator, show = hospital
     simulator.call("inject_fault", type="lane_closed", lane=["pharmacy_counter", "pharmacy_door"])
 
@@ -126,8 +120,7 @@ def test_a_long_name_of_an_event_stays_in_its_row(hospital):
     assert name.bounding_box()["height"] < 1.7 * float(name.evaluate("e => parseFloat(getComputedStyle(e).fontSize)"))
 
 
-def test_a_hopeless_goal_is_shown_as_aborted(hospital):
-    """For a goal that is aborted at once, the page shows only the reason."""
+def test_an_unreachable_goal_shows_only_its_reason(hospital):
     _, show = hospital
     page = show("?follow=wall_e")
 

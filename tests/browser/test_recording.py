@@ -23,8 +23,7 @@ def recording(start, ask, tmp_path):
     return file
 
 
-def test_a_recording_plays(recording, start, open_page):
-    """A recording plays, pauses, seeks and jumps to marks."""
+def test_a_recording_plays_pauses_seeks_and_jumps_to_marks(recording, start, open_page):
     page = open_page(start("view", recording, "--port", 0).ready["url"])
     page.evaluate("hmrsim.playback.pause()")
 
@@ -51,8 +50,7 @@ def test_a_recording_plays(recording, start, open_page):
     assert [512, 215] == pytest.approx(page.evaluate(_AT), abs=0.01)
 
 
-def test_a_recording_takes_no_orders(recording, start, open_page):
-    """A recording takes no commands, and the page names it."""
+def test_a_recording_takes_no_commands_and_is_named(recording, start, open_page):
     page = open_page(start("view", recording, "--port", 0).ready["url"])
 
     assert page.evaluate("hmrsim.live === undefined || hmrsim.live === null")

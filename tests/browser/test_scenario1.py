@@ -18,7 +18,7 @@ def _at(point):
 
 
 def test_scenario_1(viewed, ask, open_page, coloured):
-    """The robot drives, grabs, drives and drops, and the page shows it in the right place, in data and in pixels."""
+    """The page shows the robot in the right place, in data and in pixels."""
     endpoint, url = viewed("scenario1", "--real-time-factor", "0.5")
     simulator, page = ask(endpoint), open_page(f"{url}?theme=light")
     assert coloured(page, HOME, YELLOW) > 20

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Background:
-    """A command that goes on while others run; *program* says which one replaces it."""
+    """A command that runs beside others; a later one with the same *program* replaces it."""
 
     def __init__(self, process: subprocess.Popen[str], program: str) -> None:
         self.text = ""
@@ -26,13 +26,13 @@ class Background:
         self._reader.start()
 
     def has_printed(self, enough: Callable[[str], bool]) -> bool:
-        """Wait until what it has printed is enough; return whether that came."""
+        """Wait until the command has printed enough; return whether it has."""
         with self._changed:
             self._changed.wait_for(lambda: enough(self.text) or self._over, PATIENCE)
             return bool(enough(self.text))
 
     def stop(self) -> None:
-        """End it as Ctrl-C does."""
+        """Interrupt the command as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
         self._process.wait()
         self._reader.join(PATIENCE)

@@ -1,4 +1,4 @@
-"""What a block of data is, and whether hmrsim takes it as that."""
+"""Kinds of data blocks, and checks that hmrsim accepts them."""
 
 from __future__ import annotations
 
@@ -28,23 +28,22 @@ _ACTION: Final = re.compile(r"^[\w.-]+/[\w./-]+@\S+$")
 
 
 def is_world(text: str, folder: Path, base: str) -> None:
-    """Load a world; the part of one, with the rest, which is in the file that the comment names."""
+    """Load a world, or a part of one with the rest from the file that the comment names."""
     load_world(_written(f"include: [{base}]\n{text}" if base else text, folder))
 
 
 def is_overlay(text: str, folder: Path, base: str) -> None:
-    """Lay changes over a world."""
+    """Apply changes to a world."""
     world = str(folder / base) if (folder / base).exists() else base
     load_world(world, overlays=overlays_of([str(_written(text, folder))], []))
 
 
 def is_settings(text: str, folder: Path, _: str) -> None:
-    """Read the settings of a run."""
     assert read_file(_written(text, folder), SERVED)
 
 
 def is_experiment(text: str, folder: Path, rest: str) -> None:
-    """Read an experiment, with the world and the controllers that it names; the rest of one is in another file."""
+    """Read an experiment with its world and controllers; the rest of a part is in another file."""
     more = (folder / rest).read_text(encoding="utf-8") if rest else ""
     assert read_plan(_written(text + more, folder)).scenarios
 
@@ -55,26 +54,26 @@ def is_check(text: str, folder: Path, _: str) -> None:
 
 
 def is_properties(text: str, folder: Path, world: str) -> None:
-    """Read properties, or some lines of them, and find what they speak of in a world."""
+    """Read properties, or some lines of them, and check their names in a world."""
     whole = text if text.lstrip("# ").startswith(("properties:", "yaml-")) else f"properties:\n{text}"
     found = check_properties(read_properties(_written(whole, folder)), load_world(world or "hospital").world)
     assert not [finding for finding in found if finding.severity == "error"], found
 
 
 def is_part(text: str, _: Path, name: str) -> None:
-    """Find the lines, as they stand there, in a file of the repository."""
+    """Find these lines, unchanged, in a file of the repository."""
     file = (ROOT / name).read_text(encoding="utf-8")
     assert _unindented(text) in _unindented(file), f"these lines are not in {name}"
 
 
 def is_schedule(text: str, _: Path, __: str) -> None:
-    """Read things that go wrong, as the file of a failure has them."""
+    """Read the disturbances of a failure's file."""
     _, findings = read_injections(yaml.safe_load(text))
     assert not findings
 
 
 def is_payload(text: str, _: Path, where: str) -> None:
-    """Find the fields, no more and no fewer, in what is at a key of a world; or these entries, in a field of it."""
+    """Find exactly these fields, or these entries of a field, in the value of a world's key."""
     world, key, *field = where.split()
     with simulation(world) as run:
         run.client.sleep(120)
@@ -87,7 +86,6 @@ def is_payload(text: str, _: Path, where: str) -> None:
 
 
 def is_lines(text: str, _: Path, __: str) -> None:
-    """Read each line as JSON."""
     for line in text.splitlines():
         json.loads(line)
 
@@ -100,7 +98,7 @@ def is_json5(text: str, folder: Path, _: str) -> None:
 
 
 def is_workflow(text: str, _: Path, __: str) -> None:
-    """Find what GitHub asks for in a workflow, and each action with its version."""
+    """Check the required parts of a GitHub workflow, and the version of each action."""
     workflow = yaml.safe_load(text)
     assert {"name", True, "jobs"} <= workflow.keys()  # YAML 1.1 takes `on` for a truth value
     for job in workflow["jobs"].values():
@@ -110,7 +108,7 @@ def is_workflow(text: str, _: Path, __: str) -> None:
 
 
 def is_gitlab(text: str, _: Path, __: str) -> None:
-    """Find what GitLab asks for in a pipeline: jobs with scripts."""
+    """Check the required parts of a GitLab pipeline: jobs with scripts."""
     for job in yaml.safe_load(text).values():
         assert all(isinstance(line, str) for line in job["script"]), job
 
@@ -134,7 +132,7 @@ KINDS: Final[dict[str, Callable[[str, Path, str], None]]] = {
 
 
 def _alike(there: Any, shown: Any) -> bool:
-    """Return whether both have the same fields, in each other; what may be null need not be."""
+    """Return whether both have the same fields at every depth, except null."""
     if isinstance(there, dict) and isinstance(shown, dict):
         return there.keys() == shown.keys() and all(_alike(there[name], shown[name]) for name in there)
     if isinstance(there, list) and isinstance(shown, list):

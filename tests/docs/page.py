@@ -1,4 +1,4 @@
-"""A page of the documentation as its code blocks, with what comments say of each."""
+"""A page of the documentation as its code blocks, with the remarks of comments."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Block:
         language: The first word after the fence; of a comment, its name.
         title: The name of the file that it is.
         text: What is in it.
-        remarks: What comments directly before it say, by their names.
+        remarks: The comments directly before it, by their names.
     """
 
     line: int

@@ -1,4 +1,4 @@
-"""A reader who does what a page says, block by block, in a folder of their own."""
+"""A reader who follows a page, block by block, in a folder."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _BESIDE: Final = ("examples", "maps", "schemas")
 
 
 class Session:
-    """What a page's blocks share: a folder, a namespace, the environment, a port, and what runs in the background."""
+    """The shared state of a page's blocks: folder, namespace, environment, port, and background commands."""
 
     def __init__(self, folder: Path, files: Path) -> None:
         self.skipped: list[str] = []
@@ -70,7 +70,6 @@ class Session:
         }
 
     def __enter__(self) -> Self:
-        """Lay down what a reader has."""
         for name in _BESIDE:
             (self._folder / name).symlink_to(ROOT / name)
         (self._folder / ".venv").symlink_to(sys.prefix)
@@ -79,7 +78,6 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop what goes on."""
         self._stop()
 
     def do(self, block: Block) -> None:
@@ -154,7 +152,7 @@ class Session:
 
     @contextlib.contextmanager
     def _inside(self) -> Any:
-        """Be in the folder, with its modules and the environment, and leave no trace of them."""
+        """Enter the folder with its modules and environment, and restore everything afterwards."""
         modules, path, environment, folder = set(sys.modules), list(sys.path), dict(os.environ), Path.cwd()
         os.chdir(self._at)
         sys.path.insert(0, str(self._at))
@@ -172,7 +170,7 @@ class Session:
                     del sys.modules[name]
 
     def _javascript(self, block: Block, text: str) -> None:
-        """Run it beside what follows, until it has printed something."""
+        """Run a script beside the next blocks, once it has printed something."""
         self._write("block.mjs", text)
         command = Command("node --experimental-websocket block.mjs", "...{...")
         self._commands(replace(block, remarks={"background": ""}), [command])
@@ -215,7 +213,7 @@ class Session:
         return process.returncode, _PROGRESS.sub("", self._as_shown(output))
 
     def _begin(self, command: Command) -> None:
-        """Start a command that goes on while others run, and wait until it has printed what the page shows."""
+        """Start a background command, and wait until it has printed the lines on the page."""
         program = _GOES_ON.match(command.text)
         for other in list(self._background):
             if program and other.program == program[0]:
@@ -248,21 +246,20 @@ class Session:
         return {f"HMRSIM_{role}": f"{protocol}/127.0.0.1:{self._ports[_PORT]}", **self._environment}
 
     def _stop(self) -> None:
-        """Press Ctrl-C where something runs."""
         for background in reversed(self._background):
             background.stop()
         self._background.clear()
 
 
 def _check_extras(requirement: str) -> None:
-    """Find the extras of a requirement; the package itself is installed."""
+    """Check that the extras of a requirement exist; the package itself is installed."""
     wanted = Requirement(requirement)
     there = set(metadata(wanted.name).get_all("Provides-Extra", []))
     assert wanted.extras <= there, f"no extra {wanted.extras - there}; there are {sorted(there)}"
 
 
 def _free_ports(count: int) -> list[str]:
-    """Return free ports, all of them different: each is held until the last one is found."""
+    """Return different free ports, each of them held until the last one is found."""
     with contextlib.ExitStack() as held:
         probes = [held.enter_context(socket.socket()) for _ in range(count)]
         for probe in probes:

@@ -1,4 +1,4 @@
-"""What the documentation shows is what happens: each page is done, block by block."""
+"""Each page of the documentation is followed block by block, and shows the real output."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ PAGES = [page for page in TEXTS if blocks_of(page)]
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT).with_suffix("")) for page in PAGES])
 def test_a_page_does_what_it_shows(page, tmp_path):
-    """Block by block, in one folder, as a reader would."""
     blocks = blocks_of(page)
     with Session(tmp_path, FILES / page.stem) as session:
         for block in blocks:

@@ -1,4 +1,4 @@
-"""Whoever reads pages notices what is wrong with one."""
+"""The reader of pages finds their errors."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from tests.docs.transcript import fits
 
 @pytest.fixture
 def do(tmp_path):
-    """Return the function that does a page, with `~` for the ticks of its fences."""
+    """Return the function that follows a page, with `~` for the ticks of its fences."""
 
     def do(text):
+        """Return the function that follows a page, with `~` for the ticks of its fences."""
         page = tmp_path / "page.md"
         page.write_text(text.replace("~~~", "```"))
         (tmp_path / "folder").mkdir()
@@ -68,14 +69,12 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", RIGHT)
-def test_what_is_right_is_done(do, name):
-    """Without a word."""
+def test_a_correct_page_passes(do, name):
     do(RIGHT[name])
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_what_is_wrong_is_told(do, name):
-    """With what there is instead."""
+def test_a_wrong_block_is_reported_with_the_real_output(do, name):
     text, message = WRONG[name]
 
     with pytest.raises((AssertionError, ArithmeticError, HmrsimError, ValueError)) as raised:
@@ -84,12 +83,11 @@ def test_what_is_wrong_is_told(do, name):
     assert message in str(raised.value)
 
 
-def test_what_the_machine_lacks_is_skipped(do):
-    """With the place."""
+def test_a_block_that_needs_a_missing_program_is_skipped(do):
     assert ["line 2 needs no_such_program"] == do("<!-- needs: no_such_program -->\n~~~sh\nfalse\n~~~").skipped
 
 
 def test_dots_stand_for_anything():
-    """Within a line, and for lines; nothing else does."""
+    """They match within a line and across lines."""
     assert fits("a ... c\n...\ne", "a b c\nd\nd\ne")
     assert not fits("a.c", "abc")

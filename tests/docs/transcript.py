@@ -1,4 +1,4 @@
-"""What a block of commands shows: the commands, and what each of them prints."""
+"""A block of commands, and the expected output of each."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ _REMARK: Final = re.compile(r"\s{2,}#.*$")
 
 @dataclass(frozen=True)
 class Command:
-    """A command of a page, and the lines that it prints; no lines stand for any."""
+    """A command of a page, and its expected lines; without lines any output matches."""
 
     text: str
     output: str = ""
 
 
 def commands_of(text: str) -> list[Command]:
-    """Return the commands of a `console` block: after `$`, continued after `>`, each with what it prints."""
+    """Return the commands of a `console` block, after `$` and continued after `>`, with their output."""
     commands: list[list[str]] = []
     outputs: list[list[str]] = []
     for line in text.splitlines():
@@ -39,20 +39,20 @@ def commands_of(text: str) -> list[Command]:
 
 
 def lines_of(text: str) -> list[Command]:
-    """Return the commands of a `sh` block: one a line, continued after a backslash; without what they print."""
+    """Return the commands of a `sh` block, one a line or continued after a backslash."""
     joined = re.sub(r"\\\n\s*", "", text)
     lines = [_REMARK.sub("", line).strip() for line in joined.splitlines()]
     return [Command(line) for line in lines if line and not line.startswith("#")]
 
 
 def fits(expected: str, actual: str) -> bool:
-    """Return whether a text is what a page shows: `...` stands for anything, also for lines."""
+    """Return whether a text matches the page's, where `...` matches anything, also across lines."""
     pattern = r"[\s\S]*?".join(re.escape(part) for part in _tidy(expected).split("..."))
     return re.fullmatch(pattern, _tidy(actual)) is not None
 
 
 def begins_with(expected: str, actual: str) -> bool:
-    """Return whether the first lines of a text are what a page shows."""
+    """Return whether the first lines of a text are those of the page."""
     lines = actual.splitlines()
     return any(fits(expected, "\n".join(lines[:count])) for count in range(len(lines) + 1))
 

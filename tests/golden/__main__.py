@@ -1,4 +1,4 @@
-"""Write what the golden runs are, compare it, or pin it anew: ``python -m tests.golden --help``."""
+"""Write, compare or pin the golden runs: ``python -m tests.golden --help``."""
 
 # ruff: noqa: T201 - printing is what a command does
 
@@ -23,7 +23,7 @@ examples:
 
 
 def main():
-    """Run the cases; return 1 if any is not as it was."""
+    """Run the cases; return 1 if any has changed."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.golden", epilog=_EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -60,7 +60,7 @@ def _write(folder, texts):
 
 
 def _show(case, folder, texts):
-    """Print the first line of each text that is not as it was."""
+    """Print the first changed line of each text."""
     for name, text in texts.items():
         path = folder / name
         before = path.read_text().splitlines() if path.exists() else []

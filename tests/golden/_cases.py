@@ -1,4 +1,4 @@
-"""The golden runs: what each is, and all that is pinned of it."""
+"""The golden runs, and the texts that are pinned for each."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _PROGRAMS = {"state_machine": "scenario1", "lockstep_bare_keys": "hospital"}
 
 
 def _simulated(world, folder):
-    """``hmrsim simulate`` of a shipped world, and scenes of the same run."""
+    """Return the trace, the report and scenes of ``hmrsim simulate`` of a shipped world."""
     trace = running.traced_by_cli(folder, "simulate", world, "--duration", str(_SECONDS))
     run = running.Run(world)
     scenes = []
@@ -46,7 +46,7 @@ def _simulated(world, folder):
 
 
 def _under(world, policy, folder):
-    """A world of the zoo under a traffic policy, to the end of its scripts."""
+    """Run a world of the zoo under a traffic policy, to the end of its scripts."""
     run = running.Run(world, {"traffic": {"policy": policy}})
     scenes = []
     for until in (5.0, 15.0, 3600.0):
@@ -56,7 +56,7 @@ def _under(world, policy, folder):
 
 
 def _told(story, folder):
-    """A story: a world, and what is asked of it at which time."""
+    """Run a story: a world, and commands at given times."""
     run = running.Run(story["world"], story.get("changes"))
     scenes = []
     for at, order, *arguments in story["events"]:
@@ -72,18 +72,18 @@ def _told(story, folder):
 
 
 def _of_trace(make, folder, *arguments):
-    """A run of which only the trace is at hand."""
+    """Return the texts of a run that has only its trace."""
     trace = make(*arguments)
     return _pinned(folder, trace, [running.last_scene(trace)])
 
 
 def _demo(folder):
-    """``hmrsim demo`` in lockstep: three processes."""
+    """Run ``hmrsim demo`` in lockstep, with its three processes."""
     return _of_trace(running.traced_by_process, folder, folder, "demo", "--clock", "lockstep", "--json")
 
 
 def _tree(world, tree, robots, folder, run=running.traced_tree):
-    """A tree among the examples, in lockstep."""
+    """Run an example tree in lockstep."""
     root = running.ROOT
     world = str(root / world) if "/" in world else world
     tree = str(root / tree) if tree.endswith(".xml") else tree
@@ -91,12 +91,12 @@ def _tree(world, tree, robots, folder, run=running.traced_tree):
 
 
 def _program(world, name, folder):
-    """A program among the examples, in lockstep."""
+    """Run an example program in lockstep."""
     return _of_trace(running.traced_program, folder, world, running.ROOT / "examples" / f"{name}.py")
 
 
 def _heard(run):
-    """What a client receives during a run."""
+    """Return the messages that a client receives during a run."""
     lines = (json.dumps(_rounded(event)) + "\n" for event in run.events)
     return {"events.jsonl": "".join(lines)} | ({"answers.json": _text(run.answers)} if run.answers else {})
 
@@ -148,18 +148,18 @@ WITHIN = {f"tree/{name}": partial(_tree, *asked, run=running.traced_tree_within)
 
 
 def made(name, cases=CASES):
-    """Return all that is pinned of a case, as texts by file name."""
+    """Return the pinned texts of a case by file name."""
     with tempfile.TemporaryDirectory() as folder:
         return cases[name](Path(folder))
 
 
 def digests(texts):
-    """Return how many lines each text has, and its hash."""
+    """Return the number of lines and the hash of each text."""
     return {
         name: f"{text.count(chr(10))} {hashlib.sha256(text.encode()).hexdigest()[:16]}" for name, text in texts.items()
     }
 
 
 def known():
-    """Return the digests of all cases as they are committed."""
+    """Return the committed digests of all cases."""
     return json.loads(HASHES.read_text())

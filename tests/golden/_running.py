@@ -1,4 +1,4 @@
-"""How a golden run is made; the only module here that knows where things are inside the packages."""
+"""Runs of golden cases; the only module here that imports from inside the packages."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def traced_by_cli(folder, *arguments):
-    """Return the trace that ``hmrsim`` writes in this process for a command such as ``simulate WORLD``."""
+    """Return the trace of a command such as ``simulate WORLD`` in this process."""
     path = folder / "cli.jsonl"
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         hmrsim([*arguments, "--trace", str(path)])
@@ -49,14 +49,14 @@ def traced_by_cli(folder, *arguments):
 
 
 def traced_by_process(folder, *arguments):
-    """Return the trace that ``hmrsim`` writes as a process of its own."""
+    """Return the trace of a command in another process."""
     path = folder / "process.jsonl"
     _run(Path(sys.executable).with_name("hmrsim"), *arguments, "--trace", path)
     return path.read_text()
 
 
 def report_of(folder, trace):
-    """Return what ``hmrsim report --json`` says of a trace."""
+    """Return the output of ``hmrsim report --json`` for a trace."""
     path = folder / "reported.jsonl"
     path.write_text(trace)
     with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()):
@@ -65,7 +65,7 @@ def report_of(folder, trace):
 
 
 def last_scene(trace):
-    """Return the scene in which a trace ends, run again."""
+    """Return the last scene of a replayed trace."""
     seen = []
     outcome = replay(trace.splitlines(keepends=True), lambda simulator: seen.append(simulator) or ())
     assert outcome.difference is None, outcome.difference
@@ -80,8 +80,8 @@ class Run:
         changes: What is different in this run, by the key of the world.
 
     Attributes:
-        answers: What was answered to the commands, in plain values.
-        events: What subscribers of ``_world/events`` are told, also what no trace has: lanes, ways and goals.
+        answers: The answers to the commands, in plain values.
+        events: The events for subscribers of ``_world/events``, including motions and routes, which no trace has.
     """
 
     def __init__(self, world, changes=None):
@@ -97,26 +97,25 @@ class Run:
         self._simulator = Simulator(world, settings, [self._trace, self], services=services())
 
     def wants(self, topic):
-        """Return whether it is about what happens: there are no samples here."""
+        """Return whether a topic has events; there are no samples here."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
     def emit(self, event):
-        """Keep what happens, and the answer to a command of a story."""
+        """Keep an event, or the answer to a command of a story."""
         if isinstance(event, (GoalChanged, EventStamped)):
             self.events.append(json.loads(event_payload(event)))
         elif isinstance(event, Answered) and isinstance(event.reply_to, str):
             self.answers.append({"at": self._simulator.now, "to": event.reply_to, "answer": _plain(event.answer)})
 
     def advance(self, until):
-        """Let it be so late, unless the simulation is paused."""
+        """Advance to a time, unless the simulation is paused."""
         self._simulator.advance(until)
 
     def finish(self, until):
-        """Let the scripts come to their end, or it be so late."""
+        """Run until the scripts have ended, or until a time."""
         self._simulator.run_scripts(until)
 
     def scene(self):
-        """Return all that is to be seen now."""
         return scene(self._simulator)
 
     def trace(self):
@@ -125,7 +124,7 @@ class Run:
         return "".join(self._lines)
 
     def send(self, name, robot, order=None, action=None, goal=None):
-        """Send a goal, under a letter: as a line of a script, or as an action and a goal in plain values."""
+        """Send a goal under a letter, as a line of a script or as an action with a goal in plain values."""
         goal_id = name * 32
         if order:
             read = read_order(order, self._simulator.world)
@@ -137,7 +136,6 @@ class Run:
         self._simulator.submit(SendGoal(robot, action, message, goal_id, f"send {name}"))
 
     def cancel(self, name):
-        """Cancel a goal."""
         self._simulator.submit(CancelGoal(*self._goals[name], reply_to=f"cancel {name}"))
 
     def call(self, service, request=None):
@@ -146,15 +144,15 @@ class Run:
         self._simulator.submit(CallService(service, message, f"call {service}"))
 
     def read(self, topic, robot="", action=""):
-        """Ask for the latest of a topic."""
+        """Return the latest message of a topic."""
         self._simulator.submit(Read(Topic(topic), robot, action, f"read {topic} {robot}"))
 
     def planner(self, present):
-        """Let a planner come or go."""
+        """Declare or undeclare a planner."""
         self._simulator.submit(PlannerPresent(present))
 
     def plan(self, request, *points):
-        """Answer what a planner was asked: points, or how it failed."""
+        """Answer a planner's request with points, or with a failure."""
         fields = points[-1] if isinstance(points[-1], dict) else {}
         points = () if fields else points
         poses = [{"pose": {"position": {"x": x, "y": y}}} for x, y in points]
@@ -162,13 +160,12 @@ class Run:
         self._simulator.submit(PlanAnswered(request, result))
 
     def stop(self, reason):
-        """Abort all goals."""
         self._simulator.submit(Stop(reason))
 
 
 @contextmanager
 def _served(world):
-    """Serve a world in lockstep; give the endpoint and the pieces of the trace."""
+    """Serve a world in lockstep; yield the endpoint and the pieces of the trace."""
     pieces = []
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     loaded, settings = load_world(world), RunSettings(clock="lockstep", feedback_rate=2.0)
@@ -189,7 +186,7 @@ def traced_tree(world, tree, robots):
 
 
 def traced_tree_within(world, tree, robots):
-    """Return the trace of a tree that runs in the simulator's own process, without a network."""
+    """Return the trace of a tree that runs in the simulator's process, without a network."""
     pieces = []
     loaded, settings = load_world(world), RunSettings(clock="lockstep", feedback_rate=2.0)
     trace = Trace(Header.of(loaded.world, settings), pieces.append)
@@ -204,7 +201,7 @@ def traced_tree_within(world, tree, robots):
 
 
 def traced_program(world, program):
-    """Return the trace of a Python program that takes part in lockstep, in a process of its own."""
+    """Return the trace of a Python program that takes part in lockstep, in another process."""
     with _served(world) as (endpoint, pieces):
         _run(sys.executable, program, endpoint)
     return "".join(pieces)
@@ -215,7 +212,7 @@ def _run(*command):
 
 
 def _plain(answer: Any) -> Any:
-    """Return an answer in plain values, whatever it is made of."""
+    """Return an answer in plain values."""
     if isinstance(answer, Message):
         return answer.model_dump(mode="json", exclude_defaults=True)
     if hasattr(answer, "_asdict"):

@@ -1,4 +1,4 @@
-"""Whatever is changed inside, runs stay as they were, byte for byte: traces, reports, scenes and answers."""
+"""Traces, reports, scenes and answers of known runs stay the same, byte for byte."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ def _marked(name):
 
 
 @pytest.mark.parametrize("name", [_marked(name) for name in _cases.CASES])
-def test_it_is_as_pinned(name):
-    """If it should not be: pin it anew."""
+def test_a_golden_run_is_unchanged(name):
     found = _cases.digests(_cases.made(name))
 
     assert _cases.known().get(name) == found, (
@@ -26,11 +25,10 @@ def test_it_is_as_pinned(name):
 
 
 @pytest.mark.parametrize("name", _cases.WITHIN)
-def test_it_is_the_same_within_one_process(name):
-    """Without Zenoh, and without a thread for the simulation."""
+def test_a_golden_run_is_the_same_within_one_process(name):
+    """There is no Zenoh and no thread of the simulation."""
     assert _cases.known()[name] == _cases.digests(_cases.made(name, _cases.WITHIN))
 
 
-def test_nothing_is_pinned_that_is_not_run():
-    """A case that was renamed leaves nothing behind."""
+def test_every_pinned_case_is_run():
     assert [] == sorted(_cases.known().keys() - _cases.CASES.keys())

@@ -1,4 +1,4 @@
-"""Real processes that talk over Zenoh on loopback."""
+"""Real processes that communicate over Zenoh on the loopback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.paths import ROOT
 
 
 class Started:
-    """A process of ours, with what it has written."""
+    """A process of ours, with its output."""
 
     def __init__(self, arguments, *, env=None, cwd=ROOT):
         self.process = processes.start(*arguments, cwd=cwd, env={**os.environ, "PYTHONUNBUFFERED": "1", **(env or {})})
@@ -38,7 +38,7 @@ class Started:
 
 @pytest.fixture
 def start():
-    """Return the function that starts one of our commands; what still runs at the end of the test is killed."""
+    """Return the function that starts one of our commands, which is killed at the end of the test."""
     started = []
 
     def run(command, *arguments, env=None, cwd=ROOT):
@@ -54,7 +54,7 @@ def start():
 
 @pytest.fixture
 def serve(start):
-    """Return the function that serves a world on a free port: the process and its endpoint."""
+    """Return the function that serves a world on a free port and returns the process and its endpoint."""
 
     def run(world, *arguments):
         process = start("hmrsim", "run", world, "--listen", "tcp/127.0.0.1:0", *arguments)
@@ -68,7 +68,7 @@ def serve(start):
 
 @pytest.fixture
 def command(start):
-    """Return the function that runs a command to its end: exit code, output, errors."""
+    """Return the function that runs a command to its end and returns exit code, output and errors."""
 
     def run(name, *arguments, endpoint=None, env=None):
         settings = {"HMRSIM_CONNECT": endpoint} if endpoint else {}

@@ -1,4 +1,4 @@
-"""The instructions of Containerfile, and those that can be carried out without a container."""
+"""The instructions of Containerfile, some of which can be executed without a container."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STEPS = [tuple(line.split(" ", 1)) for line in _TEXT.splitlines() if line and no
 
 
 def argument_of(instruction: str) -> str:
-    """Return what follows the only instruction of this name."""
+    """Return the argument of the only instruction of this name."""
     (text,) = (rest for name, rest in STEPS if name == instruction)
     return text
 
@@ -32,7 +32,7 @@ def words_of(instruction: str) -> list[str]:
 
 
 def copied() -> tuple[list[str], str]:
-    """Return the patterns of the files that are copied, and the folder into which they are."""
+    """Return the patterns of the copied files, and their destination."""
     *sources, folder = argument_of("COPY").split()
     return sources, folder
 

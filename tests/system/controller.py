@@ -21,11 +21,11 @@ say = partial(print, flush=True)
 
 
 class Refused(Exception):
-    """The simulator answers with an error."""
+    """The simulator replied with an error."""
 
 
 class Mission:
-    """What to do next: it depends on the seed, and on what the simulator says."""
+    """Decides the next commands by the seed and by the simulator's answers."""
 
     def __init__(self, seed, robots):
         self._chance = random.Random(seed)
@@ -33,7 +33,7 @@ class Mission:
         self._running = {}
 
     def commands(self):
-        """Return goals for idle robots, and now and then a cancel."""
+        """Return goals for idle robots, and sometimes a cancel."""
         chance = self._chance
         commands = [self._goal(robot) for robot in self._idle]
         self._idle.clear()
@@ -43,12 +43,12 @@ class Mission:
         return commands
 
     def limits(self, now):
-        """Return how far time may move, and what for it shall stop."""
+        """Return the limit of the advance, and the events that end it earlier."""
         until = now + self._chance.uniform(0.0, 15.0) if self._chance.random() < 0.5 else None
         return {"until": until, "wake": self._chance.choice(WAKES)}
 
     def take(self, commands, granted):
-        """Note which goals run, and which robots are idle."""
+        """Update the running goals and the idle robots."""
         for command, answer in zip(commands, granted["accepted"], strict=True):
             if "goal" in command:
                 self._running[answer["goal_id"]] = command["robot"], command["action"]
@@ -75,7 +75,7 @@ def ask(session, what, request):
 
 
 def play(session, args, turns):
-    """Take part for the turns that are left."""
+    """Take part for the remaining turns."""
     joined = ask(session, "join", {"name": args.name})
     say("joined")
     mission, epoch, now = Mission(f"{args.seed}/{args.name}", args.robots.split(",")), joined["epoch"], joined["now"]
@@ -97,7 +97,7 @@ def play(session, args, turns):
 
 
 def main():
-    """Play; a participant that is refused reports it and joins again."""
+    """Take part; print a rejection and join again."""
     parser = argparse.ArgumentParser()
     parser.add_argument("endpoint")
     parser.add_argument("name")

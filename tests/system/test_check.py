@@ -1,4 +1,4 @@
-"""`hmrsim check` with processes of its own: the same search however many there are."""
+"""`hmrsim check` in worker processes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.porters import HERE, WORLD
 
 
 def summary(folder, *options):
-    """Return the summary of a search, without what the wall's clock says."""
+    """Return the summary of a search without its wall times."""
     command = [sys.executable, "-m", "hmrsim.cli", "check", "world.yaml", "--python", "porters.py:vain", "--json"]
     done = subprocess.run([*command, *options], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
@@ -24,7 +24,6 @@ def summary(folder, *options):
 
 
 def test_a_search_is_the_same_with_one_process_and_with_two(tmp_path):
-    """The same runs, the same failures, the same smallest schedules, the same files."""
     (tmp_path / "world.yaml").write_text(yaml.safe_dump(WORLD), encoding="utf-8")
     (tmp_path / "porters.py").write_text((HERE / "porters.py").read_text("utf-8"), encoding="utf-8")
 

@@ -52,7 +52,7 @@ SECOND = {"disturbance": "second_controller", "when": executing(after=4.0)}
 
 @pytest.fixture
 def disturbed(tmp_path):
-    """Return a function that runs the controller while it is disturbed: how it ended, and its trace."""
+    """Return a function that runs the disturbed controller and returns its outcome and its trace."""
     (tmp_path / "world.yaml").write_text(WORLD)
     (tmp_path / "controller.py").write_text(CONTROLLER)
 
@@ -76,21 +76,19 @@ def disturbed(tmp_path):
 
 
 def goals(trace):
-    """Return when ann was sent goals, and by whom."""
+    """Return the times of ann's goals, with their senders."""
     lines = map(json.loads, trace.splitlines())
     return [(line["stamp"]["sec"], line["by"]) for line in lines if line.get("command") == "send_goal"]
 
 
-def test_a_killed_command_is_started_again(disturbed):
-    """From scratch, at that simulated time, however long it takes to start."""
+def test_a_killed_command_restarts_at_the_same_simulated_time(disturbed):
     ended, trace = disturbed(KILLED | {"restart_after": 3.0})
 
     assert ("succeeded", "", "7.0\n17.0\n27.0\ndone") == ended
     assert [(0, "nurse"), (7, "nurse"), (17, "nurse"), (27, "nurse")] == goals(trace)
 
 
-def test_a_killed_command_may_stay_away(disturbed):
-    """Time goes on to the end of the run."""
+def test_time_continues_without_a_killed_command(disturbed):
     ended, trace = disturbed(KILLED, duration=50.0)
 
     assert "killed" == ended.ending
@@ -98,12 +96,12 @@ def test_a_killed_command_may_stay_away(disturbed):
 
 
 def test_a_command_is_killed_as_soon_as_it_was_started(disturbed, monkeypatch):
-    """Also if it has joined, and the disturbance is due, before this process knows that it was started, or again."""
+    """The disturbance may be due before this process knows that the command has started or joined."""
     acts = [threading.Event(), threading.Event()]
     done, late = iter(acts), iter(acts)
 
     class LateProcess(ControllerProcess):
-        """A process that is not known to run before its disturbance is due, if there is one."""
+        """A process that is not known to run before its disturbance is due."""
 
         def __init__(self, *args):
             super().__init__(*args)
@@ -118,22 +116,20 @@ def test_a_command_is_killed_as_soon_as_it_was_started(disturbed, monkeypatch):
     assert ("succeeded", "", "5.0\n15.0\n25.0\ndone") == ended
 
 
-def test_a_stalled_command_goes_on_later(disturbed):
-    """With the next goal, when it hears that the one before has ended."""
+def test_a_stalled_command_continues_with_its_next_goal(disturbed):
     _, trace = disturbed({"disturbance": "controller_stalled", "when": executing(after=4.0), "duration": 20.0})
 
     assert [0, 24, 34] == [at for at, _ in goals(trace)]
 
 
-def test_a_command_asks_again_for_a_lost_answer(disturbed):
-    """Also if that is lost, too."""
+def test_a_command_repeats_a_request_whose_answer_was_lost(disturbed):
+    """The second answer may be lost, too."""
     _, trace = disturbed({"disturbance": "reply_lost", "when": executing(after=4.0), "count": 2})
 
     assert [0, 10, 20] == [at for at, _ in goals(trace)]
 
 
 def test_all_disturbances_give_the_same_trace_again(disturbed):
-    """Also with a second process, and a reset."""
     disturbances = [
         SECOND,
         {"disturbance": "request_repeated", "when": executing(nth=2), "count": 2},

@@ -1,4 +1,4 @@
-"""How processes end: signals, taken ports, a simulation that dies of a bug."""
+"""Ends of processes: signals, taken ports, and a simulation that crashes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 @pytest.fixture
 def follow_goal(start):
-    """Return the function that starts a client, and returns it when its goal is accepted."""
+    """Return the function that starts a client and waits until its goal is accepted."""
 
     def run(endpoint):
         order = ("/wall_e/navigate_to_pose", "{pose: {pose: {position: {x: 512, y: 215}}}}")
@@ -22,8 +22,7 @@ def follow_goal(start):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve, follow_goal, number):
-    """The client that follows a goal sees it ABORTED."""
+def test_a_signal_ends_the_simulator_with_0_and_aborts_every_goal(serve, follow_goal, number):
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = follow_goal(endpoint)
     code, _, _ = simulator.end(number)
@@ -35,8 +34,7 @@ def test_a_signal_ends_the_simulator_with_0_and_every_goal_with_a_verdict(serve,
     assert "Traceback" not in err
 
 
-def test_a_port_that_is_taken_is_exit_code_2_with_one_line(serve, command):
-    """The line names both options that would help."""
+def test_a_taken_port_exits_with_2_and_names_the_options(serve, command):
     _, endpoint = serve("scenario1")
     code, out, err = command("hmrsim", "run", "scenario1", "--listen", endpoint)
 
@@ -48,7 +46,7 @@ def test_a_port_that_is_taken_is_exit_code_2_with_one_line(serve, command):
 
 
 def test_a_second_simulator_of_one_prefix_refuses_to_start(serve, command):
-    """Also when it would listen elsewhere; another prefix is fine."""
+    """It may listen elsewhere; only another prefix is accepted."""
     _, endpoint = serve("scenario1")
     code, _, err = command("hmrsim", "run", "scenario1", "--connect", endpoint)
 
@@ -56,8 +54,7 @@ def test_a_second_simulator_of_one_prefix_refuses_to_start(serve, command):
     assert "--prefix" in err
 
 
-def test_no_simulator_is_exit_code_3(command):
-    """The command exits within the timeout, with advice on what to start."""
+def test_no_simulator_exits_with_3_within_the_timeout(command):
     code, out, err = command("hmrsim", "action", "list", "--connect", "tcp/127.0.0.1:9", "--timeout", "0.5")
 
     assert (3, "") == (code, out)
@@ -65,7 +62,6 @@ def test_no_simulator_is_exit_code_3(command):
 
 
 def test_ctrl_c_while_following_a_goal_cancels_it(serve, follow_goal):
-    """Exit code 130, and the goal is CANCELED."""
     simulator, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = follow_goal(endpoint)
     code, _, _ = client.end(signal.SIGINT)
@@ -75,8 +71,7 @@ def test_ctrl_c_while_following_a_goal_cancels_it(serve, follow_goal):
     assert "navigate_to_pose CANCELED" in log
 
 
-def test_a_client_that_is_killed_leaves_the_others_served(serve, start, command):
-    """Its goal goes on, without a client that waits for it."""
+def test_the_goal_of_a_killed_client_continues(serve, start, command):
     _, endpoint = serve("scenario1", "--real-time-factor", "0.05")
     client = start(
         "hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 1000}}", env={"HMRSIM_CONNECT": endpoint}
@@ -90,7 +85,6 @@ def test_a_client_that_is_killed_leaves_the_others_served(serve, start, command)
 
 
 def test_the_duration_ends_the_simulator(serve):
-    """After so many simulated seconds, with 0."""
     simulator, _ = serve("scenario1", "--real-time-factor", "100", "--duration", "20")
 
     assert 0 == simulator.end()[0]

@@ -1,4 +1,4 @@
-"""Experiments as users run them: real workers, real commands, and what goes wrong with them."""
+"""Experiments as users run them, with real workers, commands and failures."""
 
 from __future__ import annotations
 
@@ -88,15 +88,14 @@ def experiment(tmp_path):
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:
-    """Return all rows but for their wall time."""
+    """Return all rows without their wall times."""
     with closing(sqlite3.connect(folder / "results.sqlite")) as database:
         database.row_factory = sqlite3.Row
         found = [dict(row) for row in database.execute("SELECT * FROM runs ORDER BY number")]
     return [{name: value for name, value in row.items() if name != "wall"} for row in found]
 
 
-def test_the_results_do_not_depend_on_where_the_runs_are_made(experiment):
-    """One worker, two, and a cluster of Dask."""
+def test_results_are_equal_with_one_worker_two_and_dask(experiment):
     changes = {"treatments": {"a": {"python": "controllers.py:go"}, "b": {"python": "controllers.py:go(x=5)"}}}
     one = experiment("one", "-j", "1", replications=6, **changes)
 
@@ -106,8 +105,7 @@ def test_the_results_do_not_depend_on_where_the_runs_are_made(experiment):
     assert one == experiment("dask", "--executor", "dask", "-j", "2", replications=6, **changes)
 
 
-def test_what_one_run_does_harms_no_other(experiment):
-    """A worker that dies, a controller that hangs, leaks or prints without end: each is a row with its cause."""
+def test_a_run_that_crashes_hangs_leaks_or_floods_affects_no_other(experiment):
     treatments = {name: {"python": f"controllers.py:{name}"} for name in ("go", "dies", "leaks", "prints")}
     limits = {**BASE["limits"], "memory": "500 MB"}
     found = experiment("bad", "-j", "2", treatments=treatments, limits=limits, replications=2)
@@ -128,7 +126,7 @@ def test_what_one_run_does_harms_no_other(experiment):
 
 
 def test_any_command_is_a_controller(experiment):
-    """It has an endpoint of its own, and its end, its output and its exit code are in its row."""
+    """Its row has its end, its output and its exit code."""
     treatments = {
         "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
         "same": {"python": "controllers.py:go"},
@@ -156,7 +154,7 @@ def test_any_command_is_a_controller(experiment):
 
 
 def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
-    """Check, run, status, show, again, export, compare: as one would."""
+    """Check, run, status, show, run again, export and compare."""
     treatments = {"near": {"python": "controllers.py:go(x=5)"}, "far": {"python": "controllers.py:go(x=10)"}}
     experiment("study", treatments=treatments, replications=30, keep={"traces": "all"})
 

@@ -1,4 +1,4 @@
-"""A fleet that shares its tasks, as users run it: the simulator and bt-controller, each a process."""
+"""A fleet that shares its tasks, with simulator and bt-controller as processes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ DELIVER = "bt_controller.examples.deliveries:deliver"
 
 @pytest.fixture
 def deliver(serve, command, tmp_path):
-    """Return the function that runs the hospital's fleet: exit code, what was told in order, the end, the trace."""
+    """Return the function that runs the hospital's fleet: exit code, messages in order, the end, the trace."""
 
     def run(*arguments):
         trace = tmp_path / "trace.jsonl"
@@ -33,7 +33,7 @@ def _is_office(node):
 
 
 def test_a_fleet_delivers_everything_the_same_each_time(deliver):
-    """A robot breaks down on its way and another takes over; one has to charge before it gets anything."""
+    """A robot breaks down on its route and another takes over; one has to charge first."""
     code, news, end, trace = deliver("--robots", "all")
     again = deliver("--robots", "all")
     told = "; ".join(message for _, message in news)
@@ -45,8 +45,7 @@ def test_a_fleet_delivers_everything_the_same_each_time(deliver):
     assert (news, trace) == (again[1], again[3])
 
 
-def test_another_seed_is_another_day(deliver):
-    """Tasks turn up in another order."""
+def test_another_seed_orders_the_tasks_differently(deliver):
     code, news, _, _ = deliver("--robots", "all", "--set", "seed=3")
 
     assert 0 == code
@@ -54,7 +53,7 @@ def test_another_seed_is_another_day(deliver):
 
 
 def test_a_task_that_no_robot_can_do_is_given_up(deliver):
-    """Couriers carry no trays: the tree fails, and reports what was not done."""
+    """Couriers carry no trays, so the tree fails and reports the remaining tasks."""
     code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
 
     assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])

@@ -1,4 +1,4 @@
-"""Lockstep between real processes: the same run at any load, and participants that die."""
+"""Lockstep between real processes, at any load, and with participants that crash."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def control(start):
 
 @pytest.fixture
 def perturbed(start, lockstep, control):
-    """Return the function that lets controllers share four robots, on a busy machine or not: the trace."""
+    """Return the function that lets controllers share four robots, on a busy machine or not, and returns the trace."""
 
     def run(number, controllers, *, busy):
         if busy:
@@ -63,7 +63,7 @@ def perturbed(start, lockstep, control):
 
 @pytest.fixture
 def replayed(command):
-    """Return the function that replays a trace: exit code, and what came of it."""
+    """Return the function that replays a trace and returns exit code and outcome."""
 
     def run(trace):
         code, out, err = command("hmrsim", "replay", trace, "--json")
@@ -73,7 +73,7 @@ def replayed(command):
 
 
 def lines(trace):
-    """Return the lines of a trace that has ended, or of as much as there is."""
+    """Return the lines of a trace, complete or not."""
     return [json.loads(line) for line in trace.read_text().splitlines()]
 
 
@@ -84,7 +84,7 @@ def happened(trace, kind):
 
 @pytest.mark.parametrize(("controllers", "runs"), [(1, 2), (2, 3), (3, 2)])
 def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
-    """Controllers that think for random times, in any order, on an idle or a busy core, with any hash seed."""
+    """Controllers compute for random times, in any order, on an idle or a busy core, with any hash seed."""
     traces = [perturbed(number, controllers, busy=number == runs - 1) for number in range(runs)]
     hashes = {hashlib.sha256(trace.read_bytes()).hexdigest() for trace in traces}
     code, outcome = replayed(traces[0])
@@ -94,8 +94,8 @@ def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
     assert (0, True, True) == (code, outcome["identical"], outcome["complete"])
 
 
-def test_a_killed_participant_does_not_keep_the_others(lockstep, control, replayed):
-    """The other participant goes on, the trace says why, and it replays."""
+def test_time_continues_without_a_killed_participant(lockstep, control, replayed):
+    """The trace has the reason, and it replays."""
     simulator, endpoint, trace = lockstep("--participants", "ann,bob")
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -109,7 +109,7 @@ def test_a_killed_participant_does_not_keep_the_others(lockstep, control, replay
 
 
 def test_a_stalled_participant_is_dropped_and_may_join_again(lockstep, control):
-    """It is dropped after the timeout; its next request is refused, with the reason."""
+    """Its next request is refused with the reason."""
     simulator, endpoint, trace = lockstep("--participants", 2, "--participant-timeout", 5)
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -126,8 +126,7 @@ def test_a_stalled_participant_is_dropped_and_may_join_again(lockstep, control):
     assert ["ann", "bob", "ann"] == [line["participant"] for line in happened(trace, "participant_joined")]
 
 
-def test_a_loss_ends_the_run_if_so_asked(lockstep, control):
-    """The other participants are informed of the end, and the simulator ends by itself."""
+def test_a_loss_can_end_the_run(lockstep, control):
     simulator, endpoint, trace = lockstep("--participants", 2, "--on-participant-loss", "end")
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -142,8 +141,7 @@ def test_a_loss_ends_the_run_if_so_asked(lockstep, control):
 
 
 @pytest.mark.parametrize("barrier", ["2", "ann,bob"])
-def test_time_waits_for_all_to_join(lockstep, control, barrier):
-    """However late the last one comes: nothing happens before."""
+def test_time_waits_until_all_have_joined(lockstep, control, barrier):
     simulator, endpoint, trace = lockstep("--participants", barrier)
     ann = control(endpoint, "ann", ROBOTS[:2])
     ann.line_with("joined")
@@ -161,8 +159,8 @@ def test_time_waits_for_all_to_join(lockstep, control, barrier):
     ] == first
 
 
-def test_the_trace_of_a_simulator_that_was_killed_replays(lockstep, control, replayed):
-    """As far as it goes, which is up to the moment when the simulator had nothing to do."""
+def test_the_trace_of_a_killed_simulator_replays(lockstep, control, replayed):
+    """It ends where the simulator was last idle."""
     simulator, endpoint, trace = lockstep()
     ann = control(endpoint, "ann", ROBOTS, "--stall", 8)
     ann.line_with("thinking")

@@ -1,4 +1,4 @@
-"""Nav2's way of navigating by a tree: its default tree as it is, and one of ours that has the same in it."""
+"""Navigation with Nav2's default tree, unmodified, and with an equivalent tree of ours."""
 
 from __future__ import annotations
 
@@ -53,13 +53,12 @@ def closing(world, *lane, at, until=None):
     ]
 )
 def tree(request):
-    """Return the file of a tree."""
     return request.param
 
 
 @pytest.fixture
 def navigate(start, tree, tmp_path):
-    """Return the function that lets a process run the tree for r: exit code, what it says, and the trace."""
+    """Return the function that runs the tree for r in a process: exit code, output and trace."""
 
     def run(world, goal=GOAL, clock="lockstep", **env):
         file, trace = tmp_path / "world.yaml", tmp_path / "trace.jsonl"
@@ -77,7 +76,7 @@ def navigate(start, tree, tmp_path):
 
 @pytest.fixture
 def driven(tree):
-    """Return the function that runs the tree for r in lockstep: its status, when it ended, and its blackboard."""
+    """Return the function that runs the tree for r in lockstep: its status, its end, and its blackboard."""
 
     def run(world, goal=GOAL):
         plan = load(str(tree), values={"goal": goal})
@@ -97,19 +96,18 @@ def codes(board):
 
 
 def goals(trace, action):
-    """Return the goals of an action that were sent, with their seconds."""
+    """Return the goals of an action, with their seconds."""
     sent = [line for line in trace if line["kind"] == "command" and line.get("action") == action]
     return [(line["stamp"]["sec"], line["goal"]) for line in sent if line["command"] == "send_goal"]
 
 
 def ends(trace):
-    """Return the actions and statuses of the goals that have ended, in their order."""
+    """Return the actions and statuses of the ended goals, in order."""
     statuses = [line for line in trace if line["kind"] == "status" and line["status"] >= 4]
     return [(line["action"], line["status"]) for line in statuses]
 
 
-def test_it_navigates_over_zenoh(navigate):
-    """While time goes by itself: 2 m, from process to process."""
+def test_the_tree_navigates_over_zenoh_in_real_time(navigate):
     code, out, trace = navigate(CORRIDOR, goal="2;0", clock="realtime")
 
     assert (0, "r: SUCCESS") == (code, out.splitlines()[-1])
@@ -118,14 +116,13 @@ def test_it_navigates_over_zenoh(navigate):
 
 @pytest.mark.parametrize(("base", "seconds"), [({}, 14.0), ({"acceleration": 0.5}, 16.0)])
 def test_a_robot_neither_jumps_nor_stops_when_its_path_is_replaced(driven, base, seconds):
-    """14 m at 1 m/s, with a path each second from where it is: as long as in one go."""
+    """14 m at 1 m/s take 14 s although the path is planned each second."""
     robots = {"r": {"at": "start", "base": {"speed": 1.0, **base}}}
 
     assert (Status.SUCCESS, seconds) == driven({**CORRIDOR, "robots": robots})[:2]
 
 
 def test_paths_are_planned_each_second_until_the_goal_is_near(navigate):
-    """Then the path that there is goes on to be valid."""
     _, _, trace = navigate(CORRIDOR)
     planned = [second for second, _ in goals(trace, "compute_path_to_pose")]
 
@@ -135,16 +132,16 @@ def test_paths_are_planned_each_second_until_the_goal_is_near(navigate):
     assert planned == [second for second, _ in goals(trace, "follow_path")]
 
 
-def test_a_lane_closed_on_the_way_is_gone_around(driven):
-    """At 2 s, before the robot is on it: 8 m more."""
+def test_a_lane_that_closes_ahead_is_avoided(driven):
+    """It closes at 2 s, and the detour is 8 m longer."""
     status, seconds, board = driven(closing(LOOP, "fork", "join", at=2))
 
     assert (Status.SUCCESS, 22.0) == (status, seconds)
     assert [] == codes(board)
 
 
-def test_a_lane_closed_without_another_way_is_waited_for(navigate):
-    """Closed for six seconds: the tree stops the robot, clears, turns, waits, and arrives when it is open again."""
+def test_a_closed_lane_without_a_detour_is_awaited(navigate):
+    """In six seconds the tree stops the robot, clears, turns and waits."""
     code, _, trace = navigate(closing(CORRIDOR, "join", "end", at=3, until=9))
     recoveries = [action for action, status in ends(trace) if action in ("spin", "wait", "back_up") and status == 4]
 
@@ -155,7 +152,7 @@ def test_a_lane_closed_without_another_way_is_waited_for(navigate):
 
 
 def test_a_lane_that_closes_near_the_goal_is_noticed(driven):
-    """The path is not planned anew there, but it is looked whether it is open; it opens before all is tried."""
+    """The path is only checked there, not planned again, and the lane opens in time."""
     corridor = {**CORRIDOR, "waypoints": {**CORRIDOR["waypoints"], "door": [13, 0]}}
     corridor["lanes"] = [["start", "fork"], ["fork", "join"], ["join", "door"], ["door", "end"]]
     status, seconds, _ = driven(closing(corridor, "door", "end", at=12.2, until=17))
@@ -170,7 +167,7 @@ def test_a_lane_that_closes_near_the_goal_is_noticed(driven):
     ids=["outside the map", "no way", "closed for ever"],
 )
 def test_an_unreachable_goal_is_a_failure_with_the_code_on_the_blackboard(driven, world, goal, code):
-    """204 at once, for no recovery helps; 208 after all recoveries have had their turn."""
+    """Code 204 fails at once, as no recovery helps, and 208 after all recoveries."""
     status, seconds, board = driven(world, goal)
 
     assert Status.FAILURE is status
@@ -178,8 +175,8 @@ def test_an_unreachable_goal_is_a_failure_with_the_code_on_the_blackboard(driven
     assert (seconds == 0.0) is (code == 204)
 
 
-def test_a_robot_that_never_gets_out_of_the_way_is_a_failure_too(driven):
-    """Though the path is planned anew each second: patience goes on, and then all recoveries have their turn."""
+def test_a_robot_that_stays_in_the_way_is_a_failure(driven):
+    """Patience runs on although the path is planned each second."""
     robots = {"r": {"at": "start"}, "s": {"at": "join", "script": ["Wait 1000"]}}
     status, _, board = driven({**CORRIDOR, "robots": robots, "traffic": {"policy": "reserve", "patience": 10}})
 
@@ -188,7 +185,7 @@ def test_a_robot_that_never_gets_out_of_the_way_is_a_failure_too(driven):
 
 
 def test_two_runs_have_the_same_trace(navigate, tmp_path):
-    """Byte for byte, with recoveries and whatever hash seed."""
+    """The runs have recoveries and different hash seeds."""
     traces = []
     for seed in ("1", "2"):
         navigate(closing(CORRIDOR, "join", "end", at=3, until=9), PYTHONHASHSEED=seed)

@@ -1,4 +1,4 @@
-"""Nav2's trees, all that are at hand, and three of ours with the nodes that they are made of: they load and drive."""
+"""Nav2's available trees, and three of ours with the same nodes, load and drive."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ WORLDS = {
 
 
 def hospital():
-    """Return the hospital, the robot that is sent, and where to."""
+    """Return the hospital, the robot and its destination."""
     make, robot, values = WORLDS["hospital"]
     return make(), robot, values
 
 
 def run(tree, world, robot, values, *, until=300.0):
-    """Run a tree in lockstep with those values that it has; return its status, the time, and its blackboard."""
+    """Run a tree in lockstep with these values; return its status, the time, and its blackboard."""
     text = tree.read_text()
     plan = load(str(tree), values={key: value for key, value in values.items() if f"{{{key}}}" in text})
     with served_world(world, clock="lockstep") as options, Client(options, name="trees") as client:
@@ -80,7 +80,7 @@ def run(tree, world, robot, values, *, until=300.0):
 @pytest.mark.parametrize("world", WORLDS)
 @pytest.mark.parametrize("tree", THEIRS, ids=lambda file: file.stem)
 def test_nav2s_trees_drive_to_success(tree, world):
-    """Unmodified, beside the lanes, too; one that never ends goes on until it is stopped."""
+    """A tree that never ends is stopped."""
     make, robot, values = WORLDS[world]
     status, _, _ = run(tree, make(), robot, values)
 
@@ -89,7 +89,6 @@ def test_nav2s_trees_drive_to_success(tree, world):
 
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_route_is_planned_smoothed_and_driven(world):
-    """Through all its waypoints to the goal."""
     make, robot, values = WORLDS[world]
     status, _, board = run(OURS / "route.xml", make(), robot, values)
 
@@ -99,7 +98,7 @@ def test_a_route_is_planned_smoothed_and_driven(world):
 
 
 def test_a_tree_waits_for_a_route_that_is_closed_for_a_while():
-    """For the five seconds of its recovery, then for five more: the lane is open again at 8 s."""
+    """Two recoveries of five seconds pass, and the lane opens at 8 s."""
     fault = {"type": "lane_closed", "lane": ["near_west", "centre"], "at": 0, "until": 8}
     world = crossing() | {"faults": [fault, {**fault, "lane": ["near_west", "near_north"]}]}
     status, now, _ = run(OURS / "route.xml", world, "eastbound", CROSSING)
@@ -108,8 +107,7 @@ def test_a_tree_waits_for_a_route_that_is_closed_for_a_while():
     assert now > 10.0
 
 
-def test_a_robot_is_tracked_while_it_drives():
-    """The tree knows when it has passed the corridor before ward a."""
+def test_the_tree_tracks_the_waypoints_of_its_robot():
     status, _, board = run(OURS / "track.xml", *hospital())
 
     assert (Status.SUCCESS, "yes", 0) == (status, board["/at_ward_a"], board["/route_error"])
@@ -117,7 +115,7 @@ def test_a_robot_is_tracked_while_it_drives():
 
 @pytest.mark.parametrize(("dx", "status"), [(0.1, Status.SUCCESS), (0.3, Status.FAILURE)])
 def test_a_robot_that_believes_itself_off_its_path_is_stopped(dx, status):
-    """0.1 m are within the bounds of 0.2 m, 0.3 m are not."""
+    """The limit is 0.2 m: 0.1 m are accepted, and 0.3 m are not."""
     world, robot, values = hospital()
     fault = {"type": "localisation_jump", "robot": robot, "dx": dx, "at": 12}
     plain = world.model_dump(mode="json", by_alias=True, exclude_unset=True)

@@ -1,4 +1,4 @@
-"""A controller that is killed in the middle of its mission goes on with it when it is started again."""
+"""A controller that is killed during its mission resumes it when it is restarted."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def ward(serve, tmp_path):
 
 @pytest.fixture
 def live(start, tmp_path):
-    """Return the function that lets a controller begin again until it has ended otherwise than killed: the codes."""
+    """Return the function that restarts a controller until it ends by itself, and returns the exit codes."""
 
     def run(endpoint, lives, tick, *options, tree="errands:errand"):
         (tmp_path / "lives").write_text(f"{lives} {tick}")
@@ -105,7 +105,7 @@ def live(start, tmp_path):
 
 
 def ends(simulator, trace):
-    """Return how many goals have ended how, by action, when the simulator has."""
+    """Return the number of goals by action and status, once the simulator has ended."""
     simulator.end(signal.SIGTERM)
     lines = [json.loads(line) for line in trace.read_text().splitlines()]
     return Counter(
@@ -121,8 +121,8 @@ def ends(simulator, trace):
         ("realtime", 2, 3),
     ],
 )
-def test_a_killed_controller_goes_on_without_doing_a_step_again(ward, live, clock, lives, tick):
-    """This holds for any number of kills, whether a goal was under way, done, or not even sent."""
+def test_a_killed_controller_repeats_no_step(ward, live, clock, lives, tick):
+    """It is killed any number of times, during a goal, after it, or before it is sent."""
     simulator, endpoint, trace = ward(clock)
     codes = live(endpoint, lives, tick, "--resume")
 
@@ -130,8 +130,7 @@ def test_a_killed_controller_goes_on_without_doing_a_step_again(ward, live, cloc
     assert {(action, SUCCEEDED): number for action, number in DONE.items()} == ends(simulator, trace)
 
 
-def test_a_tree_may_ask_for_it_itself(ward, live):
-    """By a mark."""
+def test_a_tree_can_request_to_be_resumed(ward, live):
     simulator, endpoint, trace = ward("lockstep")
     codes = live(endpoint, 1, 5, tree="errands:marked")
 
@@ -140,15 +139,14 @@ def test_a_tree_may_ask_for_it_itself(ward, live):
 
 
 @pytest.mark.parametrize(("tree", "options"), [("errands:errand", ()), ("errands:marked", ("--no-resume",))])
-def test_a_controller_that_does_not_resume_begins_anew(ward, live, tree, options):
-    """As the parcel is not where it was, that fails."""
+def test_without_resuming_the_mission_starts_again(ward, live, tree, options):
+    """It fails, as the parcel is no longer where it was."""
     _, endpoint, _ = ward("lockstep")
 
     assert [-signal.SIGKILL, 1] == live(endpoint, 1, 9, *options, tree=tree)
 
 
-def test_a_mission_that_was_done_is_not_done_again_but_another_one_is(ward, live):
-    """The same name at once succeeds; with another name the errand begins anew, and fails."""
+def test_a_finished_mission_is_repeated_only_under_another_name(ward, live):
     simulator, endpoint, trace = ward("lockstep")
     codes = [live(endpoint, 0, 0, "--resume", mission) for mission in ("morning", "morning", "evening")]
     counts = ends(simulator, trace)
@@ -158,7 +156,7 @@ def test_a_mission_that_was_done_is_not_done_again_but_another_one_is(ward, live
 
 
 def test_two_controllers_with_one_mission_do_each_step_once(ward, start, tmp_path):
-    """Each follows what the other has sent."""
+    """Each follows the goals of the other."""
     simulator, endpoint, trace = ward("realtime")
     (tmp_path / "lives").write_text("0 0")
     command = ("bt-controller", "run", "errands:errand", "--robot", "wall_e", "--resume")
@@ -168,8 +166,7 @@ def test_two_controllers_with_one_mission_do_each_step_once(ward, start, tmp_pat
     assert {(action, SUCCEEDED): number for action, number in DONE.items()} == ends(simulator, trace)
 
 
-def test_an_interrupted_controller_sends_again_what_that_canceled(ward, start, tmp_path):
-    """Ctrl-C lets the robot stop; the next life goes on with the step, and with no other."""
+def test_an_interrupted_controller_resends_its_canceled_step(ward, start, tmp_path):
     simulator, endpoint, trace = ward("slow")
     (tmp_path / "lives").write_text("0 0")
     command = ("bt-controller", "run", "errands:errand", "--robot", "wall_e", "--resume")

@@ -1,4 +1,4 @@
-"""Driving, grabbing and dropping by commands from a terminal: on our world and on the original's drawing."""
+"""Driving, grabbing and dropping by commands in a terminal, on our world and on the imported map."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def follow(command, endpoint, orders, *, typed=False):
 
 
 def placed(command, endpoint):
-    """Return where the robot stands."""
+    """Return the robot's position."""
     _, out, _ = command("hmrsim", "topic", "echo", "/wall_e/odom", "--once", "--json", endpoint=endpoint)
     position = json.loads(out)["pose"]["pose"]["position"]
     return position["x"], position["y"]
 
 
 def fetch(client):
-    """Do from Python what the four commands do."""
+    """Do in Python what the four commands do."""
     wall_e = Commander(client, "wall_e")
     wall_e.go_to_pose(512, 215)
     wall_e.pickup("medicine")
@@ -67,7 +67,7 @@ def fetch(client):
 
 @pytest.mark.parametrize("orders", [OURS, ORIGINALS], ids=["our names", "the original's names"])
 def test_the_four_commands_succeed_on_our_world(serve, command, orders):
-    """Feedback falls to exactly 0, and the robot ends at its goal."""
+    """The last remaining distance is exactly 0."""
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
 
     for distances in follow(command, endpoint, orders):
@@ -77,8 +77,7 @@ def test_the_four_commands_succeed_on_our_world(serve, command, orders):
 
 
 @pytest.mark.skipif(not DRAWING.exists(), reason="the original's drawing is not committed to the project")
-def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp_path):
-    """The same, on the imported map, with the original's names through a world that includes it."""
+def test_the_four_commands_succeed_on_the_imported_map(serve, command, tmp_path):
     world = tmp_path / "original.yaml"
     (tmp_path / DRAWING.name).write_bytes(DRAWING.read_bytes())
     world.write_text(
@@ -95,8 +94,7 @@ def test_the_four_commands_succeed_on_the_original_s_drawing(serve, command, tmp
     assert (100.0, 180.0) == placed(command, endpoint)
 
 
-def test_the_medicine_ends_at_the_robot_s_centre(serve):
-    """The world's events have the place where it was put."""
+def test_the_placed_medicine_is_at_the_robots_center(serve):
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
     told = queue.SimpleQueue()
     with Client(SessionOptions(connect=(endpoint,))) as client:
@@ -110,8 +108,7 @@ def test_the_medicine_ends_at_the_robot_s_centre(serve):
     assert ("wall_e", "medicine", [100.0, 180.0]) == (dropped["robot"], dropped["item"], dropped["at"])
 
 
-def test_the_simulator_logs_what_goes_on(serve):
-    """There is a line for each goal received and for each end, as in the original."""
+def test_the_simulator_logs_each_goal_and_each_end(serve):
     simulator, endpoint = serve("scenario1", "--real-time-factor", "10")
     with Client(SessionOptions(connect=(endpoint,))) as client:
         fetch(client)

@@ -1,4 +1,4 @@
-"""A behaviour tree in a process of its own drives a robot: the four stages."""
+"""A behavior tree in its process drives a robot through four stages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture
 def start_tree(start):
-    """Return the function that starts the controller, and returns it when its goal is sent."""
+    """Return the function that starts the controller and waits until its goal is sent."""
 
     def run(endpoint):
         tree = ("bt_controller.examples:go_to_pose", "--robot", "wall_e")
@@ -21,7 +21,7 @@ def start_tree(start):
 
 
 def test_the_tree_goes_through_its_four_stages(serve, command):
-    """Sent, under way with a falling distance, arrived, and confirmed by the check."""
+    """Sent, driving with a falling distance, arrived, and confirmed by the check."""
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
     code, out, err = command(
         "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e", endpoint=endpoint
@@ -45,8 +45,7 @@ def test_the_tree_goes_through_its_four_stages(serve, command):
     assert sorted(set(remaining), reverse=True) == list(dict.fromkeys(remaining))
 
 
-def test_the_original_s_name_of_the_action_is_there(serve, command):
-    """The world's remap serves ``navigate_to_pose/wall_e``."""
+def test_the_remapped_name_of_the_action_is_served(serve, command):
     _, endpoint = serve("scenario2", "--real-time-factor", "10")
     code, out, _ = command(
         "hmrsim",
@@ -61,8 +60,7 @@ def test_the_original_s_name_of_the_action_is_there(serve, command):
     assert "Goal finished with status: SUCCEEDED" in out
 
 
-def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start_tree):
-    """The leaf fails, the root fails, exit code 1; no endless wait."""
+def test_a_controller_exits_with_1_when_its_simulator_dies(serve, start_tree):
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
     controller = start_tree(endpoint)
     simulator.process.kill()
@@ -73,8 +71,7 @@ def test_a_controller_whose_simulator_dies_ends_and_says_so(serve, start_tree):
     assert "Traceback" not in err
 
 
-def test_a_simulator_whose_controller_dies_goes_on(serve, start_tree, command):
-    """The goal runs on, and others are served."""
+def test_a_goal_continues_when_its_controller_dies(serve, start_tree, command):
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
     controller = start_tree(endpoint)
     controller.process.kill()
@@ -85,7 +82,6 @@ def test_a_simulator_whose_controller_dies_goes_on(serve, start_tree, command):
 
 
 def test_an_interrupted_controller_cancels_its_goal(serve, start_tree):
-    """Ctrl-C: exit code 130, and the robot's goal is CANCELED."""
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
     controller = start_tree(endpoint)
     code, _, _ = controller.end(2)

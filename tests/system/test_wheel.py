@@ -1,4 +1,4 @@
-"""The wheel: installed in an empty environment, as Containerfile does it, it runs from anywhere."""
+"""The wheel, installed in an empty environment by the steps of Containerfile."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tests.system import containerfile
 
 
 def install(binaries, *arguments):
-    """Install in the environment of these commands, by the pip of ours: one for each takes its time."""
+    """Install packages in the environment with the pip of this one."""
     pip = [sys.executable, "-m", "pip", "--python", str(binaries / "python"), "install", "--quiet", "--no-compile"]
     subprocess.run([*pip, *map(str, arguments)], check=True, capture_output=True)
 
 
 @pytest.fixture(scope="module")
 def image(tmp_path_factory):
-    """Return a fresh environment in which the steps of Containerfile have installed the wheel, and its user."""
+    """Return a fresh environment built by the steps of Containerfile, and its user."""
     folder = tmp_path_factory.mktemp("image")
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder / "dist"), str(ROOT)]
     subprocess.run(build, check=True, capture_output=True)
@@ -36,29 +36,27 @@ def image(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def installed(image):
-    """Return the folder of the commands of that environment."""
+    """Return the folder with the commands of that environment."""
     environment, _ = image
     return environment / "bin"
 
 
-def test_what_the_image_is_made_of_is_gone_when_it_is_made(image):
-    """The wheel and the lock file."""
+def test_the_image_contains_neither_wheel_nor_lock_file(image):
     environment, _ = image
     _, folder = containerfile.copied()
 
     assert not (environment.parent / "root" / folder.strip("/")).exists()
 
 
-def test_the_image_is_made_of_what_is_released():
-    """The build sends nothing else, such as environments and the repository."""
+def test_the_image_is_built_from_released_files_only():
     lines = (ROOT / ".dockerignore").read_text().splitlines()
     sources, _ = containerfile.copied()
 
     assert ["*", *(f"!{source}" for source in sources)] == [line for line in lines if not line.startswith("#")]
 
 
-def test_the_container_runs_as_the_user_that_was_made_and_not_as_root(image):
-    """By number, so that a cluster can tell that it is not root."""
+def test_the_container_runs_as_a_numbered_user(image):
+    """Clusters can check a number, and not a name, for root."""
     _, user = image
     names = [name for name, _ in containerfile.STEPS]
 
@@ -66,8 +64,8 @@ def test_the_container_runs_as_the_user_that_was_made_and_not_as_root(image):
     assert names.index("RUN") < names.index("USER") < names.index("ENTRYPOINT")
 
 
-def test_what_is_installed_is_what_the_bill_of_materials_lists(installed):
-    """Each package of Python, in a version that is locked; which one it is can depend on that of Python."""
+def test_the_bill_of_materials_lists_the_installed_packages(installed):
+    """The version may depend on that of Python."""
     (folder,) = installed.parent.glob("lib/python*/site-packages")
     (bill,) = folder.glob("hmrsim-*.dist-info/sboms/*.json")
     listed = {one["name"] for one in json.loads(bill.read_text())["components"] if "pkg:pypi/" in one["purl"]}
@@ -82,7 +80,7 @@ def test_what_is_installed_is_what_the_bill_of_materials_lists(installed):
 
 
 def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path):
-    """Both are the commands of the image; a free port takes the place of theirs."""
+    """A free port replaces that of the image."""
     words = [*containerfile.words_of("ENTRYPOINT"), *containerfile.words_of("CMD")]
     program, *arguments = [word.replace("0.0.0.0:7447", "127.0.0.1:0") for word in words]
     check, *options = containerfile.words_of("HEALTHCHECK")
@@ -98,8 +96,7 @@ def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path
     assert "latte" in while_it_runs.stdout
 
 
-def test_the_demo_runs_from_elsewhere(installed, tmp_path):
-    """Maps and schemas are in the wheel; the mission ends well."""
+def test_the_demo_runs_from_any_folder(installed, tmp_path):
     words = [installed / "hmrsim", "demo", "--real-time-factor", "30"]
     done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
 
@@ -107,7 +104,6 @@ def test_the_demo_runs_from_elsewhere(installed, tmp_path):
 
 
 def test_shipped_worlds_are_found_by_name(installed, tmp_path):
-    """From any folder."""
     for world in ("scenario1", "scenario2", "hospital", "warehouse"):
         done = subprocess.run(
             [installed / "hmrsim", "map", "validate", world], cwd=tmp_path, capture_output=True, text=True, check=False
@@ -117,7 +113,7 @@ def test_shipped_worlds_are_found_by_name(installed, tmp_path):
 
 
 def test_an_action_of_another_package_is_served(installed, tmp_path):
-    """Installed beside ours, found by its entry point: in the list of actions and in the schemas."""
+    """Its entry point adds it to the list of actions and to the schemas."""
     (tmp_path / "dance.py").write_text(
         '"""Dance."""\n'
         "from dataclasses import replace\n"

@@ -1,1 +1,1 @@
-"""Damaged input for everything that reads some; `python -m tests.torture.files --help`."""
+"""Damaged input for every reader; see `python -m tests.torture.files --help`."""

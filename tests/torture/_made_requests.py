@@ -1,4 +1,4 @@
-"""Requests that nobody should send: numbers and texts at the ends, fields of wrong types, broken bytes."""
+"""Invalid requests: extreme numbers and texts, fields of wrong types, broken bytes."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Made:
 
     Attributes:
         key: Where it goes.
-        payload: What it says.
+        payload: Its bytes.
         goal_id: The goal's id if it sends a goal, in hex.
         result_key: Where the goal's result is asked for.
         result_payload: The request for it.
@@ -75,7 +75,7 @@ class Made:
 
 @dataclass(frozen=True)
 class Fleet:
-    """What is asked: the robots, all names that mean something, and where."""
+    """The robots and names of the tested world."""
 
     robots: tuple[str, ...]
     names: tuple[str, ...]
@@ -83,7 +83,7 @@ class Fleet:
 
 
 class Maker:
-    """Makes requests, the same ones for the same seed."""
+    """Makes the same requests for the same seed."""
 
     def __init__(self, fleet: Fleet, seed: int) -> None:
         self._chance = random.Random(seed)
@@ -94,7 +94,6 @@ class Maker:
         self._ros_services = sorted(name for name in ros_services(services()) if name != "/load_world")
 
     def __iter__(self) -> Iterator[Made]:
-        """Yield requests without an end."""
         while True:
             yield self._chance.choice((self._json_goal, self._json_service, self._ros_goal, self._ros_service))()
 
@@ -126,7 +125,7 @@ class Maker:
         return Made(f"{self._fleet.prefix}/_world/{name}", self._json(values), _json_accepts)
 
     def _json(self, values: Any) -> bytes:
-        """Return values as JSON; one in four with a mistake."""
+        """Return values as JSON, with an error in one of four."""
         if self._chance.random() < 3 / 4:
             return json.dumps(values).encode()
         if self._chance.random() < 1 / 2:
@@ -183,7 +182,7 @@ class Maker:
         return Made(_ros_key(name, type_), self._cdr(payload, _HEADER), reads, ros=True)
 
     def _encoded(self, kind: type[Message], encode: Callable[[Message], bytes]) -> bytes:
-        """Return a request that CDR can state: some numbers are too large for their type."""
+        """Return a request that CDR can express, where some numbers are too large for their type."""
         while True:
             with suppress(ValidationError, CdrError):
                 return encode(kind.model_validate(self._body(kind)))

@@ -1,4 +1,4 @@
-"""A simulator in a process of its own, and what it costs: memory, answers' times and its end."""
+"""A simulator process, and measurements of its memory, its answers and its end."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Simulator:
     Attributes:
         process: The process.
         endpoint: Where it listens.
-        log: What it has logged, one line after the other.
+        log: Its log, line by line.
     """
 
     process: subprocess.Popen[str]
@@ -38,7 +38,6 @@ class Simulator:
     log: Path
 
     def session(self) -> zenoh.Session:
-        """Return a session that is connected to it."""
         return open_client(SessionOptions(connect=(self.endpoint,)))
 
     def memory(self) -> int:
@@ -47,7 +46,6 @@ class Simulator:
 
     @property
     def runs(self) -> bool:
-        """Whether it has not ended."""
         return self.process.poll() is None
 
     def end(self) -> float:
@@ -94,7 +92,7 @@ def _started(words: tuple[str, ...], errors: IO[str]) -> Iterator[subprocess.Pop
 
 
 def _endpoint(process: subprocess.Popen[str]) -> str:
-    """Return where it listens, as its first line says."""
+    """Return the endpoint in the first line."""
     if process.stdout is None:
         raise AssertionError
     line = process.stdout.readline()

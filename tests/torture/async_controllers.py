@@ -47,7 +47,7 @@ _DEEPEST: Final = 4
 
 
 class Controller:
-    """A controller that does what chance says, and notes what comes of it."""
+    """A controller that acts at random, and records the outcomes."""
 
     def __init__(self, client: AsyncClient, seed: int) -> None:
         self.log: list[Any] = []
@@ -85,12 +85,11 @@ class Controller:
         ]
 
     async def run(self) -> None:
-        """Do it all."""
         for _ in range(self._chance.randint(1, 4)):
             await self._group(0)
 
     def end(self) -> list[Any]:
-        """End all that goes on; return what was noted until then."""
+        """End everything; return the record."""
         self._steps = _MOST_STEPS
         return [*self.log]
 
@@ -247,7 +246,7 @@ class Controller:
                 break
 
     async def _forget(self, depth: int) -> None:
-        """Start a task that waits for what only it knows."""
+        """Start a task without keeping a reference to it."""
 
         async def wait() -> None:
             try:
@@ -305,7 +304,7 @@ def _ending(client: AsyncClient, seed: int, log: list[Any]) -> str:
 
 
 def played(loaded: LoadedWorld, seed: int, *, zenoh: bool = False) -> str:
-    """Return the trace of a random controller, what it has noted, and how it has ended, as lines."""
+    """Return the trace, the record and the end of a random controller, as lines."""
     pieces: list[str] = []
     log: list[Any] = []
     settings = _SETTINGS.model_copy(update={"seed": seed})
@@ -327,7 +326,6 @@ def played(loaded: LoadedWorld, seed: int, *, zenoh: bool = False) -> str:
 
 
 def world() -> LoadedWorld:
-    """Return a café with orders."""
     return load_world("cafe", overlays=[setting(ORDERS)])
 
 

@@ -80,7 +80,7 @@ class Sample:
     """A valid file.
 
     Attributes:
-        kind: What reads it: ``world``, ``tree``, ``coverage``, ``trace``, ``recording``, ``settings`` or
+        kind: Its reader: ``world``, ``tree``, ``coverage``, ``trace``, ``recording``, ``settings`` or
             ``properties``.
         name: Its name, with the suffix that readers look at.
     """
@@ -173,7 +173,7 @@ def _recordings() -> list[Sample]:
 
 
 def _unpacked(packed: bytes) -> bytes:
-    """Return a recording without compression and checksums, so that damage reaches what is in it."""
+    """Return a recording without compression and checksums, so that damage reaches its contents."""
     raw = io.BytesIO()
     writer = Writer(raw, chunk_size=4_000, compression=CompressionType.NONE, enable_crcs=False)
     reader = make_reader(io.BytesIO(packed))

@@ -5,7 +5,7 @@
     python -m tests.torture.experiments --tries 100
 
 Each try runs an experiment in a process that is killed with SIGKILL after a random time, and started again, until it
-is done; then its table is compared with that of a run that nobody disturbed.
+is done; then its table is compared with that of an undisturbed run.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def go(client):
 
 
 def table(folder: Path) -> list[tuple[object, ...]]:
-    """Return all rows but for their wall time."""
+    """Return all rows without their wall times."""
     with closing(sqlite3.connect(folder / "results.sqlite")) as database:
         columns = [row[1] for row in database.execute("PRAGMA table_info(runs)") if row[1] != "wall"]
         names = ", ".join(f'"{column}"' for column in columns)
@@ -51,13 +51,12 @@ def table(folder: Path) -> list[tuple[object, ...]]:
 
 
 def start(home: Path, folder: Path) -> subprocess.Popen[bytes]:
-    """Start the experiment."""
     command = [sys.executable, "-m", "hmrsim.cli", "experiment", "run", "killed.yaml", "-o", str(folder)]
     return subprocess.Popen(command, cwd=home, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def main() -> int:
-    """Try it; return the exit code."""
+    """Run the tries; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tries", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)

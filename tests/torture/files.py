@@ -1,6 +1,6 @@
 """Damage files at random, and have the commands read them: `python -m tests.torture.files --help`.
 
-Each case is a file that is changed by a seed and its number, and a command that reads it in a process of its own kind.
+Each case is a file, changed by a seed and its number, and a command that reads it in a worker process.
 It is a finding if the command raises anything, takes too long or too much memory, writes more than a screen of text,
 or writes control characters to the terminal.
 """
@@ -34,14 +34,7 @@ from hmrsim.cli import main as hmrsim
 from hmrsim.cli.trace_file import lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import HmrsimError, printable
-from hmrsim.properties import (
-    Monitor,
-    check_properties,
-    check_recording,
-    check_trace,
-    properties_of,
-    read_properties,
-)
+from hmrsim.properties import Monitor, check_properties, check_recording, check_trace, properties_of, read_properties
 from hmrsim.settings.file import read_file
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.recording import open_recording
@@ -79,7 +72,7 @@ class Finding:
 
 
 class _TooLong(BaseException):
-    """A case takes too long."""
+    """Raised when a case takes too long."""
 
 
 def _read_settings(path: str) -> int:
@@ -93,7 +86,7 @@ def _read_settings(path: str) -> int:
 
 
 def _watched(path: str) -> int:
-    """Read properties as ``hmrsim run --monitor`` does, and look for what they speak of in a world."""
+    """Read properties like ``hmrsim run --monitor``, and check their names in a world."""
     try:
         properties = read_properties(path)
         Monitor(properties, world := load_world("hospital").world)
@@ -105,7 +98,7 @@ def _watched(path: str) -> int:
 
 
 def _checked(path: str) -> int:
-    """Check the properties of a run as a check of a trace or a recording does."""
+    """Check the properties of a run like a check of a trace or a recording."""
     # Robots that are in all worlds of the corpus, and places that are in none, so that events have something to hit.
     said = {"x": {"whenever": {"event": "status"}, "then": {"robot": "$robot", "is": "idle"}, "within": 5}}
     properties = properties_of({"properties": {**said, "y": {"never": {"battery": "*", "below": 0.5}}}})
@@ -123,7 +116,7 @@ def _checked(path: str) -> int:
 
 
 def _played(path: str) -> int:
-    """Read a recording as ``hmrsim view`` does before it serves it."""
+    """Read a recording like ``hmrsim view``."""
     # Loads what serves pages.
     from hmrsim_zenoh.view.sources import Recorded  # noqa: PLC0415
 
@@ -162,7 +155,7 @@ _COMMANDS: Final[dict[str, tuple[tuple[str, Callable[[str], int], float], ...]]]
 
 @dataclass(frozen=True)
 class Case:
-    """A damaged file, and the command that is to read it."""
+    """A damaged file, and the command to read it."""
 
     number: int
     sample: Sample
@@ -189,7 +182,7 @@ def case(seed: int, number: int, kinds: tuple[str, ...] = ()) -> Case:
 
 
 def tried(one: Case, folder: Path) -> Finding | None:
-    """Have a damaged file read, and return what is wrong with that."""
+    """Read a damaged file, and return the problem, if any."""
     path = folder / one.sample.name
     path.write_bytes(one.content)
     out, err = io.StringIO(), io.StringIO()
@@ -208,7 +201,7 @@ def tried(one: Case, folder: Path) -> Finding | None:
 
 
 def _wrong(code: int, out: str, err: str) -> str:
-    """Return what is wrong with how a command ended; empty if nothing is."""
+    """Return the problem with a command's end, or nothing."""
     wrong = {
         f"exit code {code}": code not in _CODES,
         "exit code 2 without a word": code == _CODES[-1] and not (err + out).strip(),
@@ -234,7 +227,7 @@ def _alarm() -> Iterator[None]:
 
 
 def _peak(*, reset: bool = False) -> float:
-    """Return the most memory that this process had since the last reset, in MB; its present memory at a reset."""
+    """Return the peak memory of this process since the last reset, in MB."""
     if reset:
         Path("/proc/self/clear_refs").write_text("5", "ascii")
     lines = Path("/proc/self/status").read_text("ascii").splitlines()
@@ -254,7 +247,7 @@ def _worker(seed: int, numbers: range, kinds: tuple[str, ...], queue: multiproce
 
 
 def findings(seed: int, count: int, kinds: tuple[str, ...] = (), begin: int = 0) -> Iterator[Finding]:
-    """Try so many cases in processes, one after the other, and yield what is wrong."""
+    """Try cases in processes, one after the other, and yield the findings."""
     samples()
     # Loaded once for all processes: on a busy machine it takes longer than a case may.
     importlib.import_module("hmrsim.cli.map_info")
@@ -299,7 +292,7 @@ def _heard(
 
 
 def main() -> int:
-    """Run cases, print what is wrong with some, and return 1 if there is any."""
+    """Run cases and print the findings; return 1 if there are any."""
     parser = argparse.ArgumentParser(prog="python -m tests.torture.files", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=1000, help="cases (1000)")
     parser.add_argument("--seed", type=int, default=0, help="what the changes depend on (0)")

@@ -36,14 +36,14 @@ _ANY_PORT: Final = SessionOptions(listen=("tcp/127.0.0.1:0",))
 
 
 class Seen(NamedTuple):
-    """What there is of a mission: what its client saw, and the trace."""
+    """A mission as its client saw it, and its trace."""
 
     log: list[Any]
     trace: str
 
 
 def over_zenoh(loaded: LoadedWorld, seed: int) -> Seen:
-    """Return what a mission is over Zenoh, with a thread for the simulation."""
+    """Return the mission over Zenoh, with a thread for the simulation."""
     pieces: list[str] = []
     trace = Trace(Header.of(loaded.world, _SETTINGS), pieces.append)
     with Host(loaded, _ANY_PORT, _SETTINGS, sinks=[trace]) as host:
@@ -55,7 +55,7 @@ def over_zenoh(loaded: LoadedWorld, seed: int) -> Seen:
 
 
 def within(loaded: LoadedWorld, seed: int) -> Seen:
-    """Return what the same mission is within this process."""
+    """Return the mission in this process."""
     pieces: list[str] = []
     trace = Trace(Header.of(loaded.world, _SETTINGS), pieces.append)
     with LoopbackHost(loaded.world, _SETTINGS, sinks=[trace]) as host, Client(session=host.open_session()) as client:
@@ -65,7 +65,7 @@ def within(loaded: LoadedWorld, seed: int) -> Seen:
 
 
 def mission(client: Client, loaded: LoadedWorld, chance: random.Random) -> list[Any]:
-    """Have robots do this and that by chance; return what the client saw."""
+    """Run random commands of robots; return the client's view."""
     steps = _Steps(client, loaded, chance)
     for _ in range(chance.randint(3, 25)):
         steps.next()
@@ -95,7 +95,7 @@ class _Steps:
         self.log: list[Any] = []
 
     def next(self) -> None:
-        """Do one thing, and note what came of it."""
+        """Make one step, and record its outcome."""
         (kind,) = self._chance.choices([*self._kinds], [*self._kinds.values()])
         try:
             self.log.append((kind.__name__, kind(), self._client.now))
@@ -103,7 +103,7 @@ class _Steps:
             self.log.append((kind.__name__, type(error).__name__, str(error)))
 
     def end(self) -> None:
-        """Cancel what is under way, and note how all goals ended."""
+        """Cancel open goals, and record how all goals ended."""
         for goal in self._goals:
             goal.cancel()
         self.log.append([self._ended(goal) for goal in self._goals])
@@ -199,7 +199,7 @@ class _Steps:
 
 
 def compare(world: str, seed: int) -> str:
-    """Return how a mission differs within one process; empty if it does not."""
+    """Return how a mission differs within one process, or nothing."""
     loaded = load_world(world)
     there, here = over_zenoh(loaded, seed), within(loaded, seed)
     for name, one, other in (

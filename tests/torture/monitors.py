@@ -50,7 +50,6 @@ class Case:
 
 
 def case(random: Random) -> Case:
-    """Return a random case."""
     formula = _formula(random, depth=random.randint(0, 4))
     at, samples = 0, []
     for _ in range(random.randint(1, 40)):
@@ -84,7 +83,7 @@ Steps = list[tuple[float, float]]
 
 
 def ours(case: Case) -> tuple[Steps, float]:
-    """Return the robustness by our monitor, and up to when it is certain."""
+    """Return the robustness by our monitor, and until when it is certain."""
     monitor = OnlineMonitor(case.formula, SIGNALS)
     found: Steps = []
     for at, values in case.samples:
@@ -93,7 +92,7 @@ def ours(case: Case) -> tuple[Steps, float]:
 
 
 def theirs(case: Case, mstlo: Any) -> tuple[Steps, float]:
-    """Return the robustness by mstlo, and up to when it is certain."""
+    """Return the robustness by mstlo, and until when it is certain."""
     made = _theirs(case.formula, mstlo.Formula)
     monitor = mstlo.Monitor(made, semantics="DelayedQuantitative", signal_interpolation="ZeroOrderHold")
     used = [(i, name) for i, name in enumerate(SIGNALS) if name in {*case.formula.signals()}]

@@ -1,4 +1,4 @@
-"""Files changed at random: their bytes, their lines, their words, or the values that they hold."""
+"""Random changes of files: their bytes, lines, words, or values."""
 
 from __future__ import annotations
 
@@ -39,16 +39,13 @@ _VALUES: Final[tuple[Any, ...]] = (
 _MAX_DEPTH: Final = 2_000
 _MAX_BYTES: Final = 2_000_000
 _MAX_VALUES: Final = 100_000
-_DEEP: Final = (
-    *('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "),
-    *("&a [*a, ", "(", '<mxCell id="x">', "  "),
-)
+_DEEP: Final = (*('{"a":', "[", "{a: ", "<Sequence>", "<root>", "- "), *("&a [*a, ", "(", '<mxCell id="x">', "  "))
 _WORD: Final = re.compile(rb"[\w.+-]+")
 _NUMBER: Final = re.compile(rb"-?\d+(?:\.\d+)?")
 
 
 def mutated(content: bytes, random: Random, other: bytes) -> bytes:
-    """Return a file with a few changes; *other* is another file of its kind, from which parts are taken."""
+    """Return a file with a few changes, some of them parts of *other*, a file of the same kind."""
     if random.random() < 0.4 and (data := _parsed(content)) is not None:
         for _ in range(random.choice((1, 1, 1, 2, 5))):
             data = with_other_value(data, random)
@@ -180,7 +177,7 @@ def _text(content: bytes, random: Random, _other: bytes) -> bytes:
 
 
 def _word(content: bytes, random: Random, other: bytes) -> bytes:
-    """Put a word of this or another file in the place of another."""
+    """Replace a word by another one of this or the other file."""
     words = _WORD.findall(random.choice((content, other))[:100_000]) or [b"x"]
     return _replace(_WORD, content, random, random.choice(words))
 

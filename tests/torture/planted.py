@@ -37,13 +37,11 @@ HOME = Path(__file__).parents[1] / "planted"
 
 
 def say(text: str) -> None:
-    """Write a line at once."""
     sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
 
 
 def catalogue() -> dict[str, Any]:
-    """Return the planted bugs by name."""
     found: dict[str, Any] = yaml.safe_load((HOME / "catalogue.yaml").read_text("utf-8"))
     return found
 
@@ -58,19 +56,19 @@ def check_of(entry: dict[str, Any], which: str, **search: Any) -> Check:
 
 
 def patient(entry: dict[str, Any], which: str) -> Check:
-    """Return the check of a bug or of its twin, in which no run is ended because the machine is slow."""
+    """Return the check of a bug or of its twin, without time limits for slow machines."""
     return check_of(entry, which, limits={"wall": PATIENCE, **entry.get("limits", {})})
 
 
 def recovering(entry: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """Return an entry whose controller has to recover, too."""
+    """Return an entry whose controller has to recover."""
     said = yaml.safe_load((HOME / entry["properties"]).read_text("utf-8")) if entry.get("properties") else {}
     built_in = {**said.get("built_in", {}), "recovers": {"within": seconds}}
     return {**entry, "properties": {**said, "built_in": built_in}}
 
 
 def searched(check: Check, evaluator: Evaluator, strategy: str = "guided", *, first_only: bool = True) -> Summary:
-    """Return what a search finds."""
+    """Return the result of a search."""
     evaluator.take(check)
     nominal = evaluator.outcomes([Case()])[0]
     check = limited(check, nominal)
@@ -79,7 +77,7 @@ def searched(check: Check, evaluator: Evaluator, strategy: str = "guided", *, fi
 
 
 def main() -> int:
-    """Search; return 1 if a bug was not found, or a twin has failed."""
+    """Search; return 1 if a bug was not found, or if a twin failed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", default=[], help="these bugs only")
     parser.add_argument("--budget", default="5m", help="for each bug")
@@ -116,7 +114,7 @@ def _bugs(args: argparse.Namespace, entries: dict[str, Any], evaluator: Evaluato
         things = "; ".join(thing.describe() for thing in finding.schedule) or "without any fault"
         say(
             f"{name:32} {finding.seconds:6.1f} s {finding.run:5} runs  reduced {finding.reducing:6.1f} s  "
-            f"{len(finding.schedule)} {'minimal' if minimal else 'NOT MINIMAL'}  {finding.failure}  <- {things}",
+            f"{len(finding.schedule)} {'minimal' if minimal else 'NOT MINIMAL'}  {finding.failure}  <- {things}"
         )
         found.append(finding.seconds)
         sizes.append(len(finding.schedule))

@@ -26,7 +26,7 @@ _BUSY = "while True: pass"
 
 
 def repeated(path: Path, folder: Path, seed: int) -> str:
-    """Return what is different about a failure that is repeated; empty for nothing."""
+    """Return the differences of a failure that is repeated, if any."""
     environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
     command = [sys.executable, "-m", "hmrsim.cli", "check", "--repro", str(path), "--json"]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
@@ -41,7 +41,7 @@ def repeated(path: Path, folder: Path, seed: int) -> str:
 
 
 def main() -> int:
-    """Repeat failures; return 1 if one came out otherwise."""
+    """Repeat failures; return 1 if one ended differently."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tries", type=int, default=100)
     parser.add_argument("--only", nargs="+", default=[], help="these bugs only")

@@ -1,4 +1,4 @@
-"""``python -m tests.torture.requests [--count N] [--seed S]``: send requests that nobody should send, JSON and CDR.
+"""``python -m tests.torture.requests [--count N] [--seed S]``: send invalid requests, JSON and CDR.
 
 Each is answered, in time, by what its type says or by an error in plain words; each accepted goal ends, once.
 """
@@ -39,8 +39,7 @@ WORLD_FILE: Final = {
     "traffic": {"policy": "reserve"},
 }
 FLEET: Final = Fleet(
-    ("wall_e", "eve"),
-    ("wall_e", "eve", "parcel", "berth", "home", "map", "", "breakdown", "slip", "robot_type:nurse"),
+    ("wall_e", "eve"), ("wall_e", "eve", "parcel", "berth", "home", "map", "", "breakdown", "slip", "robot_type:nurse")
 )
 
 _WINDOW: Final = 64
@@ -58,11 +57,11 @@ _GID: Final = bytes(range(16))
 
 @dataclass
 class Ledger:
-    """What came of requests.
+    """The outcomes of requests.
 
     Attributes:
         answers: Counts kinds of answers.
-        flaws: What should not have been.
+        flaws: Unexpected answers, in words.
         slowest: The longest wait for an answer in wall seconds.
     """
 
@@ -87,7 +86,6 @@ class Sender:
         self._ended = threading.Condition(self._lock)
 
     def send(self, made: Made) -> None:
-        """Send a request when there is room for it."""
         self._room.acquire()
         began, answers = time.perf_counter(), []
 
@@ -105,7 +103,7 @@ class Sender:
             self._follow(made)
 
     def settle(self) -> None:
-        """Have all goals end: time goes on, and they are canceled."""
+        """Advance time and cancel goals until all have ended."""
         for _ in range(_WINDOW):
             self._room.acquire()
         self._room.release(_WINDOW)
@@ -152,7 +150,7 @@ class Sender:
                 self._waiting[made.goal_id] = made
 
     def _follow(self, made: Made) -> None:
-        """Ask for a goal's result right behind it; the reply tells nothing if the goal was rejected."""
+        """Request a goal's result right after it; the reply means nothing if the goal was rejected."""
         ends: list[zenoh.Reply] = []
 
         def end() -> None:
@@ -196,7 +194,7 @@ def _judged(made: Made, answers: list[zenoh.Reply], seconds: float) -> tuple[str
 
 
 def _told(ends: list[zenoh.Reply]) -> bool:
-    """Return whether there is one answer to a request for the result of an accepted goal, as there has to be."""
+    """Return whether an accepted goal's result request had exactly one answer."""
     if len(ends) != 1:
         return False
     (reply,) = ends

@@ -56,7 +56,7 @@ def world() -> dict[str, Any]:
 
 
 class Client(threading.Thread):
-    """A client that does one thing after another, with a session of its own which it now and then replaces."""
+    """A client that acts at random, and sometimes replaces its session."""
 
     def __init__(self, running: Simulator, seed: int, over: threading.Event) -> None:
         super().__init__(daemon=True)
@@ -68,7 +68,6 @@ class Client(threading.Thread):
         self.flaws: list[str] = []
 
     def run(self) -> None:
-        """Act until the end."""
         deeds: Sequence[Callable[[zenoh.Session], None]] = (
             *(self._goal,) * 12,
             *(self._reading,) * 6,
@@ -87,7 +86,7 @@ class Client(threading.Thread):
                     self.done[deed.__name__.lstrip("_")] += 1
 
     def _ask(self, session: zenoh.Session, key: str, values: Any = None) -> Any:
-        """Return the first answer; note it if there is none."""
+        """Return the first answer, and record its absence."""
         payload = None if values is None else json.dumps(values)
         for reply in session.get(f"{PREFIX}/{key}", payload=payload, timeout=_PATIENCE):
             if reply.ok is not None:
@@ -97,7 +96,7 @@ class Client(threading.Thread):
         return {}
 
     def _goal(self, session: zenoh.Session) -> None:
-        """Send a goal, and wait for its end; cancel it now and then, as all do that takes too long."""
+        """Send a goal and wait for its end; cancel it sometimes, and always when it takes too long."""
         robot, chance = self._chance.choice(ROBOTS), self._chance
         x, y = (6.0 * chance.randrange(SIDE) for _ in range(2))
         action, goal = chance.choice(
@@ -123,7 +122,7 @@ class Client(threading.Thread):
             self._miss(session, key, goal_id, lost=over.is_set())
 
     def _miss(self, session: zenoh.Session, key: str, goal_id: str, *, lost: bool) -> None:
-        """Ask again for a result that has not come; a request that Zenoh has *lost* is no flaw if it comes then."""
+        """Request a missing result again; it is no flaw if Zenoh *lost* the first request."""
         self.done["lost"] += lost
         result = self._ask(session, f"{key}/get_result", {"goal_id": goal_id})
         if not (lost and result.get("result")):
@@ -162,7 +161,7 @@ class Client(threading.Thread):
 
 
 class Probe(threading.Thread):
-    """Measures answers to a reading, and memory, all the time."""
+    """Measures response times and memory continuously."""
 
     def __init__(self, running: Simulator, over: threading.Event) -> None:
         super().__init__(daemon=True)
@@ -172,7 +171,6 @@ class Probe(threading.Thread):
         self.memory: list[tuple[float, int]] = []
 
     def run(self) -> None:
-        """Measure until the end."""
         began = time.perf_counter()
         with self._running.session() as session:
             while not self._over.wait(_PROBE):
@@ -206,19 +204,18 @@ def soak(running: Simulator, seconds: float, clients: int) -> tuple[list[Client]
 
 
 def growth(memory: Sequence[tuple[float, int]]) -> float:
-    """Return the bytes an hour by which memory grows: the slope of the line through all samples."""
+    """Return the growth of memory in bytes per hour, as the slope of the line through all samples."""
     slope, _ = statistics.linear_regression(*zip(*memory, strict=True))
     return 3600.0 * slope
 
 
 def quantile(answers: Sequence[tuple[float, float]], begin: float, end: float) -> float:
-    """Return the 99th percentile of the answers' seconds in a part of the time."""
+    """Return the 99th percentile of response times in a part of the time, in seconds."""
     chosen = [took for at, took in answers if begin <= at < end]
     return statistics.quantiles(chosen, n=100)[-1]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if nothing grows."""
     parser = argparse.ArgumentParser(prog="python -m tests.torture.soak", description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--clients", type=int, default=8)

@@ -1,4 +1,4 @@
-"""The robot has arrived when its feedback says that little is left; a drive that fails has no further feedback."""
+"""The robot counts as arrived when little distance remains, but a goal that fails has no further feedback."""
 
 from driving import Driver, succeeds
 
@@ -6,7 +6,6 @@ from hmrsim_zenoh import Client
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit two wards; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
 
     def visit(place: str) -> bool:

@@ -1,4 +1,4 @@
-"""Each order is given to the nearest robot, whether it is free or not; the order that it had is forgotten."""
+"""Each order goes to the nearest robot, free or not, and the robot's earlier order is forgotten."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ if TYPE_CHECKING:
 
 class _Bursts(Dispatcher):
     def give(self, order: dict[str, Any]) -> None:
-        """Give an order to the nearest robot."""
         if robot := self.nearest(self.able, order["at"]):  # the bug: it may be busy
             self.begin(robot, order)
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Bursts if bug else Dispatcher)(client).serve()

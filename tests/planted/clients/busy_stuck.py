@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 
 class _Stuck(Dispatcher):
     def has_ended(self, handle: Handle) -> bool:
-        """Return whether a goal has a terminal status."""
         return handle.status.terminal  # the bug: a rejected goal is done without one
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Stuck if bug else Dispatcher)(client).serve()

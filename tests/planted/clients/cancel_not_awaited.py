@@ -1,4 +1,4 @@
-"""After a time limit a goal is canceled, and sent again at once, though it may have succeeded meanwhile."""
+"""After a time limit a goal is canceled and sent again at once, although it may have succeeded meanwhile."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ LIMIT = 20.0
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward, and come home; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     canceled: list[Callable[[], Handle]] = []
 

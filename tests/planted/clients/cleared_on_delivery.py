@@ -1,4 +1,4 @@
-"""The list of what is to be done is cleared when an order is delivered, and what has come meanwhile is lost."""
+"""The list of orders is cleared at each delivery, and orders that came meanwhile are lost."""
 
 from __future__ import annotations
 
@@ -25,10 +25,8 @@ class _Clears(Dispatcher):
             self._todo.clear()  # the bug: there may be others
 
     def orders(self) -> Sequence[dict[str, Any]]:
-        """Return what is to be done."""
         return [order for order in self.open_orders() if order["name"] in self._todo]
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Clears if bug else Dispatcher)(client).serve()

@@ -14,7 +14,6 @@ CHANGES = {"picked": 1, "placed": -1}
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     if not bug:
         return wall_e.bring("parcel", "ward")

@@ -1,4 +1,4 @@
-"""A dispatcher of orders, in which each of the planted bugs changes a little."""
+"""A dispatcher of orders, of which each planted bug changes a little."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ Job = Generator["Handle | Pause", bool, bool]
 
 @dataclass(frozen=True)
 class Pause:
-    """Something to wait for that is no goal: a time, in simulated seconds."""
+    """A pause in simulated seconds, which can be awaited like a goal."""
 
     until: float
 
 
 @dataclass
 class Work:
-    """What a robot does: an order, and the steps of its errand."""
+    """A robot's order, and the steps of its errand."""
 
     order: dict[str, Any]
     job: Job
@@ -78,7 +78,6 @@ class Dispatcher:
         return found
 
     def orders(self) -> Sequence[dict[str, Any]]:
-        """Return the orders that may have to be given to a robot."""
         return self.open_orders()
 
     def give(self, order: dict[str, Any]) -> None:
@@ -88,26 +87,24 @@ class Dispatcher:
             self.begin(robot, order)
 
     def begin(self, robot: str, order: dict[str, Any]) -> None:
-        """Let a robot begin with an order."""
         self.taken.append(order["name"])
         job = self.errand(robot, order)
         self.work[robot] = Work(order, job, next(job))
 
     def free(self) -> list[str]:
-        """Return the robots that can take an order."""
         return [robot for robot in self.able if robot not in self.work]
 
     def choose(self, order: dict[str, Any]) -> str | None:
-        """Return the robot for an order; None if there is none."""
+        """Return the robot for an order, or None."""
         return self.nearest(self.free(), order["at"])
 
     def nearest(self, robots: Sequence[str], place: str) -> str | None:
-        """Return the robot that is nearest to a place; None of none."""
+        """Return the robot nearest to a place, or None if there is none."""
         at = {robot["name"]: robot["pose"][:2] for robot in scene(self.client)["robots"]}
         return min(robots, key=lambda robot: (math.dist(at[robot], self.places[place]), robot), default=None)
 
     def proceed(self) -> None:
-        """Let each robot go on whose step has ended."""
+        """Continue with each robot whose step has ended."""
         for robot, work in [*self.work.items()]:
             waits_for = work.waits_for
             if isinstance(waits_for, Pause):
@@ -129,12 +126,11 @@ class Dispatcher:
         return handle.done
 
     def ended(self, robot: str, order: dict[str, Any], *, succeeded: bool) -> None:  # noqa: ARG002 - for bugs
-        """Note the end of an errand."""
         if not succeeded:
             self.taken.remove(order["name"])
 
     def errand(self, robot: str, order: dict[str, Any]) -> Job:
-        """Yield what the robot has to wait for; return whether the order is served, or nothing is left of it."""
+        """Yield the steps to wait for; return whether the order is finished."""
         for attempt in range(ATTEMPTS):
             if attempt:
                 yield Pause(self.client.now + PAUSE)
@@ -143,7 +139,7 @@ class Dispatcher:
         return False
 
     def attempt(self, robot: str, order: dict[str, Any]) -> Job:
-        """Try the errand once, from where the item is by now."""
+        """Try the errand once, from the item's current place."""
         driver = self.drivers[robot]
         found = next((item for item in scene(self.client)["items"] if item["name"] == order["item"]), None)
         if found is None or found["carrier"] not in (None, robot):

@@ -1,4 +1,4 @@
-"""What the functions have in common: goals of one robot, what is in the world, and steps that are tried again."""
+"""Goals of one robot, queries about the world, and repetitions of steps, shared by all planted functions."""
 
 from __future__ import annotations
 
@@ -41,46 +41,38 @@ class Driver:
         self._places = places(client)
 
     def start(self, action: str, goal: Message, **options: Any) -> Handle:
-        """Send a goal, and do not wait."""
+        """Send a goal without waiting."""
         handle: Handle = self._client.action_client(self.robot, registry()[action]).send_goal(goal, **options)
         return handle
 
     def start_to(self, target: str | tuple[float, float], **options: Any) -> Handle:
-        """Send the robot to a place or a point, and do not wait."""
         x, y = self._places[target] if isinstance(target, str) else target
         pose = PoseStamped(pose=Pose(position=Point(x=x, y=y)))
         return self.start("navigate_to_pose", NavigateToPose.Goal(pose=pose), **options)
 
     def start_pickup(self, item: str) -> Handle:
-        """Have an item picked up, and do not wait."""
         return self.start("pickup", Pickup.Goal(target_name=item))
 
     def start_place(self, item: str) -> Handle:
-        """Have an item put down, and do not wait."""
         return self.start("place", Place.Goal(attached_object_name=item))
 
     def go(self, target: str | tuple[float, float]) -> bool:
-        """Drive to a place or a point; return whether that succeeded."""
         return succeeds(self.start_to(target))
 
     def pickup(self, item: str) -> bool:
-        """Pick an item up; return whether that succeeded."""
         return succeeds(self.start_pickup(item))
 
     def place(self, item: str) -> bool:
-        """Put an item down; return whether that succeeded."""
         return succeeds(self.start_place(item))
 
     def wait(self, seconds: float) -> bool:
-        """Stand still; return whether that succeeded."""
         return succeeds(self.start("wait", Wait.Goal(time=Duration.from_seconds(seconds))))
 
     def dock(self, dock: str) -> bool:
-        """Drive into a dock; return whether that succeeded."""
         return succeeds(self.start("dock_robot", DockRobot.Goal(dock_id=dock)))
 
     def insist(self, step: Callable[[], bool]) -> bool:
-        """Try a step until it succeeds, with pauses, some times; return whether it has."""
+        """Try a step up to some times, with pauses; return whether it has succeeded."""
         for attempt in range(ATTEMPTS):
             if attempt:
                 self._client.sleep(PAUSE)
@@ -93,7 +85,7 @@ class Driver:
         return item["carrier"] is None and math.dist(item["at"], self._places[place]) <= 1.0
 
     def bring(self, item: str, place: str) -> bool:
-        """Bring an item to a place, from wherever it is by now; return whether it is there."""
+        """Bring an item from its current place to another; return whether it is there."""
         return self.insist(lambda: self._bring_once(item, place))
 
     def _bring_once(self, item: str, place: str) -> bool:
@@ -106,7 +98,7 @@ class Driver:
 
 
 def succeeds(handle: Handle) -> bool:
-    """Wait for the end of a goal; return whether it has succeeded."""
+    """Wait for a goal; return whether it has succeeded."""
     try:
         handle.result()
     except (GoalRejectedError, RequestError):
@@ -115,7 +107,7 @@ def succeeds(handle: Handle) -> bool:
 
 
 def asked(client: Client, key: str, payload: bytes | None = None) -> dict[str, Any]:
-    """Return what the world answers; a question whose answer is lost is asked again."""
+    """Return an answer of the world; a query whose answer is lost is repeated."""
     for _ in range(ATTEMPTS - 1):
         with suppress(Unreachable):
             found: dict[str, Any] = json.loads(client.get(client.keys.world(key), payload=payload))
@@ -125,18 +117,16 @@ def asked(client: Client, key: str, payload: bytes | None = None) -> dict[str, A
 
 
 def scene(client: Client) -> dict[str, Any]:
-    """Return what is in the world now."""
     return asked(client, "scene")
 
 
 def item_of(client: Client, name: str) -> dict[str, Any]:
-    """Return an item of the world."""
     found: dict[str, Any] = next(item for item in scene(client)["items"] if item["name"] == name)
     return found
 
 
 def places(client: Client) -> dict[str, tuple[float, float]]:
-    """Return where the world's places are."""
+    """Return the poses of the world's places."""
     answer = asked(client, "get_named_poses", b"{}")
     points = {pose["name"]: pose["pose"]["position"] for pose in answer["poses"]}
     return {name: (point.get("x", 0.0), point.get("y", 0.0)) for name, point in points.items()}

@@ -1,4 +1,4 @@
-"""The robot leaves its charger upon the event that the battery is full, which may have come already."""
+"""The robot leaves its charger on the event of a full battery, which may have come already."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ LIMIT = 400.0
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit the ward beside the charger, charge, and visit the next one; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     full: list[dict[str, Any]] = []
     listen(client, lambda event: full.append(event) if event["kind"] == "battery_full" else None)

@@ -6,7 +6,6 @@ from hmrsim_zenoh import Client
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit two wards; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
 
     def visit(place: str) -> bool:

@@ -1,4 +1,4 @@
-"""Orders are heard of by events, and those that come while the robot is busy are not noted."""
+"""Orders come as events, and those that come while the robot is busy are not noted."""
 
 from __future__ import annotations
 
@@ -23,14 +23,11 @@ class _Deaf(Dispatcher):
             self._heard.append(event["order"])
 
     def orders(self) -> Sequence[dict[str, Any]]:
-        """Return the orders that were heard of."""
         return [order for order in self.open_orders() if order["name"] in self._heard]
 
     def is_over(self) -> bool:
-        """Return whether nothing is left of what was heard of."""
         return super().is_over() or (self.client.now >= 800.0 and not self.work)
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Deaf if bug else Dispatcher)(client).serve()

@@ -1,4 +1,4 @@
-"""An order that has failed goes to the next robot of the list, also from the last one, which has no next."""
+"""A failed order goes to the next robot of the list, and after the last one there is none."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ if TYPE_CHECKING:
 
 class _Next(Dispatcher):
     def errand(self, robot: str, order: dict[str, Any]) -> Job:
-        """Try once, and leave time for a repair."""
         succeeded = yield from self.attempt(robot, order)
         if not succeeded:
             yield Pause(self.client.now + PAUSE)
         return succeeded
 
     def ended(self, robot: str, order: dict[str, Any], *, succeeded: bool) -> None:
-        """Give a failed order to the next robot."""
         if succeeded:
             return
         self.taken.remove(order["name"])
@@ -33,5 +31,4 @@ class _Next(Dispatcher):
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Next if bug else Dispatcher)(client).serve()

@@ -1,4 +1,4 @@
-"""The steps are done from the first one, whatever was done before the controller was restarted."""
+"""After a restart the controller repeats all steps from the first one, whether they were done or not."""
 
 from driving import Driver
 
@@ -6,7 +6,6 @@ from hmrsim_zenoh import Client
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     if not bug:
         return wall_e.bring("parcel", "ward")

@@ -1,4 +1,4 @@
-"""A drive that takes long is sent again; the end of the old goal, which that preempts, is taken for the new one's."""
+"""A slow goal is sent again, and the end of the preempted one is taken for that of the new one."""
 
 from __future__ import annotations
 
@@ -16,13 +16,12 @@ LIMIT = 25.0
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit three wards; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     return all(_visit(client, wall_e, place, bug=bug) for place in ("ward_a", "ward_b", "ward_c"))
 
 
 def _visit(client: Client, wall_e: Driver, place: str, *, bug: bool) -> bool:
-    """Drive to a place; a goal that fails is sent again after a pause, a preempted one at once."""
+    """Drive to a place; a failed goal is sent again after a pause, a preempted one at once."""
     latest: list[Handle] = []
     ended: list[Handle] = []
 

@@ -1,4 +1,4 @@
-"""Of the events since the last look only the last one is known: two orders in a few seconds are one."""
+"""Only the last event since the previous look is known, so two orders within seconds are one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ class _Latest(Dispatcher):
             self._latest = event["order"]  # the bug: there may be one in it
 
     def orders(self) -> Sequence[dict[str, Any]]:
-        """Return the orders that were seen in the mailbox."""
         if self.client.now >= self._next:
             self._next = self.client.now + PERIOD
             self._known.append(self._latest)
@@ -36,5 +35,4 @@ class _Latest(Dispatcher):
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Latest if bug else Dispatcher)(client).serve()

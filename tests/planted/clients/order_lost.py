@@ -1,4 +1,4 @@
-"""An order whose robot has failed stays that robot's, which does not try again."""
+"""The order of a failed robot stays assigned to that robot, which does not try again."""
 
 from __future__ import annotations
 
@@ -15,10 +15,8 @@ class _Forgets(Dispatcher):
         """Do nothing: the bug is that a failed order stays taken."""
 
     def errand(self, robot: str, order: dict[str, Any]) -> Job:
-        """Try once."""
         return (yield from self.attempt(robot, order))
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Forgets if bug else Dispatcher)(client).serve()

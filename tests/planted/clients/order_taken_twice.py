@@ -1,4 +1,4 @@
-"""The order of a robot that has failed is given to another one, and stays that of the first one, too."""
+"""The order of a failed robot goes to another one, and stays with the first one, too."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ if TYPE_CHECKING:
 
 class _TakesTwice(Dispatcher):
     def errand(self, robot: str, order: dict[str, Any]) -> Job:
-        """Try each step until it succeeds."""
         driver = self.drivers[robot]
         steps = (
             lambda: driver.start_to(order["at"]),
@@ -32,5 +31,4 @@ class _TakesTwice(Dispatcher):
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_TakesTwice if bug else Dispatcher)(client).serve()

@@ -1,4 +1,4 @@
-"""Orders wait in a queue with room for one, and a further one pushes the first out."""
+"""Orders wait in a queue with room for one, and a further order replaces it."""
 
 from __future__ import annotations
 
@@ -27,17 +27,14 @@ class _Short(Dispatcher):
             self._queue.append(event["order"])
 
     def orders(self) -> Sequence[dict[str, Any]]:
-        """Return what is in the queue."""
         known = {order["name"]: order for order in self.open_orders()}
         return [known[name] for name in [*self._queue] if name in known]
 
     def begin(self, robot: str, order: dict[str, Any]) -> None:
-        """Take the order out of the queue."""
         super().begin(robot, order)
         if order["name"] in self._queue:
             self._queue.remove(order["name"])
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Short if bug else Dispatcher)(client).serve()

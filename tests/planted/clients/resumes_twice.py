@@ -1,4 +1,4 @@
-"""After a failure the robot is sent on when its fault has ended, and by a timer, too, which is not taken back."""
+"""After a failure the robot continues when its fault has ended, and by a timer that is not canceled."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ PATIENCE = 20.0
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit the wards and come home; return whether that succeeded."""
     return _Rounds(client, bug=bug).run()
 
 
@@ -32,7 +31,6 @@ class _Rounds:
         self._repaired |= event["kind"] == "fault_ended" and event.get("robot") == self._driver.robot
 
     def run(self) -> bool:
-        """Drive from place to place."""
         leg, failures = 0, 0
         handle: Handle | None = self._driver.start_to(ROUND[0])
         while leg < len(ROUND):

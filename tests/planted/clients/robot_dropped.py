@@ -1,4 +1,4 @@
-"""A robot that has failed once gets no further order; when that has happened to all of them, nobody is left."""
+"""A robot that has failed once gets no further order, until no robot is left."""
 
 from __future__ import annotations
 
@@ -12,16 +12,13 @@ if TYPE_CHECKING:
 
 class _Drops(Dispatcher):
     def ended(self, robot: str, order: dict[str, Any], *, succeeded: bool) -> None:
-        """Give the order back."""
         super().ended(robot, order, succeeded=succeeded)
         if not succeeded and robot in self.able:
             self.able.remove(robot)  # the bug: for ever
 
     def errand(self, robot: str, order: dict[str, Any]) -> Job:
-        """Try once."""
         return (yield from self.attempt(robot, order))
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Drops if bug else Dispatcher)(client).serve()

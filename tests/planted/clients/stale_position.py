@@ -1,4 +1,4 @@
-"""Where the parcel is is asked once; when it has been dropped on the way, it is looked for where it was."""
+"""The parcel's position is read once, so a parcel dropped later is looked for in the wrong place."""
 
 from driving import Driver, item_of
 
@@ -6,7 +6,6 @@ from hmrsim_zenoh import Client
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     before = item_of(client, "parcel")
 

@@ -1,4 +1,4 @@
-"""What was done is remembered over a reset of the simulation, after which it is not done any more."""
+"""The controller remembers its finished steps over a reset of the simulation, and does not repeat them."""
 
 from driving import Driver, item_of
 
@@ -6,7 +6,6 @@ from hmrsim_zenoh import Client
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     if not bug:
         return wall_e.insist(lambda: wall_e.bring("parcel", "ward") and _stays(client, wall_e))

@@ -1,4 +1,4 @@
-"""A controller whose goal was preempted by another controller sends it again, and preempts the other's."""
+"""A controller resends its goal when another controller preempts it, and so preempts that one's goal."""
 
 from driving import Driver, Handle, item_of, succeeds
 
@@ -10,7 +10,6 @@ class _Preempted(Exception):
 
 
 def errand(client: Client, *, bug: bool = False) -> bool:
-    """Bring the parcel to the ward; return whether it gets there."""
     wall_e = Driver(client, "wall_e")
 
     def ends_well(handle: Handle) -> bool:

@@ -1,4 +1,4 @@
-"""A drive that has failed is tried again when a lane is opened, also where no lane was closed."""
+"""A failed goal is sent again when a lane opens, even if no lane was closed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit two wards; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
     opened: list[dict[str, Any]] = []
     listen(client, lambda event: opened.append(event) if event["kind"] == "lane_opened" else None)

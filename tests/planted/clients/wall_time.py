@@ -1,4 +1,4 @@
-"""The pause between two attempts is one of wall time, in which no simulated time passes."""
+"""The pause between two attempts is in wall time, during which no simulated time passes."""
 
 import time
 
@@ -8,7 +8,6 @@ from hmrsim_zenoh import Client
 
 
 def rounds(client: Client, *, bug: bool = False) -> bool:
-    """Visit two wards; return whether that succeeded."""
     wall_e = Driver(client, "wall_e")
 
     def visit(place: str) -> bool:

@@ -1,4 +1,4 @@
-"""The nearest free robot gets an order, whether it can pick something up or not."""
+"""The nearest free robot gets an order, whether it can pick up items or not."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ if TYPE_CHECKING:
 
 class _Careless(Dispatcher):
     def choose(self, order: dict[str, Any]) -> str | None:
-        """Return the nearest free robot."""
         free = [robot for robot in self.drivers if robot not in self.work]  # the bug: not only those that are able
         return self.nearest(free, order["at"])
 
 
 def serve(client: Client, *, bug: bool = False) -> bool:
-    """Serve the orders of a shift."""
     return (_Careless if bug else Dispatcher)(client).serve()

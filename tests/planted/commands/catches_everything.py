@@ -1,4 +1,4 @@
-"""Brings the parcel to the ward; with ``--bug`` every error is caught, and the next try begins at once, for ever."""
+"""Brings the parcel to the ward; ``--bug`` catches every error and tries again at once, forever."""
 
 import os
 import sys
@@ -13,7 +13,6 @@ from hmrsim_zenoh import Client, Commander, SessionOptions
 
 
 def main(*, bug: bool) -> int:
-    """Bring the parcel; return the exit code."""
     with Client(SessionOptions(connect=(os.environ["HMRSIM_CONNECT"],)), name="porter") as client:
         if not bug:
             return 0 if Driver(client, "wall_e").bring("parcel", "ward") else 1

@@ -1,4 +1,4 @@
-"""Brings the parcel to the ward; with ``--bug`` goals that end badly are expected, and rejected ones are not."""
+"""Brings the parcel to the ward; ``--bug`` handles failed goals, and not rejected ones."""
 
 import os
 import sys
@@ -12,7 +12,6 @@ from hmrsim_zenoh import Client, Commander, GoalFailed, GoalRejectedError, Sessi
 
 
 def main(*, bug: bool) -> int:
-    """Bring the parcel; return the exit code."""
     expected = (GoalFailed,) if bug else (GoalFailed, GoalRejectedError)  # the bug: there are other errors
     with Client(SessionOptions(connect=(os.environ["HMRSIM_CONNECT"],)), name="porter") as client:
         wall_e = Commander(client, "wall_e")
@@ -27,7 +26,6 @@ def main(*, bug: bool) -> int:
 
 
 def bring(client: Client, wall_e: Commander) -> None:
-    """Bring the parcel from where it is by now."""
     found = item_of(client, "parcel")
     if found["carrier"] is None:
         wall_e.go_to_pose(*found["at"])

@@ -1,4 +1,4 @@
-"""Each robot announces that it wants the corridor, and waits if the other one has, too: both may, and wait for ever."""
+"""A robot that wants the corridor waits for the other one if that wants it, too, so both may wait forever."""
 
 from __future__ import annotations
 
@@ -9,14 +9,10 @@ from steps import patient
 
 from bt_controller.behaviours.nav_to_pose import GoTo
 
-WAYS = {
-    "wall_e": ("west_mouth", "east_mouth", "north_east"),
-    "eve": ("east_mouth", "west_mouth", "north_west"),
-}
+WAYS = {"wall_e": ("west_mouth", "east_mouth", "north_east"), "eve": ("east_mouth", "west_mouth", "north_west")}
 
 
 def mission(robots: list[str], *, bug: bool = False) -> Behaviour:
-    """Return the tree of two robots that change sides."""
     wishes: list[str] = []
     parts = [_cross(robot, wishes, bug=bug) for robot in robots]
     return Parallel("Change sides", ParallelPolicy.SuccessOnAll(synchronise=True), parts)
@@ -44,7 +40,6 @@ class _Wish(Behaviour):
         self._ticks = 0
 
     def update(self) -> Status:
-        """Announce it; eve has something else to do for a while, in which wall_e is through."""
         self._ticks += 1
         if self._robot == "eve" and self._ticks <= 12:
             return Status.RUNNING
@@ -60,8 +55,7 @@ class _Turn(Behaviour):
         self._robot, self._wishes, self._yields_to_all = robot, wishes, yields_to_all
 
     def update(self) -> Status:
-        """Look who wants the corridor."""
-        if self._yields_to_all:  # the bug: nobody is the first
+        if self._yields_to_all:  # the bug: no robot goes first
             free = all(robot == self._robot for robot in self._wishes)
         else:
             free = self._wishes[0] == self._robot
@@ -69,13 +63,12 @@ class _Turn(Behaviour):
 
 
 class _Done(Behaviour):
-    """Takes the wish back."""
+    """Withdraws the wish for the corridor."""
 
     def __init__(self, robot: str, wishes: list[str]) -> None:
         super().__init__(f"{robot} is through")
         self._robot, self._wishes = robot, wishes
 
     def update(self) -> Status:
-        """Take it back."""
         self._wishes.remove(self._robot)
         return Status.SUCCESS

@@ -1,4 +1,4 @@
-"""The battery is looked at once, before the rounds, and not before each drive."""
+"""The battery is checked once before the rounds, and not before each drive."""
 
 from guarded import ROUNDS, enough
 from py_trees.behaviour import Behaviour
@@ -9,7 +9,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of the rounds."""
     drives: list[Behaviour] = []
     for number, place in enumerate(ROUNDS):
         drive = GoTo(place, name=f"{number}: go to {place}")

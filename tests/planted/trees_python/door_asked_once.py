@@ -1,4 +1,4 @@
-"""The door is asked to open once; if it is jammed then, the robot waits before it for ever."""
+"""The door is opened once, and a robot waits forever before a door that was jammed then."""
 
 from doors import WaitUntilOpen, ask_to_open
 from py_trees.behaviour import Behaviour
@@ -11,7 +11,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree that drives into the ward behind the door."""
     if bug:  # the bug: a refusal is not noticed, and the wait has no limit
         ask = Selector("Ask", memory=True, children=[ask_to_open("gate"), Success("It will open")])
         steps = [ask, WaitUntilOpen("gate"), patient(GoTo("ward"))]

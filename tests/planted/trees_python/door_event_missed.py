@@ -1,4 +1,4 @@
-"""The robot waits for the event that the door opens, which never comes where the door is open already."""
+"""The robot waits for the event that the door opens, which never comes if it is open already."""
 
 from doors import WaitForOpening, WaitUntilOpen, ask_to_open
 from py_trees.behaviour import Behaviour
@@ -10,7 +10,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree that drives into the ward behind the door."""
     ask = patient(ask_to_open("gate"))
     if bug:  # the bug: it waits for a change, and not for a state
         steps = [patient(GoTo("lobby")), ask, WaitForOpening("gate"), patient(GoTo("ward"))]

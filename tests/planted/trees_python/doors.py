@@ -1,4 +1,4 @@
-"""Leaves about doors."""
+"""Leaves that open a door or wait for it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hmrsim.interfaces.hmrsim_msgs import SetDoorState
 
 
 def ask_to_open(door: str) -> Behaviour:
-    """Return the leaf that asks a door to open; fails if it does not obey."""
+    """Return the leaf that opens a door and fails if the door does not obey."""
     request = SetDoorState.Request(name=door, state="open")
     return FromConstant(f"Ask {door} to open", SetDoorState, "set_door_state", request)
 
@@ -26,18 +26,16 @@ class WaitUntilOpen(Behaviour):
         self._door = door
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client."""
         self._client = kwargs["client"]
 
     def update(self) -> Status:
-        """Look at the door."""
         scene = json.loads(self._client.get(self._client.keys.world("scene")))
         tags = next(each["tags"] for each in scene["fixtures"] if each["name"] == self._door)
         return Status.SUCCESS if "open" in tags else Status.RUNNING
 
 
 class WaitForOpening(Behaviour):
-    """Waits for the event that a door has opened, from the time at which it is first ticked."""
+    """Waits for the event that a door has opened, from its first tick on."""
 
     def __init__(self, door: str) -> None:
         super().__init__(f"Wait for the opening of {door}")
@@ -45,16 +43,13 @@ class WaitForOpening(Behaviour):
         self._opened = 0
 
     def setup(self, **kwargs: Any) -> None:
-        """Listen to the world's events."""
         client = kwargs["client"]
         client.subscribe(client.keys.world("log"), self._note)
 
     def initialise(self) -> None:
-        """Begin to wait."""
         self._before = self._opened
 
     def update(self) -> Status:
-        """Return whether it has opened since."""
         return Status.SUCCESS if self._opened > self._before else Status.RUNNING
 
     def _note(self, _key: str, payload: bytes) -> None:

@@ -1,4 +1,4 @@
-"""What trees that look at the battery have in common: the rounds, and a check with a charge before a drive."""
+"""The rounds, and a check with a charge before each drive, shared by trees that look at the battery."""
 
 import operator
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""In a handover the second try of the last part is given to the wrong robot."""
+"""In a handover, the second attempt of the last part goes to the wrong robot."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
@@ -14,7 +14,7 @@ WALL = 9.0
 
 
 def mission(robots: list[str], *, bug: bool = False) -> Behaviour:
-    """Return the tree in which the first robot brings the parcel to the hatch, and the second one takes it on."""
+    """Return the tree in which the first robot brings the parcel to the hatch, and the second one to the ward."""
     first, second = robots
     to_hatch = Selector("Have it at the hatch", memory=True, children=[IsEast(first), bring("parcel", "west", first)])
     meet = Parallel(
@@ -29,7 +29,7 @@ def mission(robots: list[str], *, bug: bool = False) -> Behaviour:
 
 
 def _take_on(robot: str, number: int) -> Behaviour:
-    """Return one try to bring the parcel from the hatch, or from where it was dropped, to the ward."""
+    """Return one attempt to bring the parcel from the hatch, or from where it was dropped, to the ward."""
     hatch = [LiesAt("parcel", "west", robot), GoTo("east", robot=robot), Pickup("parcel", robot=robot)]
     elsewhere = [GoToItem("parcel", robot), Pickup("parcel", robot=robot)]
     have = [
@@ -56,5 +56,4 @@ class IsEast(Look):
         super().__init__("Is in the east", robot)
 
     def update(self) -> Status:
-        """Look."""
         return Status.SUCCESS if self.item("parcel")["at"][0] > WALL else Status.FAILURE

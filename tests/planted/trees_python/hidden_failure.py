@@ -1,4 +1,4 @@
-"""A Fallback around the pickup hides that it has failed: the tree succeeds, and the parcel stays on the shelf."""
+"""A Fallback hides the failure of the pickup: the tree succeeds, and the parcel stays on the shelf."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
@@ -10,7 +10,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree that brings the parcel."""
     if not bug:
         return patient(bring("parcel", "ward"))
     # The bug: whatever fails, the rest goes on.

@@ -1,4 +1,4 @@
-"""A Selector without memory ticks its first child again while the recovery still waits, which ends the wait."""
+"""A Selector without memory ticks its first child again during the recovery, which ends its wait."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
@@ -10,7 +10,7 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree that visits two wards; each drive is followed by a wait and another try if it fails."""
+    """Return the tree that visits two wards, with a wait and another attempt after a failure."""
     memory = not bug  # the bug: without memory the drive is tried at each tick
     return Sequence("Rounds", memory=True, children=[_drive("ward_a", memory), _drive("ward_b", memory)])
 

@@ -1,4 +1,4 @@
-"""The robot leaves its charger as soon as that charges, since docking has succeeded, and not when it is charged."""
+"""The robot leaves its charger when docking has succeeded, and not when it is charged."""
 
 from guarded import LEAST, ROUNDS
 from py_trees.behaviour import Behaviour
@@ -14,7 +14,6 @@ from bt_controller.nodes.conditions.battery import IsBatteryLow
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of the rounds."""
     drives: list[Behaviour] = []
     for number, place in enumerate(ROUNDS):
         low = Inverter(f"{number}: enough", node(IsBatteryLow, min_battery=LEAST))

@@ -1,4 +1,4 @@
-"""A robot that has charged stays in the only berth, and the other one queues for it until its battery is empty."""
+"""A charged robot stays in the only berth, and the other one queues until its battery is empty."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
@@ -16,7 +16,7 @@ WARDS = {"wall_e": "ward_a", "eve": "ward_b"}
 
 
 def mission(robot: str, *, bug: bool = False) -> Behaviour:
-    """Return the tree of one of two robots: it works in its ward, charges if it has to, and works again."""
+    """Return the tree of one of two robots, which works in its ward, charges if necessary, and works again."""
     ward = WARDS[robot]
     low = Inverter("Enough", node(IsBatteryLow, min_battery=0.5))
     charge = Sequence("Charge", memory=True, children=[Dock("charger"), WaitUntilCharged(0.9)])

@@ -1,4 +1,4 @@
-"""The guard asks for the charge of the next drive, and forgets the way back to the charger: off by one leg."""
+"""The guard requires the charge of the next leg, and forgets the leg back to the charger."""
 
 from guarded import LEAST, ROUNDS, enough
 from py_trees.behaviour import Behaviour
@@ -12,7 +12,6 @@ LEG = 0.06
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of the rounds."""
     least = LEG if bug else LEAST  # the bug: the way back does not count
     drives: list[Behaviour] = []
     for number, place in enumerate(ROUNDS):

@@ -1,4 +1,4 @@
-"""A Parallel that does not keep what has succeeded lets the faster robot do its errand again and again."""
+"""A Parallel that does not keep successes lets the faster robot repeat its errand."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
@@ -10,7 +10,7 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(robots: list[str], *, bug: bool = False) -> Behaviour:
-    """Return the tree of two robots, each of which brings something to its ward, and comes home."""
+    """Return the tree of two robots, each of which brings something to its ward and comes home."""
     soup, linen = _errand(robots[0], "soup", "ward_1", "home_1"), _errand(robots[1], "linen", "ward_2", "home_2")
     policy = ParallelPolicy.SuccessOnAll(synchronise=not bug)  # the bug: what has succeeded is ticked again
     return Parallel("Both", policy, [soup, linen])

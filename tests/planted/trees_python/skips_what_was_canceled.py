@@ -1,4 +1,4 @@
-"""A leaf takes every end but ABORTED for a success, also that of a goal that was canceled to charge."""
+"""A leaf takes every status but ABORTED for a success, including that of a goal canceled to charge."""
 
 from __future__ import annotations
 
@@ -25,26 +25,24 @@ WARDS = ("ward_a", "ward_b", "ward_c")
 
 
 class _Drive(GoTo):
-    """Drives to a ward; its goal is canceled by `_Watch` when the battery is low."""
+    """Drives to a ward, until `_Watch` cancels its goal when the battery is low."""
 
     def __init__(self, place: str, drives: dict[str, Any], *, bug: bool) -> None:
         super().__init__(place)
         self._drives, self._bug = drives, bug
 
     def initialise(self) -> None:
-        """Send the goal, and tell the watch."""
         super().initialise()
         self._drives["now"] = self
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
-        """Return how the drive has ended."""
         if self._bug and handle.error is None and handle.status is not GoalStatus.ABORTED:  # the bug: CANCELED, too
             return Status.SUCCESS
         return super().ended(handle)
 
 
 class _Watch(Behaviour):
-    """Cancels the drive under way when the battery becomes low; succeeds when the rounds are done."""
+    """Cancels the running goal when the battery becomes low; succeeds when the rounds are done."""
 
     def __init__(self, drives: dict[str, Any]) -> None:
         super().__init__("Watch the battery")
@@ -52,12 +50,10 @@ class _Watch(Behaviour):
         self._was_low = False
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the topic."""
         self._topics, self._robot = kwargs["topics"], kwargs["robot"]
         self._topics.watch(self._robot, "battery_state", kwargs["wake"])
 
     def update(self) -> Status:
-        """Look at the battery."""
         low = self._topics.latest(self._robot, "battery_state").percentage < LEAST
         if low and not self._was_low and "now" in self._drives:
             self._drives["now"].cancel()
@@ -66,7 +62,6 @@ class _Watch(Behaviour):
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of the rounds."""
     drives: dict[str, Any] = {}
     rounds: list[Behaviour] = []
     for ward in WARDS:

@@ -1,4 +1,4 @@
-"""What the trees have in common: leaves that look at the world, and repetitions that leave time for a repair."""
+"""Leaves that look at the world, and repetitions that leave time for a repair, shared by the trees."""
 
 from __future__ import annotations
 
@@ -25,32 +25,29 @@ PAUSE = 20.0
 
 
 def patient(step: Behaviour, attempts: int = ATTEMPTS, pause: float = PAUSE) -> Behaviour:
-    """Return a step that is tried again after a pause, so many times in all."""
+    """Return a step that is tried up to some times, with pauses."""
     name = step.name
     rest = Sequence(f"{name}: rest", memory=True, children=[Timer(f"{name}: pause", pause), Failure(f"{name}: again")])
     return Retry(f"{name}: patiently", Selector(f"{name}: once", memory=True, children=[step, rest]), attempts)
 
 
 class Look(Behaviour):
-    """A leaf that asks what is in the world."""
+    """A leaf that reads the scene of the world."""
 
     def __init__(self, name: str, robot: str | None) -> None:
         super().__init__(name)
         self._robot = robot
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client."""
         self._client = kwargs["client"]
         self._robot = self._robot or kwargs["robot"]
         self._places = kwargs["places"]
 
     def item(self, name: str) -> dict[str, Any]:
-        """Return an item as the scene has it."""
         return item_of(self._client, name)
 
 
 def item_of(client: Any, name: str) -> dict[str, Any]:
-    """Return an item as the scene of the world has it."""
     scene = json.loads(client.get(client.keys.world("scene")))
     return next(item for item in scene["items"] if item["name"] == name)
 
@@ -63,7 +60,6 @@ class Holds(Look):
         self._item = item
 
     def update(self) -> Status:
-        """Look."""
         return Status.SUCCESS if self.item(self._item)["carrier"] == self._robot else Status.FAILURE
 
 
@@ -75,7 +71,6 @@ class LiesAt(Look):
         self._item, self._place = item, place
 
     def update(self) -> Status:
-        """Look."""
         item, point = self.item(self._item), self._places.pose(self._place).pose.position
         near = math.dist(item["at"], (point.x, point.y)) <= 1.0
         return Status.SUCCESS if near and item["carrier"] is None else Status.FAILURE
@@ -89,7 +84,6 @@ class GoToItem(NavToPoseActionClient):
         super().__init__(f"Go to {item}", self._goal_now, robot=robot)
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client, too."""
         super().setup(**kwargs)
         self._asks = kwargs["client"]
 
@@ -98,7 +92,7 @@ class GoToItem(NavToPoseActionClient):
 
 
 def bring(item: str, place: str, robot: str | None = None) -> Behaviour:
-    """Return the errand of bringing an item to a place, from wherever it is by now."""
+    """Return the errand that brings an item from its current place to another."""
     fetch = Sequence(f"Fetch {item}", memory=True, children=[GoToItem(item, robot), Pickup(item, robot=robot)])
     have = Selector(f"Have {item}", memory=True, children=[Holds(item, robot), fetch])
     steps = [have, GoTo(place, robot=robot), Place(item, robot=robot)]

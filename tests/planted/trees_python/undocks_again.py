@@ -1,4 +1,4 @@
-"""The mission is repeated after a failure, and begins with undocking, which fails where the robot stands then."""
+"""A repeated mission begins with undocking, which fails where the robot is after a failure."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
@@ -10,7 +10,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of a robot that starts in its dock."""
     undock: Behaviour = Undock()
     if not bug:  # the bug: undocking has to succeed
         undock = Selector("Be free", memory=True, children=[undock, Success("Was not docked")])

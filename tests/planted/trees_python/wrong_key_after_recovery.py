@@ -1,4 +1,4 @@
-"""The recovery drives home by the key of the mission's own destination, and does not set it back."""
+"""The recovery drives home with the key of the mission's destination, and does not restore it."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Failure, SetBlackboardVariable
@@ -16,7 +16,7 @@ WARD, HALL = pose_goal(18.0, 0.0), pose_goal(12.0, 0.0)
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree: it brings the parcel to the destination, and rests in the hall after a failure."""
+    """Return the tree that brings the parcel to the destination, and rests in the hall after a failure."""
     key = "destination" if bug else "resting_place"  # the bug: the recovery's key
     rest = [
         Timer("Repair", 20.0),

@@ -1,4 +1,4 @@
-"""The guard compares with the wrong sign: it charges a full battery, and drives on with a low one."""
+"""The guard compares with the wrong sign, so it charges a full battery and ignores a low one."""
 
 import operator
 
@@ -11,7 +11,6 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:
-    """Return the tree of the rounds."""
     compare = operator.le if bug else operator.ge  # the bug: the sign
     drives: list[Behaviour] = []
     for number, place in enumerate(ROUNDS):

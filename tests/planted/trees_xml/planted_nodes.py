@@ -1,4 +1,4 @@
-"""Nodes of the missions' own: conditions on items, and where one is."""
+"""Nodes of the planted missions: conditions on items, and an item's position."""
 
 from __future__ import annotations
 
@@ -17,15 +17,13 @@ _PARTS: Kind[Any] = Kind("any", object, lambda text, _places: text.split(";"))
 
 
 class _Look(Leaf):
-    """A node that asks what is in the world."""
+    """A node that reads the scene of the world."""
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the client."""
         super().setup(**kwargs)
         self._client, self._robots_name = kwargs["client"], kwargs["robot"]
 
     def item(self) -> dict[str, Any]:
-        """Return the item as the scene of the world has it."""
         scene = json.loads(self._client.get(self._client.keys.world("scene")))
         return next(item for item in scene["items"] if item["name"] == self.read("item"))
 
@@ -36,7 +34,6 @@ class IsHeld(_Look):
     INPUTS: ClassVar = {"item": _ITEM}
 
     def update(self) -> Status:
-        """Look."""
         return Status.SUCCESS if self.item()["carrier"] == self._robots_name else Status.FAILURE
 
 
@@ -46,31 +43,28 @@ class LiesAt(_Look):
     INPUTS: ClassVar = {"item": _ITEM, "pose": input_port(POSE, "Where it should be")}
 
     def update(self) -> Status:
-        """Look."""
         item, point = self.item(), self.read("pose").pose.position
         near = math.dist(item["at"], (point.x, point.y)) <= 1.0
         return Status.SUCCESS if near and item["carrier"] is None else Status.FAILURE
 
 
 class FindItem(_Look):
-    """Writes where the item is."""
+    """Writes the position of an item."""
 
     INPUTS: ClassVar = {"item": _ITEM}
     OUTPUTS: ClassVar = {"pose": output_port(POSE, "Where it is")}
 
     def update(self) -> Status:
-        """Look."""
         self.write("pose", pose_at(*self.item()["at"]))
         return Status.SUCCESS
 
 
 class Split(Leaf):
-    """Writes the parts of a text, which are separated by semicolons, as a list."""
+    """Writes the parts of a text separated by semicolons as a list."""
 
     INPUTS: ClassVar = {"text": input_port(STRING, "The text")}
     OUTPUTS: ClassVar = {"parts": output_port(_PARTS, "Its parts")}
 
     def update(self) -> Status:
-        """Split it."""
         self.write("parts", self.read("text").split(";"))
         return Status.SUCCESS

@@ -1,4 +1,4 @@
-"""The benchmarks run and print their figures; no test depends on the speed of this machine."""
+"""The benchmarks run and print their figures, at any speed of the machine."""
 
 from __future__ import annotations
 
@@ -41,14 +41,7 @@ TINY = {
     "properties": {"rounds": 1, "samples": 100, "missions": 1},
     "listeners": {"sizes": (3,), "rates": (10.0,), "window": 0.2, "robots": 3, "rounds": 1, "side": 4},
     "loading": {"side": 10, "lanes": 20, "walls": 3, "rounds": 1},
-    "lockstep": {
-        "sizes": (3,),
-        "rounds": 10,
-        "missions": 1,
-        "factor": 100.0,
-        "side": 4,
-        "scripts": "zoo/crossing",
-    },
+    "lockstep": {"sizes": (3,), "rounds": 10, "missions": 1, "factor": 100.0, "side": 4, "scripts": "zoo/crossing"},
     "mesa_agents": {"robots": 3, "rounds": 1, "seconds": 20.0, "side": 4},
     "memory": {"sizes": (2, 4), "side": 3},
     "perturbed": {"controllers": (2,), "runs": 3},
@@ -80,7 +73,6 @@ MAY_BE_NOTHING = {
 
 
 def test_every_benchmark_is_tested():
-    """A new benchmark is run by this test, too."""
     names = {info.name for info in pkgutil.iter_modules(benchmarks.__path__) if not info.name.startswith("_")}
 
     assert names == TINY.keys()
@@ -88,8 +80,7 @@ def test_every_benchmark_is_tested():
 
 @pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
 @pytest.mark.parametrize("name", TINY)
-def test_a_benchmark_gives_rows(name, monkeypatch):
-    """A benchmark gives rows, each of a name of its own and with a figure of something that took place."""
+def test_each_row_of_a_benchmark_has_its_name_and_a_nonzero_figure(name, monkeypatch):
     monkeypatch.setattr("benchmarks._timing._TURN", 2)
     # That Dask gives the same results is tested with experiments.
     monkeypatch.delitem(importlib.import_module("benchmarks.experiments")._WHERE, "Dask, two workers")
@@ -104,13 +95,13 @@ def test_a_benchmark_gives_rows(name, monkeypatch):
 
     assert len(rows) == len({row.what for row in rows})
     assert [] == [row for row in rows if row.value <= 0 and row.unit not in MAY_BE_NOTHING]
-    # What should be the same is so on any machine; other targets are about speed.
+    # Only ratios that any machine reaches are checked; other targets depend on speed.
     assert [] == [row for row in rows if "different" in row.what + row.unit and not row.met]
 
 
 @pytest.mark.parametrize("name", TINY)
 def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
-    """What `--quick` passes is taken by the benchmark, and `--write` finds where its table goes."""
+    """`--quick` passes arguments that the benchmark accepts, and `--write` finds the place of its table."""
     module = importlib.import_module(f"benchmarks.{name}")
     document = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text()
 
@@ -120,10 +111,10 @@ def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
 
 
 def test_a_goal_within_one_process_takes_no_more_calls():
-    """Nor a pass through JSON. Counts are exact: whoever makes them smaller lowers the limits.
+    """It also makes no more passes through JSON. Counts are exact, so a reduction should lower the limits.
 
-    They are those of a process that does nothing else, and has no other threads and children. Over Zenoh they are the
-    mean of fifty goals, and of the environment the mean of an episode's decisions.
+    The process does nothing else, and has no other threads and children. Over Zenoh the counts are the
+    mean of fifty goals, and for the environment the mean of an episode's decisions.
     """
     said = (
         "from benchmarks.calls import *\n"
@@ -150,12 +141,11 @@ def test_a_goal_within_one_process_takes_no_more_calls():
     ],
 )
 def test_a_row_meets_its_target(row, met):
-    """A value's target is about the value, a ratio's about the ratio; without a target nothing is met or missed."""
+    """A value's target is compared with the value, and a ratio's with the ratio."""
     assert met is row.met
 
 
-def test_a_row_shows_the_spread_of_its_rounds():
-    """Of several rounds the median is shown, with the least and the most; it is what a target is about."""
+def test_a_row_shows_the_median_and_range_of_its_rounds():
     row = Row("a", Spread.of([7.0, 1.0, 200.0]), "s", Spread.of([1.0, 1.5, 1.25]), at_most=8.0)
 
     assert ("a", "7 s (1 … 200)", "1.25x (1.00 … 1.50)", "≤ 8 s", "yes") == row.cells
@@ -171,7 +161,7 @@ def test_a_ratio_is_of_the_same_round():
 
 
 def test_variants_take_turns():
-    """Each has its turn in every round, and its first call does not count."""
+    """The first call of each variant does not count."""
     called = []
 
     took = interleaved([Variant(name, partial(called.append, name)) for name in "ab"], 6)
@@ -181,7 +171,6 @@ def test_variants_take_turns():
 
 
 def test_write_replaces_one_table(tmp_path):
-    """Writing one benchmark's table leaves everything else as it was."""
     path = tmp_path / "doc.md"
     path.write_text("# Title\n<!-- begin a -->\nold\n<!-- end a -->\nmiddle\n<!-- begin b -->\nkept\n<!-- end b -->\n")
 
@@ -196,8 +185,7 @@ def test_write_replaces_one_table(tmp_path):
     )
 
 
-def test_write_wants_its_place(tmp_path):
-    """A document without the comments is refused, and says which are missing."""
+def test_write_refuses_a_document_without_its_comments(tmp_path):
     path = tmp_path / "doc.md"
     path.write_text("# Title\n")
 
@@ -205,8 +193,7 @@ def test_write_wants_its_place(tmp_path):
         _report.write(path, "a", "2026-01-31", [])
 
 
-def test_json_has_the_figures_and_whether_they_are_met(tmp_path, monkeypatch):
-    """``python -m benchmarks NAME --json FILE`` writes the machine and every row."""
+def test_json_has_the_machine_and_every_row_with_its_verdict(tmp_path, monkeypatch):
     monkeypatch.setattr("benchmarks.start_up.run", lambda: [Row("hmrsim --help", 0.1, "s", at_most=0.3)])
     file = tmp_path / "figures.json"
 

@@ -1,4 +1,4 @@
-"""Simulators for commands to talk to."""
+"""Simulators for commands that need one."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
 
 @pytest.fixture
 def start():
-    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    """Return the function that starts hmrsim as a process, which is killed at the end of the test."""
     with processes.killed_at_the_end() as run:
         yield run
 
 
 @pytest.fixture(scope="module")
 def endpoint():
-    """Return where a simulator of scenario 1 listens, one for all tests of a module."""
+    """Return the endpoint of a simulator of scenario 1, shared by the tests of a module."""
     words = ("run", "scenario1", "--real-time-factor", "10", *FREE_PORT)
     with processes.start("hmrsim", *words, stderr=subprocess.DEVNULL) as process:
         yield process.stdout.readline().split()[1]

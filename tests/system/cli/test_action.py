@@ -10,8 +10,7 @@ import pytest
 from hmrsim.cli import main
 
 
-def test_goal_by_an_alias(endpoint, capsys):
-    """The original's name drives the robot; feedback ends with 0."""
+def test_a_goal_by_an_alias_drives_the_robot(endpoint, capsys):
     goal = "{pose: {pose: {position: {x: 512, y: 215}}}}"
     code = main(["action", "send-goal", "navigate_to_pose/wall_e", goal, "--feedback", "--json", "--connect", endpoint])
 
@@ -22,7 +21,6 @@ def test_goal_by_an_alias(endpoint, capsys):
 
 
 def test_actions_are_listed_with_types(endpoint, capsys):
-    """One name a line, and the type behind it."""
     code = main(["action", "list", "-t", "--connect", endpoint])
 
     lines = capsys.readouterr().out.splitlines()
@@ -32,7 +30,6 @@ def test_actions_are_listed_with_types(endpoint, capsys):
 
 
 def test_actions_as_json(endpoint, capsys):
-    """Programs get one list."""
     main(["action", "list", "--json", "--connect", endpoint])
 
     assert {
@@ -43,8 +40,7 @@ def test_actions_as_json(endpoint, capsys):
     } in json.loads(capsys.readouterr().out)
 
 
-def test_info_of_an_action(endpoint, capsys):
-    """The output has the type, the robots, the aliases, the fields and an example."""
+def test_info_has_type_robots_aliases_fields_and_an_example(endpoint, capsys):
     code = main(["action", "info", "wall_e/grab", "--connect", endpoint])
 
     lines = capsys.readouterr().out.splitlines()
@@ -61,8 +57,7 @@ def test_info_of_an_action(endpoint, capsys):
     assert "Example: hmrsim action send-goal /wall_e/pickup '{target_name: medicine}'" == lines[-1]
 
 
-def test_constants_are_listed(endpoint, capsys):
-    """What the numbers of a result and of feedback stand for."""
+def test_info_lists_the_constants_of_result_and_feedback(endpoint, capsys):
     main(["action", "info", "/wall_e/dock_robot", "--connect", endpoint])
     lines = capsys.readouterr().out.splitlines()
 
@@ -71,8 +66,7 @@ def test_constants_are_listed(endpoint, capsys):
 
 
 @pytest.mark.parametrize("action", ["compute_path_to_pose", "compute_route", "pickup"])
-def test_an_example_that_can_be_sent(action, endpoint, capsys):
-    """An example names places and items of the world that runs."""
+def test_the_example_has_names_of_the_running_world(action, endpoint, capsys):
     main(["action", "info", f"/wall_e/{action}", "--connect", endpoint])
     _, *words = shlex.split(capsys.readouterr().out.splitlines()[-1].removeprefix("Example: "))
 
@@ -81,8 +75,7 @@ def test_an_example_that_can_be_sent(action, endpoint, capsys):
     assert json.loads(capsys.readouterr().out)["accepted"]
 
 
-def test_a_goal_that_names_a_place(endpoint, capsys):
-    """The robot plans to where the place is."""
+def test_a_goal_can_name_a_place(endpoint, capsys):
     words = ["action", "send-goal", "/wall_e/compute_path_to_pose", "{goal: ward}", "--json"]
     code = main([*words, "--connect", endpoint])
 
@@ -91,8 +84,7 @@ def test_a_goal_that_names_a_place(endpoint, capsys):
     assert (100.0, 215.0) == (end["x"], end["y"])
 
 
-def test_a_place_that_is_not_there(endpoint, capsys):
-    """It is wrong use, with the most similar place."""
+def test_an_unknown_place_exits_with_2_and_a_suggestion(endpoint, capsys):
     code = main(["action", "send-goal", "/wall_e/navigate_to_pose", "{pose: wards}", "--connect", endpoint])
 
     assert 2 == code
@@ -100,7 +92,6 @@ def test_a_place_that_is_not_there(endpoint, capsys):
 
 
 def test_info_as_json(endpoint, capsys):
-    """Programs get fields and their types."""
     main(["action", "info", "wall_e/wait", "--json", "--connect", endpoint])
 
     assert {"time": "builtin_interfaces/msg/Duration"} == json.loads(capsys.readouterr().out)["goal"]
@@ -109,8 +100,7 @@ def test_info_as_json(endpoint, capsys):
 @pytest.mark.parametrize(
     "arguments", [["action", "info", "/hal/wait"], ["topic", "echo", "/wall_e/smell"]], ids=" ".join
 )
-def test_unknown_names_are_1(arguments, endpoint, capsys):
-    """An unknown name is an error that lists the known names."""
+def test_an_unknown_name_exits_with_1_and_the_known_ones(arguments, endpoint, capsys):
     code = main([*arguments, "--connect", endpoint])
 
     captured = capsys.readouterr()

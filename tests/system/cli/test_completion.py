@@ -44,7 +44,7 @@ for line in sys.stdin:
 
 
 def asked(line, connect):
-    """Return the environment in which argcomplete's shell functions ask for the last word of a line."""
+    """Return the environment in which argcomplete's shell functions request the last word of a line."""
     return {
         "_ARGCOMPLETE": "1",
         "_ARGCOMPLETE_IFS": "\n",
@@ -75,8 +75,7 @@ def complete():
 
 
 @pytest.mark.parametrize(("line", "words"), [("hmrsim ma", ["map"]), ("bt-controller ch", ["check"])])
-def test_a_shell_gets_an_answer(tmp_path, line, words):
-    """The program itself, started as argcomplete's shell functions start it, says nothing but the words."""
+def test_the_program_prints_only_words_when_completing(tmp_path, line, words):
     module = {"hmrsim": "hmrsim.cli", "bt-controller": "bt_controller"}[line.split()[0]]
     done = subprocess.run(
         ["/bin/sh", "-c", f'exec "{sys.executable}" -m {module} 8>&1 9>/dev/null 1>/dev/null 2>"{tmp_path}/err"'],
@@ -111,14 +110,12 @@ def test_a_shell_gets_an_answer(tmp_path, line, words):
         ("bt-controller run missions:patrol --per", ["--period"]),
     ],
 )
-def test_what_needs_no_simulator(complete, line, words):
-    """Commands, options, choices, shipped worlds, and what is in the world on the line."""
+def test_commands_options_and_names_of_the_given_world_need_no_simulator(complete, line, words):
     assert words == complete(line)
 
 
 @pytest.mark.parametrize("line", ["hmrsim action info ", "hmrsim topic echo /", "hmrsim service call "])
-def test_without_a_simulator_nothing_is_completed(complete, line):
-    """There are no candidates, no error and no long wait."""
+def test_without_a_simulator_there_are_no_candidates_and_no_error(complete, line):
     assert [] == complete(line)
 
 
@@ -133,8 +130,7 @@ def test_without_a_simulator_nothing_is_completed(complete, line):
         ("bt-controller run missions:patrol --robot ", ["wall_e"]),
     ],
 )
-def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words):
-    """Robots, actions, topics and services are those that there are, if the simulator says so in time."""
+def test_names_come_from_the_running_simulator(complete, endpoint, line, words):
     end = time.monotonic() + PATIENCE
     while not (found := complete(line, endpoint)) and time.monotonic() < end:
         pass
@@ -143,8 +139,7 @@ def test_names_come_from_the_simulator_that_runs(complete, endpoint, line, words
 
 
 @needs_bash
-def test_files_are_worlds(complete, tmp_path):
-    """Beside the shipped worlds there are the files that can be read."""
+def test_files_are_completed_beside_shipped_worlds(complete, tmp_path):
     (tmp_path / "mine.yaml").write_text("name: mine\n")
     (tmp_path / "mine.txt").write_text("")
 
@@ -153,7 +148,6 @@ def test_files_are_worlds(complete, tmp_path):
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_scripts_are_for_both_programs(shell, capsys):
-    """The script of each shell registers both commands."""
     code = main(["completion", shell])
 
     out = capsys.readouterr().out
@@ -163,8 +157,7 @@ def test_scripts_are_for_both_programs(shell, capsys):
 
 
 @needs_bash
-def test_bash_reads_the_script(capsys):
-    """It has no mistake that bash would complain of, and registers a function."""
+def test_bash_accepts_the_script(capsys):
     main(["completion", "bash"])
     script = capsys.readouterr().out + "complete -p hmrsim bt-controller\n"
 

@@ -1,4 +1,4 @@
-"""``hmrsim demo``: both processes."""
+"""``hmrsim demo``, with both of its processes."""
 
 from __future__ import annotations
 
@@ -18,20 +18,18 @@ from hmrsim.cli import demo, main
 
 
 @pytest.fixture(scope="module")
-def told():
-    """Return the objects that a demo writes for programs, its exit code, and its log."""
+def told(tmp_path_factory):
+    """Return the JSON objects of a demo in lockstep, its exit code, its log and its trace."""
+    trace = tmp_path_factory.mktemp("demo") / "run.jsonl"
+    options = ["--clock", "lockstep", "--json", "--log-level", "info", "--trace", str(trace)]
     process = subprocess.run(
-        [sys.executable, "-m", "hmrsim.cli", "demo", "--real-time-factor", "100", "--json", "--log-level", "info"],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-m", "hmrsim.cli", "demo", *options], capture_output=True, text=True, check=False
     )
-    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr
+    return [json.loads(line) for line in process.stdout.splitlines()], process.returncode, process.stderr, trace
 
 
-def test_demo(told):
-    """The whole fleet of eight does its work, and no goal fails; the sum is the last line."""
-    lines, code, _ = told
+def test_the_whole_fleet_succeeds_and_the_totals_come_last(told):
+    lines, code, *_ = told
     robots = lines[-1]["robots"]
 
     moved = sorted(item for robot in robots.values() for item in robot["items_moved"])
@@ -42,7 +40,7 @@ def test_demo(told):
 
 
 def test_demo_prints_cause_before_effect(told):
-    """The lines of the tree and of the world about one robot are in order, and its times never go back."""
+    """The lines about one robot from the tree and from the world are ordered, and its times never decrease."""
     traffic = ("undocked ", "waits", "takes ", "moves ")
     said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
     lines = [line for line in said if not line["text"].startswith(traffic)]
@@ -62,16 +60,16 @@ def test_demo_prints_cause_before_effect(told):
     assert sorted(times) == times
 
 
-def test_demo_logs_what_its_processes_log(told):
-    """As much as was asked for."""
+def test_demo_passes_on_the_log_of_its_processes(told):
     log = told[2]
 
     assert re.search(r"^\[INFO\] .* \| simulator: \[INFO\] .* wall_e navigate_to_pose accepted", log, re.MULTILINE)
 
 
-def test_demo_for_people(capsys):
-    """Without a terminal the demo is lines of text, and a table at the end."""
-    code = main(["demo", "--real-time-factor", "200"])
+def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path):
+    """In lockstep it has the same trace as any other run of the demo."""
+    trace = tmp_path / "run.jsonl"
+    code = main(["demo", "--clock", "lockstep", "--trace", str(trace)])
 
     out = capsys.readouterr().out
     assert 0 == code
@@ -79,10 +77,24 @@ def test_demo_for_people(capsys):
     assert " | tree  | wall_e   | Pick up medicine done\n" in out
     assert "What the fleet did" in out
     assert "the mission succeeded: " in out
+    assert told[-1].read_bytes() == trace.read_bytes()
 
 
-def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
-    """The simulator's message is printed."""
+def test_the_mission_has_obstacles(told):
+    """Two robots avoid a corridor full of people, and others wait for doors and for each other."""
+    lines = [json.loads(line) for line in told[-1].read_text().splitlines()]
+    happened = [line for line in lines if "stamp" in line]
+
+    assert ["visitors", "wet_floor"] == [line["name"] for line in happened if line["kind"] == "fault_began"]
+    assert ["m_o", "nan_e"] == [line["robot"] for line in happened if line["kind"] == "rerouted"]
+    assert (14, 18) == (
+        sum("is opening" in line.get("why", "") for line in happened if line["kind"] == "waiting"),
+        sum("for" in line for line in happened if line["kind"] == "waiting"),
+    )
+    assert 247 == lines[-1]["stamp"]["sec"]
+
+
+def test_demo_prints_why_its_simulator_does_not_start(monkeypatch, capsys):
     monkeypatch.setattr(demo, "_WORLD", "nosuch")
     code = main(["demo"])
 
@@ -90,16 +102,14 @@ def test_demo_whose_simulator_does_not_start(monkeypatch, capsys):
     assert re.search(r"the simulator does not start; it says:\n.*nosuch: no such file", capsys.readouterr().err)
 
 
-def test_demo_whose_page_has_no_port(capsys):
-    """The error comes before anything begins."""
+def test_demo_reports_a_taken_port_of_the_page_at_once(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         code = main(["demo", "--view", str(taken.getsockname()[1])])
 
     assert (2, True) == (code, "is taken; name another with --view" in capsys.readouterr().err)
 
 
-def test_demo_whose_mission_fails(monkeypatch, capsys):
-    """The demo exits with 1 and prints the controller's output, which has the error."""
+def test_demo_with_a_failed_mission_exits_with_1_and_its_error(monkeypatch, capsys):
     monkeypatch.setattr(demo, "_TREE", "bt_controller.examples.hospital:nosuch")
     code = main(["demo"])
 
@@ -111,8 +121,7 @@ def test_demo_whose_mission_fails(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_demo_ends_its_children(start, number, code):
-    """A signal ends the demo with its own code, and both its processes."""
+def test_a_signal_ends_the_demo_and_both_processes(start, number, code):
     process = start("demo")
     for line in process.stdout:
         if "accepted" in line:

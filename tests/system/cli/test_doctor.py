@@ -24,7 +24,6 @@ CLIENT = Endpoint(Kind.CLIENT, "/wall_e/wait/_action/send_goal", "nav2_msgs::act
 
 @pytest.fixture(autouse=True)
 def _no_ros(monkeypatch):
-    """Remove the ROS variables of the environment that the tests are run in."""
     for name in list(os.environ):
         if name.startswith(("ROS_", "RMW_", "ZENOH_")):
             monkeypatch.delenv(name)
@@ -32,7 +31,7 @@ def _no_ros(monkeypatch):
 
 @pytest.fixture
 def doctor(capsys):
-    """Return the function that runs the command: exit code, output, errors."""
+    """Return the function that runs the command and returns exit code, output and errors."""
 
     def run(options, *words, timeout=PATIENCE):
         code = main(["doctor", "--connect", *options.connect, f"--timeout={timeout}", *words])
@@ -44,7 +43,7 @@ def doctor(capsys):
 
 @pytest.fixture
 def router():
-    """Return a session that is a router, and nothing else, and what connects to it."""
+    """Return a session that is only a router, and its endpoint."""
     session, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
     with session:
         yield session, SessionOptions(connect=endpoints)
@@ -57,8 +56,7 @@ def declare(session, domain=0, endpoint=CLIENT):
     return [liveliness.declare_token(text) for text in texts]
 
 
-def test_a_healthy_simulator(doctor):
-    """A few lines on stdout say what is on the network, and the command succeeds."""
+def test_a_healthy_simulator_is_summarized(doctor):
     with served_world() as options:
         code, out, err = doctor(options)
 
@@ -71,8 +69,7 @@ def test_a_healthy_simulator(doctor):
     assert ["ROS         domain 0: no nodes", "", "nothing is wrong"] == lines[4:]
 
 
-def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
-    """A user who names a domain wants ROS, and gets advice on how to enable it; one line, and exit code 1."""
+def test_a_domain_without_a_simulator_gets_advice_on_enabling_ros(doctor):
     with served_world() as options:
         code, out, _ = doctor(options, "--ros-domain-id", "7")
 
@@ -83,7 +80,6 @@ def test_simulator_without_ros_that_is_looked_for_in_ros(doctor):
 
 
 def test_everything_as_json(doctor, monkeypatch):
-    """A program gets one JSON object: the network, tokens of all domains, and the problems."""
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     with served_world() as options, open_client(options) as session, session.liveliness().declare_token("@ros2_lv/7/x"):
         tokens = declare(session, 7)
@@ -121,8 +117,7 @@ def test_everything_as_json(doctor, monkeypatch):
 
 
 @pytest.mark.parametrize("text", ["@ros2_lv", "@ros2_lv/0", "@ros2_lv/0/a/0/0/NN/%/%", "@ros2_lv/x/a/0/0/NN/%/%/n"])
-def test_token_of_any_text(doctor, router, text):
-    """A token in an unknown format is reported, and nothing else."""
+def test_a_token_of_unknown_format_is_only_reported(doctor, router, text):
     session, options = router
     with session.liveliness().declare_token(text):
         code, out, _ = doctor(options)
@@ -131,8 +126,8 @@ def test_token_of_any_text(doctor, router, text):
     assert f"warning: 1 liveliness tokens are not in rmw_zenoh's format: '{text}'; update" in out
 
 
-def test_two_simulators_with_one_prefix(doctor):
-    """Both are reported, and neither is taken for the other's planner."""
+def test_two_simulators_with_one_prefix_are_reported(doctor):
+    """Neither is taken for the other's planner."""
     with served_world() as options, open_client(options) as session, Client(options) as client:
         key = "hmrsim/_world/info"
         info = client.get(key)
@@ -150,8 +145,7 @@ def test_two_simulators_with_one_prefix(doctor):
     assert "planner" not in out
 
 
-def test_actions_of_a_lost_robot_are_not_whole(doctor):
-    """They are not there, so they are not counted as if they were."""
+def test_actions_of_a_lost_robot_are_not_counted(doctor):
     fault = json.dumps({"type": "messages_lost", "robot": "wall_e"}).encode()
     with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, Client(options) as client:
         client.get("hmrsim/_world/inject_fault", payload=fault)
@@ -163,8 +157,7 @@ def test_actions_of_a_lost_robot_are_not_whole(doctor):
     assert "error: wall_e is unreachable: there is no liveliness token" in out
 
 
-def test_lockstep_that_stands(doctor):
-    """The doctor names the participants that time waits for."""
+def test_participants_that_hold_the_time_are_named(doctor):
     with served_world(clock="lockstep", participants=("nurses",)) as options:
         code, out, _ = doctor(options)
 
@@ -173,8 +166,7 @@ def test_lockstep_that_stands(doctor):
     assert "error: time stands at 0 s: waiting for nurses to join in lockstep; start a controller" in out
 
 
-def test_planner_that_is_missing(doctor):
-    """A robot that needs an external planner is named, until there is one."""
+def test_a_robot_without_its_external_planner_is_named(doctor):
     robots = {"eve": {"type": "nurse", "at": "home", "planner": "external"}}
     with served_world({**SMALL_WORLD, "robots": robots, "remap": {}}) as options:
         alone = doctor(options)
@@ -191,8 +183,7 @@ def test_planner_that_is_missing(doctor):
     assert "planner     an external one is available" in attended[1]
 
 
-def test_simulator_that_speaks_ros(doctor):
-    """Its actions are counted, and an incompatible client is reported."""
+def test_ros_actions_are_counted_and_an_incompatible_client_is_reported(doctor):
     with served_world(wires=(RmwZenoh(7, ("kilted",)),)) as options, open_client(options) as session:
         tokens = declare(session, 7)
         end, out = time.monotonic() + PATIENCE, ""
@@ -210,8 +201,7 @@ def test_simulator_that_speaks_ros(doctor):
     assert "error: the simulator is in ROS domain 7, not in 0; `export ROS_DOMAIN_ID=7`" in elsewhere[1]
 
 
-def test_ros_without_simulator(doctor, router):
-    """ROS nodes that are alone are named, and how to have a simulator join them."""
+def test_ros_nodes_without_a_simulator_get_advice(doctor, router):
     session, options = router
     tokens = declare(session)
     code, out, _ = doctor(options)
@@ -223,16 +213,14 @@ def test_ros_without_simulator(doctor, router):
     assert "no simulator; start `hmrsim run WORLD --ros2 --connect tcp/" in out
 
 
-def test_router_alone_is_3(doctor, router):
-    """With a router and no other peer, one line says so."""
+def test_a_router_without_peers_exits_with_3(doctor, router):
     code, out, err = doctor(router[1])
 
     assert (3, "", 1) == (code, out, err.count("\n"))
     assert "a Zenoh peer answers, but there is no simulator and no ROS node; start `hmrsim run" in err
 
 
-def test_no_simulator_is_3(doctor):
-    """Without a simulator there is one line of advice, and JSON if requested."""
+def test_no_simulator_exits_with_3_and_advice(doctor):
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), "--timeout", "0.3", "--json")
 
     found = json.loads(out)
@@ -249,8 +237,7 @@ def test_no_simulator_is_3(doctor):
     assert err.startswith(f"hmrsim: no answer from {NOBODY}; start `hmrsim run WORLD`")
 
 
-def test_other_prefix(doctor):
-    """With another prefix, the error names the existing one."""
+def test_another_prefix_is_named(doctor):
     with served_world() as options:
         code, out, _ = doctor(options, "--prefix", "lab")
 
@@ -259,8 +246,7 @@ def test_other_prefix(doctor):
 
 
 @pytest.mark.parametrize("domain", ["233", "-1", "x", "1.5", "²"])
-def test_a_malformed_domain_is_2(doctor, domain):
-    """A domain is a small whole number."""
+def test_a_malformed_domain_exits_with_2(doctor, domain):
     code, out, err = doctor(SessionOptions(connect=(NOBODY,)), f"--ros-domain-id={domain}")
 
     assert (2, "") == (code, out)

@@ -1,4 +1,4 @@
-"""How commands end that are interrupted, or whose output is not read: processes of their own."""
+"""Commands that are interrupted, or whose output is not read."""
 
 from __future__ import annotations
 
@@ -22,14 +22,13 @@ sys.exit(main(["simulate", sys.argv[1]]))
 
 
 def test_ctrl_c_ends_a_simulation_with_130():
-    """Also when it comes in the middle of a robot's action, without a word about it."""
+    """It prints nothing, even in the middle of a robot's action."""
     done = subprocess.run([sys.executable, "-c", INTERRUPTED, "zoo/door"], capture_output=True, text=True, check=False)
 
     assert (130, "", "traffic policy: priority\n") == (done.returncode, done.stdout, done.stderr)
 
 
-def test_json_does_not_wait_for_tables():
-    """What draws tables takes its time to load."""
+def test_json_does_not_load_the_library_of_tables():
     program = (
         "import sys; from hmrsim.cli import main; main(['simulate', sys.argv[1], '--json']); "
         "print('rich' in sys.modules)"
@@ -40,8 +39,7 @@ def test_json_does_not_wait_for_tables():
     assert "False" == done.stdout.splitlines()[-1]
 
 
-def test_interrupted_while_it_loads():
-    """Ctrl-C before a handler is installed is 130, without a traceback."""
+def test_ctrl_c_during_imports_exits_with_130_without_a_traceback():
     program = (
         "import os, signal, sys; from hmrsim.cli import main; "
         "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "
@@ -54,7 +52,7 @@ def test_interrupted_while_it_loads():
 
 
 def test_a_closed_pipe_is_not_a_failure():
-    """``hmrsim … | head -1`` ends without complaint."""
+    """``hmrsim … | head -1`` ends without an error."""
     program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
 
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
@@ -66,8 +64,7 @@ def test_a_closed_pipe_is_not_a_failure():
 
 @pytest.mark.parametrize("arguments", [["--help"], ["map", "info", "zoo/door"], ["completion", "bash"]], ids=" ".join)
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_full_disk_is_one_line(arguments, unbuffered):
-    """What can't be written ends with 1 and one line, whatever Python buffers."""
+def test_a_full_disk_is_one_line_whatever_python_buffers(arguments, unbuffered):
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         done = subprocess.run(
             [sys.executable, "-m", "hmrsim.cli", *arguments],
@@ -81,8 +78,7 @@ def test_full_disk_is_one_line(arguments, unbuffered):
     assert (1, "hmrsim: can't write the output: no space left on device\n") == (done.returncode, done.stderr)
 
 
-def test_closed_output_is_one_line():
-    """Without stdout, the command exits with 1 and one line."""
+def test_closed_output_exits_with_1_and_one_line():
     command = f"{sys.executable} -m hmrsim.cli map info zoo/door >&-"
 
     done = subprocess.run(["/bin/sh", "-c", command], stderr=subprocess.PIPE, text=True, check=False)
@@ -91,16 +87,9 @@ def test_closed_output_is_one_line():
 
 
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        ["map", "convert", "zoo/door"],
-        ["report", "x", "-o"],
-        ["report", "x", "--csv"],
-    ],
-    ids=" ".join,
+    "arguments", [["map", "convert", "zoo/door"], ["report", "x", "-o"], ["report", "x", "--csv"]], ids=" ".join
 )
 def test_a_file_name_that_is_too_long_is_one_line(arguments, capsys):
-    """The name is wrong use, wherever the system refuses it."""
     name = "n" * 300 + ".yaml"
 
     code = main([*arguments, name])

@@ -1,4 +1,4 @@
-"""``hmrsim run``: it begins, it ends."""
+"""Start and end of ``hmrsim run``."""
 
 from __future__ import annotations
 
@@ -25,8 +25,7 @@ sys.exit(main(["run", "scenario1", "--listen", "tcp/127.0.0.1:0"]))
 """Gets a signal when it begins to load a module."""
 
 
-def test_ready_line(capsys):
-    """The first line says where it listens and what it runs; the end of its time is a success."""
+def test_the_first_line_has_endpoint_and_world(capsys):
     code = main(["run", "scenario1", "--duration", "0.1", *FREE_PORT])
 
     words = capsys.readouterr().out.split(maxsplit=2)
@@ -37,7 +36,6 @@ def test_ready_line(capsys):
 
 
 def test_ready_as_json(capsys):
-    """For programs it is one JSON object."""
     code = main(["run", "scenario1", "--duration", "0.1", "--json", "--robot", "eve@230,80:fetcher", *FREE_PORT])
 
     ready = json.loads(capsys.readouterr().out)
@@ -47,8 +45,7 @@ def test_ready_as_json(capsys):
     assert ["wall_e", "eve"] == ready["robots"]
 
 
-def test_warnings_of_traffic(tmp_path, capsys):
-    """The first five come before it serves, with their lines; the last line says how many more there are."""
+def test_five_traffic_warnings_are_printed_and_the_rest_counted(tmp_path, capsys):
     path = tmp_path / "shelves.yaml"
     shelves = "".join(f"  shelf_{i}: {{at: [{i}, 0.5]}}\n" for i in range(1, 9))
     path.write_text(
@@ -65,8 +62,7 @@ def test_warnings_of_traffic(tmp_path, capsys):
     assert "and 3 more warnings of traffic; `hmrsim map validate --traffic WORLD` lists all" == more
 
 
-def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
-    """The traceback goes to stderr."""
+def test_a_bug_in_the_simulation_exits_with_1_and_a_traceback(monkeypatch, capsys):
 
     def die(_pacing):
         raise ZeroDivisionError("a bug")
@@ -80,20 +76,16 @@ def test_a_simulation_that_dies_of_a_bug_is_1(monkeypatch, capsys):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("module", ["hmrsim.program.command_line", "hmrsim.world", "hmrsim_zenoh.hosting.host"])
-def test_a_signal_while_it_starts_ends_it_with_0(number, module):
-    """As one afterwards does, without a word, however little is loaded."""
+def test_a_signal_during_the_start_exits_with_0_silently(number, module):
     done = subprocess.run(
-        [sys.executable, "-c", SIGNALLED, module, str(int(number))],
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-c", SIGNALLED, module, str(int(number))], capture_output=True, text=True, check=False
     )
 
     assert (0, "", "") == (done.returncode, done.stdout, done.stderr)
 
 
 def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
-    """As fast as possible, an idle simulator waits for goals, however short its time is."""
+    """As fast as possible, an idle simulator waits for goals, however short its duration."""
     monkeypatch.setattr(Pacing, "run", lambda _pacing: None)
     main(["run", "scenario1", "--real-time-factor", "0", "--duration", "5", *FREE_PORT])
 
@@ -101,16 +93,14 @@ def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
     assert "--duration 5: as fast as possible, time advances only while robots are active" == first
 
 
-def test_a_result_timeout_is_minus_1_or_no_less_than_0(capsys):
-    """No other negative number means for ever."""
+def test_a_negative_result_timeout_must_be_minus_1(capsys):
     code = main(["run", "scenario1", "--result-timeout", "-2"])
 
     assert 2 == code
     assert "argument --result-timeout: -2 is less than 0; -1 is for ever; see" in capsys.readouterr().err
 
 
-def test_a_malformed_prefix_is_2(capsys):
-    """A prefix with a wildcard is refused."""
+def test_a_malformed_prefix_exits_with_2(capsys):
     code = main(["run", "scenario1", "--prefix", "a/*", *FREE_PORT])
 
     assert 2 == code
@@ -118,8 +108,7 @@ def test_a_malformed_prefix_is_2(capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_at_once_though_its_log_is_not_read(start, number):
-    """A simulator whose stderr is full still ends with 0."""
+def test_a_signal_ends_a_simulator_whose_stderr_is_full(start, number):
     process = start("run", "scenario1", *FREE_PORT)
     endpoint = process.stdout.readline().split()[1]
     fill = "{target_name: " + "x" * 30_000 + "}"
@@ -131,7 +120,7 @@ def test_a_signal_ends_it_at_once_though_its_log_is_not_read(start, number):
 
 
 def test_a_trace_and_a_recording_need_two_files(tmp_path, capsys):
-    """By whatever names; nothing is written."""
+    """The two names may be different names of one file."""
     code = main(["run", "scenario1", "--trace", str(tmp_path / "a"), "--record", str(tmp_path / "b" / ".." / "a")])
 
     assert (2, True) == (code, "--trace and --record are both" in capsys.readouterr().err)

@@ -1,4 +1,4 @@
-"""``hmrsim run --monitor``: properties are watched while the world is served."""
+"""``hmrsim run --monitor`` watches properties while the world is served."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORLD = {
 
 @pytest.fixture
 def run(tmp_path):
-    """Return the function that runs a robot's way to the shelf, and watches over properties."""
+    """Return the function that drives a robot to the shelf under properties."""
 
     def serve(properties):
         (tmp_path / "world.yaml").write_text(json.dumps(WORLD))
@@ -35,7 +35,6 @@ def run(tmp_path):
 
 
 def test_a_violation_is_logged_and_makes_the_exit_code_1(run, capfd):
-    """The line says which property is violated, when and why."""
     code = run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
 
     lines = [line for line in capfd.readouterr().err.splitlines() if "[ERROR]" in line]
@@ -46,7 +45,7 @@ def test_a_violation_is_logged_and_makes_the_exit_code_1(run, capfd):
 
 
 def test_a_violation_is_recorded_and_not_traced(run, tmp_path):
-    """The recording has the event for all who look at it; a trace must not depend on who watches."""
+    """A trace must not depend on its watchers."""
     run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
 
     recorded = [
@@ -58,8 +57,7 @@ def test_a_violation_is_recorded_and_not_traced(run, tmp_path):
     )
 
 
-def test_trace_and_recording_say_the_same_of_the_run(run, tmp_path, capsys):
-    """A check of either finds the violation that was found while the world was served."""
+def test_checks_of_trace_and_recording_find_the_violation(run, tmp_path, capsys):
     run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
     found = []
     for name in ("run.jsonl", "run.mcap"):
@@ -72,8 +70,8 @@ def test_trace_and_recording_say_the_same_of_the_run(run, tmp_path, capsys):
     assert [(1, [("away", 2.0)])] * 2 == found
 
 
-def test_reports_of_trace_and_recording_tell_the_same(run, tmp_path, capsys):
-    """A recording has no sections, though."""
+def test_reports_of_trace_and_recording_are_equal(run, tmp_path, capsys):
+    """Only the trace has sections."""
     run({})
     capsys.readouterr()
     told = []
@@ -87,12 +85,11 @@ def test_reports_of_trace_and_recording_tell_the_same(run, tmp_path, capsys):
 
 
 def test_a_run_without_a_violation_is_a_success(run):
-    """What holds, and what a run that is stopped leaves undecided, is no failure."""
+    """Undecided properties of a stopped run are no failure."""
     assert 0 == run({"away": {"never": {"robot": "eve", "is": "waiting"}}, "back": {"eventually": {"event": "picked"}}})
 
 
-def test_properties_of_what_the_world_lacks_are_wrong_use(run, capsys):
-    """The world is not served."""
+def test_properties_about_missing_entities_exit_with_2(run, capsys):
     code = run({"away": {"never": {"robot": "eva", "at": "shelf"}}})
 
     assert (2, True) == (code, "no robot 'eva'; did you mean 'eve'?" in capsys.readouterr().err)

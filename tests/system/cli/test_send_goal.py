@@ -25,31 +25,26 @@ GOAL_ID = "0123456789abcdef" * 2
 
 
 class FakeGoal(GoalHandle):
-    """A ticket whose robot does what the test says."""
+    """A goal whose course the test decides."""
 
     def cancel(self):
-        """Cancel it at once."""
         self._end(GoalStatus.CANCELED, Wait.Result())
 
     def accept(self):
-        """Let the robot accept it."""
         self._accept(GoalStatus.ACCEPTED)
 
     def feed(self, seconds):
-        """Let the robot say how it is doing."""
         self.take_feedback(Wait.Feedback(time_left=Duration(sec=seconds)))
 
     def end(self, status=GoalStatus.SUCCEEDED):
-        """Let it end."""
         self._end(status, Wait.Result(error_code=0 if status is GoalStatus.SUCCEEDED else 701))
 
     def fail(self, error):
-        """Let it fail without a status."""
         self._fail(error, rejected=isinstance(error, GoalRejectedError))
 
 
 class FakeClient:
-    """A client whose goals end as the test says; remembers the goals."""
+    """A client that records its goals, whose ends the test decides."""
 
     places = NamedPlaces(GetNamedPoses.Response)
     keys = Keys("hmrsim")
@@ -59,16 +54,13 @@ class FakeClient:
         self.then = FakeGoal.end
 
     def get(self, _key):
-        """Answer nothing."""
         raise Unreachable("no answer")
 
     def action_client(self, robot, action):
-        """Return what sends goals: ourselves."""
         assert ("wall_e", registry()["wait"]) == (robot, action)
         return self
 
     def send_goal(self, goal, *, goal_id, on_feedback, on_change):
-        """Take a goal."""
         self.goals.append(goal)
         handle = FakeGoal("/wall_e/wait", goal_id or GOAL_ID, on_feedback=on_feedback, on_change=on_change)
         self.then(handle)
@@ -77,7 +69,7 @@ class FakeClient:
 
 @pytest.fixture
 def client(monkeypatch):
-    """Return the client that the command is connected with."""
+    """Return the client of the command."""
     fake = FakeClient()
 
     @contextmanager
@@ -93,8 +85,7 @@ def send(*arguments):
     return main(["action", "send-goal", "/wall_e/wait", *arguments])
 
 
-def test_a_goal_that_succeeds(client, capsys):
-    """The output is that of `ros2 action send_goal`."""
+def test_a_goal_prints_like_ros2_action_send_goal(client, capsys):
     code = send("{time: {sec: 2}}")
 
     out = capsys.readouterr().out
@@ -105,8 +96,7 @@ def test_a_goal_that_succeeds(client, capsys):
 
 
 @pytest.mark.parametrize("words", [[], ["nav2_msgs/action/Wait"]])
-def test_a_goal_that_is_left_out(client, words, capsys):
-    """An action that needs fields is not sent without; the error has an example of the world, or a general one."""
+def test_a_missing_goal_is_an_error_with_an_example(client, words, capsys):
     code = send(*words)
 
     assert 2 == code
@@ -115,8 +105,7 @@ def test_a_goal_that_is_left_out(client, words, capsys):
     assert error == capsys.readouterr().err
 
 
-def test_what_is_empty_is_not_shown(client, capsys):
-    """A result that says nothing but its code is short."""
+def test_empty_fields_of_a_result_are_not_printed(client, capsys):
     client.then = FakeGoal.end
     send("{}")
 
@@ -124,7 +113,6 @@ def test_what_is_empty_is_not_shown(client, capsys):
 
 
 def test_feedback_comes_between_acceptance_and_result(client, capsys):
-    """With --feedback all of it is shown, in order, the last, too."""
 
     def then(goal):
         goal.accept()
@@ -141,8 +129,7 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
     assert "Feedback:\n    time_left:\n      sec: 2\n      nanosec: 0\n\n" in out
 
 
-def test_without_the_option_there_is_no_feedback(client, capsys):
-    """The client does not subscribe to feedback that was not requested."""
+def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, capsys):
     client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
     send("{}")
 
@@ -150,8 +137,7 @@ def test_without_the_option_there_is_no_feedback(client, capsys):
 
 
 @pytest.mark.parametrize("status", [GoalStatus.ABORTED, GoalStatus.CANCELED])
-def test_any_other_end_is_1(client, status, capsys):
-    """A goal that does not succeed is printed in the same way, and exits with 1."""
+def test_a_goal_without_success_exits_with_1(client, status, capsys):
     client.then = lambda goal: goal.end(status)
     code = send("{}")
 
@@ -161,8 +147,7 @@ def test_any_other_end_is_1(client, status, capsys):
     assert out.endswith(f"Goal finished with status: {status.name}\n")
 
 
-def test_a_rejected_goal_is_1(client, capsys):
-    """The reason is on stderr."""
+def test_a_rejected_goal_exits_with_1_and_the_reason(client, capsys):
     client.then = lambda goal: goal.fail(GoalRejectedError("not_ready", 1, "no planner"))
     code = send("{}")
 
@@ -174,8 +159,7 @@ def test_a_rejected_goal_is_1(client, capsys):
     ] == captured.err.splitlines()
 
 
-def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
-    """Each mistake that it finds is a line."""
+def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, capsys):
     message = "Input should be a valid integer"
     error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": message, "value": "x"}])
     client.then = lambda goal: goal.fail(error)
@@ -185,16 +169,15 @@ def test_a_goal_that_the_simulator_cannot_read_is_2(client, capsys):
 
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), SimulatorNotFound("no simulator answers")])
-def test_a_simulator_that_is_not_there_is_3(client, error, capsys):
-    """Also when it was there before."""
+def test_a_missing_simulator_exits_with_3(client, error, capsys):
+    """It may disappear during the goal."""
     client.then = lambda goal: goal.fail(error)
     code = send("{}")
 
     assert (3, f"hmrsim: {error}\n") == (code, capsys.readouterr().err)
 
 
-def test_outcome_as_json(client, capsys):
-    """For programs the outcome is one JSON object, after one a line for each feedback."""
+def test_json_has_a_line_for_each_feedback_and_then_the_outcome(client, capsys):
     client.then = lambda goal: (goal.accept(), goal.feed(1), goal.end())
     code = send("{}", "--feedback", "--json")
 
@@ -205,8 +188,7 @@ def test_outcome_as_json(client, capsys):
     assert 0 == outcome["result"]["error_code"]
 
 
-def test_rejection_as_json(client, capsys):
-    """A rejection has the fields of send_goal's answer."""
+def test_json_of_a_rejection_has_the_fields_of_send_goal(client, capsys):
     client.then = lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later"))
     send("{}", "--json")
 
@@ -220,8 +202,7 @@ def test_rejection_as_json(client, capsys):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_cancels_the_goal(client, number, code, capsys):
-    """Ctrl-C cancels the goal, waits for its end and exits with 130."""
+def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, number, code, capsys):
 
     def then(goal):
         goal.accept()
@@ -234,8 +215,7 @@ def test_a_signal_cancels_the_goal(client, number, code, capsys):
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_canceled_goal_as_json(client, number, code, capsys):
-    """A program that is interrupted has its one JSON object all the same."""
+def test_an_interrupted_program_still_prints_its_json(client, number, code, capsys):
     client.then = lambda goal: (goal.accept(), os.kill(os.getpid(), number))
 
     assert code == send("{}", "--json")
@@ -248,8 +228,7 @@ def test_a_canceled_goal_as_json(client, number, code, capsys):
 @pytest.mark.parametrize(
     ("accepted", "status", "name"), [(True, 1, "ACCEPTED"), (None, 0, "UNKNOWN")], ids=["accepted", "not answered"]
 )
-def test_a_goal_whose_end_is_not_learned_as_json(client, monkeypatch, capsys, accepted, status, name):
-    """The object says what is known of the goal."""
+def test_json_of_a_goal_with_unknown_end(client, monkeypatch, capsys, accepted, status, name):
 
     def then(goal):
         if accepted:
@@ -269,8 +248,7 @@ def test_a_goal_whose_end_is_not_learned_as_json(client, monkeypatch, capsys, ac
     } == json.loads(capsys.readouterr().out)
 
 
-def test_a_goal_rejected_while_it_is_canceled_as_json(client, monkeypatch, capsys):
-    """Its object is that of any rejection."""
+def test_json_of_a_goal_rejected_during_its_cancel(client, monkeypatch, capsys):
     client.then = lambda _goal: os.kill(os.getpid(), signal.SIGINT)
     monkeypatch.setattr(FakeGoal, "cancel", lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later")))
 
@@ -279,8 +257,7 @@ def test_a_goal_rejected_while_it_is_canceled_as_json(client, monkeypatch, capsy
     assert (False, "busy") == (outcome["accepted"], outcome["reason"])
 
 
-def test_the_handlers_of_signals_are_put_back(client):
-    """After the command Ctrl-C is Python's again."""
+def test_signal_handlers_are_restored(client):
     before = signal.getsignal(signal.SIGINT)
     client.then = FakeGoal.end
     send("{}")
@@ -288,16 +265,14 @@ def test_the_handlers_of_signals_are_put_back(client):
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_type_and_alias(capsys, client):
-    """The type may be named as for ros2, and the action by an alias."""
+def test_the_type_and_an_alias_are_accepted(capsys, client):
     code = main(["action", "send-goal", "wall_e/rest", "nav2_msgs/action/Wait", "{}"])
 
     assert (0, 1) == (code, len(client.goals))
     assert "SUCCEEDED" in capsys.readouterr().out
 
 
-def test_goal_id_of_the_user(client, capsys):
-    """A goal's id may be given, with hyphens."""
+def test_the_goal_id_can_be_given_with_hyphens(client, capsys):
     send("{}", "--goal-id", "00000000-0000-0000-0000-0000000000AB")
 
     assert f"ID: {'0' * 30}ab\n" in capsys.readouterr().out
@@ -312,8 +287,7 @@ def test_goal_id_of_the_user(client, capsys):
         (["{}", "--goal-id", "xyz"], "--goal-id: goal id 'xyz' is not a UUID of 32 hex digits"),
     ],
 )
-def test_nothing_is_sent_after_a_mistake(client, arguments, line, capsys):
-    """A mistake on the command line is reported in one line, with exit code 2."""
+def test_wrong_usage_exits_with_2_and_sends_nothing(client, arguments, line, capsys):
     code = send(*arguments)
 
     assert (2, []) == (code, client.goals)

@@ -22,7 +22,7 @@ NO_TEXT = "request: goal_id: expected a string (quote it if it looks like a numb
 
 @pytest.fixture
 def call(endpoint, capsys):
-    """Return the function that calls a service: exit code, output, errors."""
+    """Return the function that calls a service and returns exit code, output and errors."""
 
     def run(*words):
         code = main(["service", "call", *words, "--connect", endpoint])
@@ -32,8 +32,7 @@ def call(endpoint, capsys):
     return run
 
 
-def test_services_are_listed_with_types(endpoint, capsys):
-    """One name a line; those that actions are made of are hidden, as in ROS 2."""
+def test_services_are_listed_without_those_of_actions(endpoint, capsys):
     code = main(["service", "list", "-t", "--connect", endpoint])
 
     lines = capsys.readouterr().out.splitlines()
@@ -42,8 +41,7 @@ def test_services_are_listed_with_types(endpoint, capsys):
     assert not any("/_action/" in line for line in lines)
 
 
-def test_hidden_services_as_json(endpoint, capsys):
-    """Asked for, the hidden ones are there, and marked."""
+def test_hidden_services_are_marked_in_json(endpoint, capsys):
     main(["service", "list", "--include-hidden-services", "--json", "--connect", endpoint])
 
     assert {"name": SEND_GOAL, "type": "nav2_msgs/action/Wait_SendGoal", "hidden": True} in json.loads(
@@ -52,21 +50,18 @@ def test_hidden_services_as_json(endpoint, capsys):
 
 
 def test_an_answer_as_yaml(call):
-    """A person gets YAML."""
     code, out, _ = call("/_world/info")
 
     assert (0, "scenario 1") == (code, yaml.safe_load(out)["world"]["name"])
 
 
-def test_an_answer_as_json(call):
-    """A program gets one JSON value; the first slash may be left out."""
+def test_an_answer_as_json_without_the_first_slash(call):
     code, out, _ = call("_world/info", "--json")
 
     assert (0, 1) == (code, json.loads(out)["contract"])
 
 
-def test_a_goal_from_sent_to_canceled(call):
-    """An action can be driven by its services: the result comes when the goal has ended."""
+def test_an_action_can_be_used_by_its_services(call):
     sent = json.loads(call(SEND_GOAL, LONG_WAIT, "--json")[1])
     canceled = json.loads(call(CANCEL_GOAL, "--json")[1])
     result = json.loads(call(GET_RESULT, f"{{goal_id: {GOAL_ID}}}", "--json")[1])
@@ -78,23 +73,22 @@ def test_a_goal_from_sent_to_canceled(call):
     )
 
 
-def test_a_goal_is_one_call(call):
-    """Its answer is the result."""
+def test_the_execute_service_returns_the_result(call):
     code, out, _ = call(EXECUTE, "{goal: {}}", "--json")
 
     assert (0, 4) == (code, json.loads(out)["status"])
 
 
 @pytest.mark.parametrize("verb", ["send_goal", "execute"])
-def test_a_goal_that_is_rejected_is_an_answer(call, verb):
-    """The call itself went well, as in ROS 2."""
+def test_a_rejected_goal_is_a_successful_call(call, verb):
+    """This is the behavior of ROS 2."""
     code, out, _ = call(f"/nobody/wait/_action/{verb}", "{goal: {time: {sec: 1}}}", "--json")
 
     assert (0, "unknown_robot") == (code, json.loads(out)["reason"])
 
 
 def test_the_type_may_be_given(call):
-    """As `ros2 service call`."""
+    """The syntax is that of `ros2 service call`."""
     code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {'a' * 32}}}", "--json")
 
     assert (0, 0) == (code, json.loads(out)["status"])
@@ -120,8 +114,7 @@ def test_the_type_may_be_given(call):
         (("/wall_e/*",), "'/wall_e/*' has a wildcard; expected the name of one service\n"),
     ],
 )
-def test_requests_that_cannot_be_read_are_2(call, words, error):
-    """The field and what would do, a line a mistake."""
+def test_invalid_requests_exit_with_2_and_a_line_for_each_error(call, words, error):
     code, out, err = call(*words)
 
     assert (2, "") == (code, out)
@@ -140,24 +133,21 @@ def test_requests_that_cannot_be_read_are_2(call, words, error):
         ("/a//b", "hmrsim: no service '/a//b'; there are "),
     ],
 )
-def test_unknown_services_are_1(call, name, error):
-    """An unknown service is an error that lists the existing ones."""
+def test_an_unknown_service_exits_with_1_and_the_known_ones(call, name, error):
     code, out, err = call(name)
 
     assert (1, "") == (code, out)
     assert err.startswith(error)
 
 
-def test_no_simulator_is_3(capsys):
-    """Without a simulator there is one line of advice."""
+def test_no_simulator_exits_with_3(capsys):
     code = main(["service", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
     assert "hmrsim run WORLD" in capsys.readouterr().err
 
 
-def test_ctrl_c_gives_up(call, endpoint, start):
-    """Ctrl-C ends the wait for a result that does not come."""
+def test_ctrl_c_ends_the_wait_for_a_result(call, endpoint, start):
     goal_id = "f" * 32
     call(SEND_GOAL, LONG_WAIT.replace(GOAL_ID, goal_id))
     waiting = start("service", "call", GET_RESULT, f"{{goal_id: {goal_id}}}", "--connect", endpoint, "--log-level=info")
@@ -167,8 +157,7 @@ def test_ctrl_c_gives_up(call, endpoint, start):
     assert 130 == waiting.wait()
 
 
-def test_a_simulator_that_dies_ends_the_wait(start):
-    """A command that waits for the answer of a simulator that was killed exits with 3."""
+def test_a_killed_simulator_ends_the_wait_with_3(start):
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = simulator.stdout.readline().split()[1]
     main(["service", "call", SEND_GOAL, LONG_WAIT, "--connect", endpoint])
@@ -180,8 +169,7 @@ def test_a_simulator_that_dies_ends_the_wait(start):
     assert 3 == waiting.returncode
 
 
-def test_a_service_that_did_not_do_it_is_a_failure(call):
-    """As a script finds out: the response is printed, and the exit code is 1."""
+def test_a_response_without_success_exits_with_1(call):
     code, out, _ = call("/_world/inject_fault", "{type: hiccup}")
 
     assert 1 == code

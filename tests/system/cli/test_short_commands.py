@@ -1,4 +1,4 @@
-"""The short commands for a running simulation: robots, faults, time."""
+"""The short commands for robots, faults and time of a running simulation."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from hmrsim.cli import main
 
 @pytest.fixture
 def run(endpoint, capsys):
-    """Return the function that runs a command: exit code, output, errors."""
+    """Return the function that runs a command and returns exit code, output and errors."""
 
     def run(*words):
+        """Return the function that runs a command and returns exit code, output and errors."""
         code = main([*words, "--connect", endpoint])
         captured = capsys.readouterr()
         return code, captured.out, captured.err
@@ -21,23 +22,20 @@ def run(endpoint, capsys):
     return run
 
 
-def test_robots_are_listed(run):
-    """Where they are, and what they do."""
+def test_robots_are_listed_with_place_and_state(run):
     code, out, _ = run("robot", "list")
 
     assert (0, ["name", "type", "at", "battery", "state"]) == (code, out.splitlines()[0].split())
     assert "wall_e" in out
 
 
-def test_a_goal_that_has_ended_is_no_state(run):
-    """A robot that has done what it was sent to do is idle."""
+def test_a_robot_is_idle_after_its_goal(run):
     assert 0 == run("action", "send-goal", "/wall_e/wait", "{time: {sec: 1}}")[0]
 
     assert "wait" not in run("robot", "list")[1]
 
 
-def test_a_fault_is_injected_listed_and_cleared(run):
-    """By its name, or by its type."""
+def test_a_fault_is_injected_listed_and_cleared_by_name_or_type(run):
     assert 0 == run("fault", "inject", "breakdown", "robot=wall_e", "duration=100000")[0]
     assert ["breakdown_1"] == [fault["name"] for fault in json.loads(run("fault", "list", "--json")[1])]
     assert "breakdown" in run("robot", "list")[1]
@@ -56,8 +54,7 @@ def test_a_fault_is_injected_listed_and_cleared(run):
         (["clear", "slip_7"], 1, "no fault 'slip_7' is active or scheduled; there is none"),
     ],
 )
-def test_what_is_no_fault_is_told(run, words, code, message):
-    """With what would do."""
+def test_an_unknown_fault_is_an_error_with_a_remedy(run, words, code, message):
     done, _, errors = run("fault", *words)
 
     assert code == done
@@ -65,7 +62,6 @@ def test_what_is_no_fault_is_told(run, words, code, message):
 
 
 def test_time_is_paused_stepped_and_resumed(run):
-    """Each command tells what time it is then."""
     assert run("time", "pause")[1].endswith(", paused\n")
     before = json.loads(run("time", "show", "--json")[1])["now"]
     run("time", "step", "5")
@@ -75,31 +71,27 @@ def test_time_is_paused_stepped_and_resumed(run):
     assert "10 times real time" in run("time", "speed", "10")[1]
 
 
-def test_a_step_while_time_goes_on_is_refused(run):
-    """With what to do first."""
+def test_a_step_of_a_running_simulation_is_refused_with_a_remedy(run):
     assert (1, "", "hmrsim: the simulation is not paused; pause it first\n") == run("time", "step")
 
 
 def test_topics_of_actions_are_hidden(run):
-    """As in ROS 2; asked for, they are there."""
     assert "/_action/" not in run("topic", "list")[1]
     assert "/wall_e/wait/_action/status" in run("topic", "list", "-a")[1].splitlines()
 
 
-def test_a_topic_and_a_service_tell_their_types(run):
-    """As in ROS 2."""
+def test_topic_type_and_service_type_print_the_type(run):
     assert "Type: nav_msgs/msg/Odometry" in run("topic", "info", "/wall_e/odom")[1]
     assert "nav_msgs/msg/Odometry\n" == run("topic", "type", "wall_e/odom")[1]
     assert "hmrsim_msgs/srv/InjectFault\n" == run("service", "type", "/_world/inject_fault")[1]
 
 
-def test_an_action_is_called_as_ros2_spells_it(run):
-    """With an underscore, too."""
+def test_ros2s_spelling_send_goal_with_an_underscore_is_accepted(run):
     assert run("action", "send_goal", "/wall_e/wait", "{}")[1].endswith("SUCCEEDED\n")
 
 
-def test_a_goal_in_a_simulation_that_stands_is_refused_at_once(start, capsys):
-    """With what to do: in lockstep it would wait for ever."""
+def test_a_goal_in_lockstep_is_refused_at_once_with_a_remedy(start, capsys):
+    """It would wait forever."""
     with start("run", "scenario1", "--clock", "lockstep", "--listen", "tcp/127.0.0.1:0") as process:
         where = process.stdout.readline().split()[1]
         code = main(["action", "send-goal", "/wall_e/wait", "{}", "--connect", where])

@@ -11,16 +11,14 @@ from hmrsim.cli import connection, main, topic
 from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 
-def test_no_simulator_is_3(capsys):
-    """Without a simulator there is one line of advice."""
+def test_no_simulator_exits_with_3(capsys):
     code = main(["topic", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
     assert "hmrsim run WORLD" in capsys.readouterr().err
 
 
-def test_topics_are_listed(endpoint, capsys):
-    """One name a line, the world's last."""
+def test_topics_are_listed_with_those_of_the_world_last(endpoint, capsys):
     code = main(["topic", "list", "--show-types", "--connect", endpoint])
 
     lines = capsys.readouterr().out.splitlines()
@@ -29,32 +27,28 @@ def test_topics_are_listed(endpoint, capsys):
     assert "/_world/clock [rosgraph_msgs/msg/Clock]" in lines
 
 
-def test_topics_as_json(endpoint, capsys):
-    """Programs see which are latched."""
+def test_json_marks_latched_topics(endpoint, capsys):
     main(["topic", "list", "--json", "--connect", endpoint])
 
     latched = {one["name"]: one["latched"] for one in json.loads(capsys.readouterr().out)}
     assert (True, False) == (latched["/_world/info"], latched["/_world/events"])
 
 
-def test_echo_of_a_latched_topic(endpoint, capsys):
-    """The latest comes at once, as a YAML document."""
+def test_echo_prints_the_latest_message_of_a_latched_topic_at_once(endpoint, capsys):
     code = main(["topic", "echo", "/wall_e/wait/_action/status", "--once", "--connect", endpoint])
 
     assert 0 == code
     assert "status_list: []\n---\n" == capsys.readouterr().out
 
 
-def test_one_field_of_a_topic(endpoint, capsys):
-    """It is printed alone, as YAML or as JSON."""
+def test_echo_prints_one_field(endpoint, capsys):
     for words in ([], ["--json"]):
         main(["topic", "echo", "/wall_e/odom", "--once", "--field", "header.frame_id", "--connect", endpoint, *words])
 
     assert 'map\n---\n"map"\n' == capsys.readouterr().out
 
 
-def test_echo_of_a_tree_that_can_be_got(endpoint, capsys):
-    """A controller answers with its tree as it is."""
+def test_echo_prints_the_current_tree_of_a_controller(endpoint, capsys):
     key = "hmrsim/wall_e/_tree"
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         session.declare_queryable(key, lambda query: query.reply(key, '{"status": "RUNNING"}'))
@@ -64,8 +58,7 @@ def test_echo_of_a_tree_that_can_be_got(endpoint, capsys):
     assert "status: RUNNING\n---\n" == capsys.readouterr().out
 
 
-def test_echo_of_a_tree_before_there_is_one(endpoint, capsys):
-    """The echo also shows a controller that starts later."""
+def test_echo_shows_a_controller_that_starts_later(endpoint, capsys):
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         publisher = session.declare_publisher("hmrsim/wall_e/_tree")
         publisher.declare_matching_listener(lambda _status: publisher.put('{"status": "RUNNING"}'))
@@ -76,8 +69,7 @@ def test_echo_of_a_tree_before_there_is_one(endpoint, capsys):
 
 
 @pytest.mark.parametrize("command", ["echo", "hz"])
-def test_following_a_topic_until_ctrl_c(command, endpoint, start):
-    """What follows a topic ends with 0 on Ctrl-C."""
+def test_ctrl_c_ends_an_echo_with_0(command, endpoint, start):
     process = start("topic", command, "/_world/clock", "--json", "--connect", endpoint)
     lines = [json.loads(process.stdout.readline()) for _ in range(2)]
     process.send_signal(signal.SIGINT)
@@ -86,8 +78,7 @@ def test_following_a_topic_until_ctrl_c(command, endpoint, start):
     assert {"clock"} if command == "echo" else {"average_rate", "min", "max", "std_dev", "window"} == (set(lines[1]))
 
 
-def test_a_simulator_that_dies_ends_its_echo(start, monkeypatch):
-    """An echo of a topic of a killed simulator exits with 3, shortly after the grace period."""
+def test_a_killed_simulator_ends_the_echo_with_3(start, monkeypatch):
     simulator = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0")
     endpoint = simulator.stdout.readline().split()[1]
     monkeypatch.setattr(connection, "_GRACE", 0.2)

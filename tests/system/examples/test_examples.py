@@ -1,4 +1,4 @@
-"""Every example runs, and prints what the file beside it says."""
+"""Every example runs, and prints the expected output in the file beside it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CONTROLLER = Path(sys.executable).with_name("bt-controller")
 
 @contextmanager
 def served(world, **settings):
-    """Serve a world; give where."""
+    """Serve a world, and yield its endpoint."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     with Host(load_world(world), options, RunSettings(**settings)) as host:
         host.start()
@@ -34,7 +34,7 @@ def served(world, **settings):
 
 
 def world_of(example):
-    """Return the world, and the clock, that an example asks for in its first lines; for trees it is lockstep."""
+    """Return the world and the clock that an example's first lines name; trees run in lockstep."""
     world, clock = re.search(r"``hmrsim run (\S+?)(?: --clock (\w+))?``", example.read_text()).groups()
     world = str(ROOT / world) if "/" in world else world
     if clock or example.suffix == ".xml":
@@ -43,30 +43,26 @@ def world_of(example):
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
-def test_it_prints_what_it_should(example):
-    """The output is compared, line by line."""
+def test_an_example_prints_its_expected_output(example):
     with served(**world_of(example)) as endpoint:
         check_output(example, endpoint)
 
 
 @pytest.mark.parametrize("example", ALONE, ids=[path.stem for path in ALONE])
-def test_an_example_that_needs_no_simulator(example):
-    """It prints what it should, and loads nothing of the network."""
+def test_an_example_without_a_simulator_loads_no_network_library(example):
     code = f"import runpy, sys; runpy.run_path({str(example)!r}, run_name='__main__'); sys.exit('zenoh' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (example.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
-def test_the_example_that_searches():
-    """It finds the same each time."""
+def test_the_search_example_finds_the_same_each_time():
     done = subprocess.run([sys.executable, SEARCH], cwd=ROOT, capture_output=True, text=True, check=False)
 
     assert (SEARCH.with_suffix(".out").read_text(), "", 0) == (done.stdout, done.stderr, done.returncode)
 
 
-def test_the_example_that_learns():
-    """It learns the same each time, and what it has learned is better."""
+def test_the_learning_example_improves_and_is_reproducible():
     pytest.importorskip("gymnasium", reason="environments need the extra gym")
     pytest.importorskip("scipy", reason="comparisons need the extra experiments")
     done = subprocess.run([sys.executable, LEARNING], cwd=ROOT, capture_output=True, text=True, check=False)
@@ -84,7 +80,6 @@ def command_of(example, endpoint):
 
 
 def check_output(example, endpoint):
-    """Run an example against a simulator."""
     command = command_of(example, endpoint)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
@@ -92,5 +87,4 @@ def check_output(example, endpoint):
 
 
 def test_there_are_examples():
-    """The list is not empty by accident."""
     assert 11 <= len(EXAMPLES)

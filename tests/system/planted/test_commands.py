@@ -1,4 +1,4 @@
-"""Planted bugs in commands, in whatever language they are."""
+"""Planted bugs in commands of several languages."""
 
 from __future__ import annotations
 
@@ -22,13 +22,11 @@ _CONTROLLERS.remove(("until_it_works", "twin"))  # its steps are those of the tw
 
 @pytest.fixture(autouse=True)
 def _path(monkeypatch):
-    """Let commands find the programs of this environment."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 
 
 @pytest.mark.parametrize(("name", "which"), _CONTROLLERS)
-def test_nothing_is_seen_without_faults(name, which):
-    """The command succeeds, and nothing is violated."""
+def test_a_planted_command_succeeds_without_faults(name, which):
     words = _BUGS[name][which]["command"]
     if shutil.which(words[0]) is None:
         pytest.skip(f"there is no {words[0]} here")
@@ -38,8 +36,7 @@ def test_nothing_is_seen_without_faults(name, which):
 
 
 @pytest.mark.parametrize("name", _BUGS)
-def test_its_schedule_shows_a_bug(name):
-    """One thing that goes wrong is enough."""
+def test_the_schedule_of_a_planted_bug_shows_it(name):
     entry = _BUGS[name]
     if shutil.which(entry["bug"]["command"][0]) is None:
         pytest.skip("its interpreter is not here")
@@ -51,7 +48,7 @@ def test_its_schedule_shows_a_bug(name):
 
 @pytest.mark.parametrize(("fault", "ending"), [((), "succeeded"), (({"type": "goals_rejected"},), "failed")])
 def test_a_shell_script_may_send_goals_with_the_command_line_alone(tmp_path, fault, ending):
-    """`hmrsim action send-goal` takes part in lockstep, one goal after the other; its exit code says how each ended."""
+    """`hmrsim action send-goal` takes part in lockstep, and its exit code is the goal's outcome."""
     script = tmp_path / "rounds.sh"
     goal = "hmrsim action send-goal /ann/wait '{time: {sec: 30}}'"
     script.write_text(f"#!/bin/sh\nset -e\n{goal}\n{goal}\n", encoding="utf-8")

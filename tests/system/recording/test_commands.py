@@ -1,4 +1,4 @@
-"""``run --record`` and ``hmrsim record``, as processes of their own."""
+"""``run --record`` and ``hmrsim record``, as processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ WALL_E = {"pose": {"pose": {"position": {"x": 512.0, "y": 215.0}}}}
 
 @pytest.fixture
 def simulator(start):
-    """Return the function that starts a simulator: the process, and where it listens."""
+    """Return the function that starts a simulator and returns the process and its endpoint."""
 
     def run(*arguments, world="scenario1"):
         process = start("run", world, *FREE_PORT, *arguments)
@@ -37,7 +37,7 @@ def simulator(start):
 
 @pytest.fixture
 def recorder(start):
-    """Return the function that starts a recorder, and returns once it records."""
+    """Return the function that starts a recorder and waits until it records."""
 
     def run(path, endpoint, *arguments):
         process = start("record", path, "--connect", endpoint, *arguments)
@@ -48,7 +48,7 @@ def recorder(start):
 
 
 def end(process, number=None):
-    """Send a signal if one is given, wait for the end; return exit code, output and errors."""
+    """Send a signal if one is given, wait for the end, and return exit code, output and errors."""
     if number is not None:
         process.send_signal(number)
     out, err = process.communicate()
@@ -56,13 +56,12 @@ def end(process, number=None):
 
 
 def drive(client):
-    """Let wall_e drive somewhere, as far as it gets."""
+    """Drive wall_e somewhere, as far as it gets."""
     goal = NavigateToPose.Goal.model_validate(WALL_E)
     client.action_client("wall_e", registry()["navigate_to_pose"]).send_goal(goal).result(PATIENCE)
 
 
 def connected(endpoint, **options):
-    """Return a client."""
     return Client(SessionOptions(connect=(endpoint,)), **options)
 
 
@@ -74,7 +73,7 @@ def statuses(path):
 
 
 def chunks(path):
-    """Yield the chunks of a file that ends somewhere, as mcap's own reader finds them."""
+    """Yield the chunks of a possibly truncated file, as mcap's reader finds them."""
     with path.open("rb") as file, suppress(McapError, struct.error):
         yield from (one for one in StreamReader(file, emit_chunks=True).records if isinstance(one, Chunk))
 
@@ -90,8 +89,7 @@ def channels(path):
     }
 
 
-def test_both_tell_the_same_story(simulator, recorder, tmp_path):
-    """From inside and over the network: channels, events and statuses are the same."""
+def test_recordings_of_the_simulator_and_over_the_network_agree(simulator, recorder, tmp_path):
     inside, outside = tmp_path / "inside.mcap", tmp_path / "outside.mcap"
     process, endpoint = simulator("--real-time-factor", "10", "--record", inside)
     listening = recorder(outside, endpoint)
@@ -108,7 +106,7 @@ def test_both_tell_the_same_story(simulator, recorder, tmp_path):
 
 
 def test_lockstep_makes_the_same_file_twice(simulator, tmp_path):
-    """Byte for byte, though it came over the network when it liked."""
+    """The files are equal although messages arrive over the network at other times."""
     paths = [tmp_path / "one.mcap", tmp_path / "two.mcap"]
     for path in paths:
         process, endpoint = simulator("--clock", "lockstep", "--record", path)
@@ -121,8 +119,7 @@ def test_lockstep_makes_the_same_file_twice(simulator, tmp_path):
     assert 20_000_000_000 <= open_recording(paths[0]).end
 
 
-def test_what_was_written_before_a_kill_can_be_read(simulator, tmp_path):
-    """The killed recording is readable by hmrsim, and by mcap's own reader up to where the file ends."""
+def test_a_recording_is_readable_after_a_kill(simulator, tmp_path):
     path = tmp_path / "killed.mcap"
     process, endpoint = simulator("--real-time-factor", "10", "--record", path)
     with connected(endpoint) as client:
@@ -136,8 +133,7 @@ def test_what_was_written_before_a_kill_can_be_read(simulator, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_a_recording_well(simulator, recorder, tmp_path, number):
-    """Exit code 0, and the index is there."""
+def test_a_signal_ends_a_recording_with_its_index(simulator, recorder, tmp_path, number):
     path = tmp_path / "run.mcap"
     _, endpoint = simulator("--real-time-factor", "10")
     process = recorder(path, endpoint, "--json")
@@ -150,8 +146,7 @@ def test_a_signal_ends_a_recording_well(simulator, recorder, tmp_path, number):
     assert not open_recording(path).truncated
 
 
-def test_a_recording_that_is_deleted_before_the_end_is_told_of(simulator, tmp_path):
-    """In a line; the run ends as it does otherwise."""
+def test_a_deleted_recording_is_reported_in_one_line(simulator, tmp_path):
     path = tmp_path / "folder" / "run.mcap"
     path.parent.mkdir()
     process, _ = simulator("--record", path)
@@ -164,7 +159,7 @@ def test_a_recording_that_is_deleted_before_the_end_is_told_of(simulator, tmp_pa
 
 
 def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
-    """In simulated seconds, which is 0.5 wall seconds here."""
+    """The duration is in simulated seconds."""
     path = tmp_path / "run.mcap"
     _, endpoint = simulator("--real-time-factor", "10")
     code, _, err = end(recorder(path, endpoint, "--duration", "5"))
@@ -176,8 +171,7 @@ def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
     assert any(f"recorded {seconds} s: " in err for seconds in ("5.0", "5.1"))
 
 
-def test_the_end_of_the_simulator_is_the_end(simulator, recorder, tmp_path):
-    """The file is complete, and the exit code is 0."""
+def test_the_recorder_ends_with_the_simulator(simulator, recorder, tmp_path):
     path = tmp_path / "run.mcap"
     process, endpoint = simulator("--real-time-factor", "10")
     listening = recorder(path, endpoint)
@@ -188,8 +182,7 @@ def test_the_end_of_the_simulator_is_the_end(simulator, recorder, tmp_path):
     assert not open_recording(path).truncated
 
 
-def test_a_simulator_that_is_started_anew_is_recorded_on(simulator, recorder, start, tmp_path):
-    """With a mark, and later than all before."""
+def test_a_restarted_simulator_is_recorded_after_a_mark(simulator, recorder, start, tmp_path):
     path = tmp_path / "run.mcap"
     process, endpoint = simulator("--real-time-factor", "10")
     listening = recorder(path, endpoint)
@@ -210,8 +203,7 @@ def test_a_simulator_that_is_started_anew_is_recorded_on(simulator, recorder, st
     assert 5_000_000_000 < worlds[1] - worlds[0]
 
 
-def test_without_a_simulator_no_file_is_left(start, tmp_path):
-    """The exit code is 3, as for all tools; an existing file stays."""
+def test_without_a_simulator_the_recorder_exits_with_3_and_leaves_no_file(start, tmp_path):
     path = tmp_path / "run.mcap"
     code, _, err = end(start("record", path, "--connect", "tcp/127.0.0.1:1", "--timeout", "0.5"))
 
@@ -219,15 +211,13 @@ def test_without_a_simulator_no_file_is_left(start, tmp_path):
     assert not path.exists()
 
 
-def test_a_file_that_cannot_be_written_is_wrong_use(start, tmp_path):
-    """Exit code 2 before anything is served, in one line."""
+def test_an_unwritable_file_exits_with_2_before_serving(start, tmp_path):
     code, out, err = end(start("run", "scenario1", *FREE_PORT, "--record", tmp_path))
 
     assert (2, "", f"hmrsim: {tmp_path}: can't be written: is a directory\n") == (code, out, err)
 
 
-def test_a_full_disk_ends_the_run(start):
-    """As it does with a trace: one line, exit code 1."""
+def test_a_full_disk_exits_with_1_and_one_line(start):
     code, _, err = end(start("run", "scenario1", *FREE_PORT, "--record", "/dev/full", "--log-level", "error"))
 
     assert 1 == code

@@ -1,4 +1,4 @@
-"""``hmrsim run WORLD --ros2`` as a process, as users start it."""
+"""``hmrsim run WORLD --ros2`` as a process."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HMRSIM = Path(sys.executable).with_name("hmrsim")
 
 @dataclass(frozen=True)
 class Running:
-    """A simulator that runs.
+    """A running simulator process.
 
     Attributes:
         process: The process.
@@ -38,12 +38,10 @@ class Running:
 
     @property
     def port(self) -> str:
-        """Of the endpoint."""
         return self.endpoint.rpartition(":")[2]
 
     @property
     def threads(self) -> int:
-        """The number of its threads, as Linux reports it."""
         status = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(status.partition("Threads:")[2].split()[0])
 
@@ -61,7 +59,7 @@ class Running:
 
 @contextmanager
 def simulator(world: Any, *arguments: object, endpoint: str = "tcp/127.0.0.1:0") -> Iterator[Running]:
-    """Start a simulator; *world* is a shipped one's name, or what is in a world file."""
+    """Start a simulator; *world* is the name of a shipped one, or the contents of a world file."""
     with tempfile.TemporaryDirectory() as folder, (Path(folder) / "log").open("w") as log:
         if not isinstance(world, str):
             file = Path(folder) / "world.yaml"
@@ -79,7 +77,7 @@ def simulator(world: Any, *arguments: object, endpoint: str = "tcp/127.0.0.1:0")
 
 
 def free_endpoint() -> str:
-    """Return an endpoint with a free port that can be listened on again and again."""
+    """Return an endpoint whose free port can be used repeatedly."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"

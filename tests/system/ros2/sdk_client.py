@@ -1,6 +1,6 @@
 """Scenario 1 by a third-party client of ROS 2's wire, ``zenoh-ros2-sdk`` as it comes: ``sdk_client.py PORT``.
 
-A script for a process of its own, for the SDK has one session a process. It knows nothing of hmrsim: types are those
+The script needs a process, as the SDK has one session per process. It knows nothing of hmrsim: types are those
 of definitions.msg. It writes a line of JSON about each thing that it did; `test_sdk` says what should be in it.
 """
 
@@ -30,7 +30,7 @@ DEFINITIONS = Path(__file__).with_name("definitions.msg")
 
 
 def tell(what: str, **facts: Any) -> None:
-    """Write what happened."""
+    """Print a line of JSON."""
     sys.stdout.write(json.dumps({"what": what, **facts}) + "\n")
     sys.stdout.flush()
 
@@ -46,7 +46,7 @@ def read_definitions() -> dict[str, tuple[str, str]]:
 
 
 class Sdk:
-    """The SDK, connected, with all types registered by hand so that it needs no network."""
+    """The SDK, connected, with all types registered without a network."""
 
     def __init__(self, port: int) -> None:
         self.port = port
@@ -71,14 +71,14 @@ class Sdk:
         )
 
     def subscribe(self, topic: str, type_: str) -> SimpleQueue[Any]:
-        """Return what the SDK's subscriber hears from now on."""
+        """Return the list of messages that the SDK's subscriber receives from now on."""
         definition, hash_ = self.definitions[type_]
         heard: SimpleQueue[Any] = SimpleQueue()
         ROS2Subscriber(topic, type_, heard.put, msg_definition=definition, router_port=self.port, type_hash=hash_)
         return heard
 
     def zero(self, type_: str) -> Any:
-        """Return a message of zeros: the SDK's classes have no defaults."""
+        """Return a message of zeros, as the SDK's classes have no defaults."""
         _, fields = self.session.store.fielddefs[type_]
         return self.session.store.types[type_](**{name: self._zero(*described) for name, described in fields})
 
@@ -99,7 +99,7 @@ class Sdk:
         return message
 
     def ask(self, name: str, type_: str, payload: bytes) -> tuple[bytes, bytes]:
-        """Ask without the SDK's client, as rmw_zenoh does; return reply and attachment."""
+        """Send a query without the SDK's client, like rmw_zenoh; return reply and attachment."""
         package, kind, short = type_.split("/")
         (reply,) = self.session.session.get(
             f"0{name}/{package}::{kind}::dds_::{short}_/{self.definitions[type_][1]}",
@@ -113,7 +113,7 @@ class Sdk:
 
 
 class Action:
-    """An action's three services by the SDK's clients."""
+    """The three services of an action, by the SDK's clients."""
 
     def __init__(self, sdk: Sdk, name: str, type_: str) -> None:
         self._sdk, self._type = sdk, type_
@@ -122,7 +122,6 @@ class Action:
         self._cancel_goal = sdk.client(f"{name}/_action/cancel_goal", "action_msgs/srv/CancelGoal")
 
     def goal(self) -> Any:
-        """Return a goal of zeros."""
         return self._sdk.zero(f"{self._type}_Goal")
 
     def send(self, goal: Any, goal_id: bytes | None = None) -> tuple[bytes, Any]:
@@ -131,11 +130,11 @@ class Action:
         return chosen, self._send_goal.call(goal_id=self._sdk.id(chosen), goal=goal)
 
     def result(self, goal_id: bytes) -> Any:
-        """Return the answer with a goal's status and result."""
+        """Return the answer of get_result."""
         return self._get_result.call(goal_id=self._sdk.id(goal_id))
 
     def cancel(self, goal_id: bytes) -> tuple[int, list[bytes]]:
-        """Cancel a goal; return the code, and whose end it is."""
+        """Cancel a goal; return the code and the ids of the goals that end."""
         info = self._sdk.zero("action_msgs/msg/GoalInfo")
         info.goal_id = self._sdk.id(goal_id)
         answer = self._cancel_goal.call(goal_info=info)
@@ -160,10 +159,7 @@ def to(drive: Action, x: float, y: float) -> Any:
 
 
 def follow_status(sdk: Sdk) -> SimpleQueue[tuple[bytes, int]]:
-    """Return each status of drives; by Zenoh's own subscriber, with rmw_zenoh's options.
-
-    The SDK's looks for publishers of latched topics under a name that does not exist, if it has more than one part.
-    """
+    """Return the list of statuses of navigate_to_pose, from a subscriber with rmw_zenoh's options."""
     heard: SimpleQueue[tuple[bytes, int]] = SimpleQueue()
     type_ = "action_msgs/msg/GoalStatusArray"
     key = f"0{NAVIGATE}/_action/status/action_msgs::msg::dds_::GoalStatusArray_/{sdk.definitions[type_][1]}"
@@ -185,7 +181,7 @@ def follow_status(sdk: Sdk) -> SimpleQueue[tuple[bytes, int]]:
 
 
 def held_result(sdk: Sdk, goal_id: bytes) -> None:
-    """Wait for a result as long as it takes, which the SDK doesn't."""
+    """Wait for a result without a timeout, unlike the SDK."""
     type_ = "nav2_msgs/action/NavigateToPose_GetResult"
     payload, attachment = sdk.ask(f"{NAVIGATE}/_action/get_result", type_, goal_id)
     sequence, _, _, gid = struct.unpack("<qqB16s", attachment)
@@ -193,7 +189,7 @@ def held_result(sdk: Sdk, goal_id: bytes) -> None:
 
 
 def discover(sdk: Sdk) -> None:
-    """Wait until the SDK finds the services, and report which of the drive's it found."""
+    """Wait until the SDK finds the services, and report those of navigate_to_pose."""
     wanted = {f"{NAVIGATE}/_action/{verb}" for verb in ("send_goal", "cancel_goal", "get_result")}
     until = time.monotonic() + PATIENCE
     found: dict[str, list[str]] = {}
@@ -203,7 +199,7 @@ def discover(sdk: Sdk) -> None:
 
 
 def refuse(drive: Action, used: bytes) -> None:
-    """Send goals that can't be accepted."""
+    """Send goals that are rejected."""
     _, answer = drive.send(to(drive, 512, 215), NOBODY)
     tell("a goal without an id", accepted=answer.accepted)
     _, answer = drive.send(to(drive, 512, 215), used)
@@ -211,7 +207,7 @@ def refuse(drive: Action, used: bytes) -> None:
 
 
 def cancel(sdk: Sdk, wait: Action, over: bytes, drive: Action) -> None:
-    """Cancel goals: one that runs, one that has ended, an unknown one; and send a malformed cancel request."""
+    """Cancel a running, an ended and an unknown goal, and send a malformed cancel request."""
     goal = wait.goal()
     goal.time.sec = 100_000
     goal_id, _ = wait.send(goal)
@@ -226,7 +222,7 @@ def cancel(sdk: Sdk, wait: Action, over: bytes, drive: Action) -> None:
 
 
 def scenario(sdk: Sdk) -> None:
-    """Drive, grab, drive and drop, and all that can go otherwise."""
+    """Drive, grab, drive and drop, and everything that can fail."""
     discover(sdk)
     drive = Action(sdk, NAVIGATE, "nav2_msgs/action/NavigateToPose")
     wait = Action(sdk, "/wall_e/wait", "nav2_msgs/action/Wait")
@@ -268,7 +264,7 @@ def falling(heard: SimpleQueue[Any], goal_id: bytes) -> list[float]:
 
 
 def until_succeeded(status: SimpleQueue[tuple[bytes, int]], goal_id: bytes) -> list[int]:
-    """Return each status of a goal, each once, up to its success."""
+    """Return the statuses of a goal up to its success, each once."""
     found: list[int] = []
     while 4 not in found:
         whose, code = status.get(timeout=PATIENCE)

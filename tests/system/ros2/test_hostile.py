@@ -1,4 +1,4 @@
-"""Nothing that comes by ROS's wire makes the simulator fall silent, fall over, or fill the memory."""
+"""Malformed ROS messages neither silence nor crash the simulator, nor fill its memory."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ MAX_GROWTH = 150.0
 
 @pytest.fixture(scope="module")
 def running():
-    """A simulator that all tests have a go at."""
+    """Return the simulator that all tests share."""
     with simulator(SMALL_WORLD, "--real-time-factor", 50) as running:
         yield running
 
 
 @pytest.fixture(scope="module")
 def ros(running):
-    """A ROS node of it, when all is there."""
+    """Return a ROS node, once everything is declared."""
     with RosClient(running.endpoint) as client:
         for action in ACTIONS:
             client.action(f"/wall_e/{action}").wait()
@@ -51,7 +51,7 @@ def ros(running):
 
 
 def services(action):
-    """Return the services of one of wall_e's actions: name, type and a request of theirs that can be read."""
+    """Return the services of one of wall_e's actions: name, type and a valid request."""
     type_, name = ros_action(action), f"/wall_e/{action}/_action"
     some_id = {"goal_id": {"uuid": list(uuid.uuid4().bytes)}}
     info = {"goal_info": {**some_id, "stamp": {"sec": 0, "nanosec": 0}}}
@@ -70,7 +70,7 @@ SERVICES = [
 
 
 def ask(ros, key, payload, attached):
-    """Send a query as rmw_zenoh does but for what is in it; return all replies."""
+    """Send a query like rmw_zenoh, with any contents; return all replies."""
     return list(
         ros.session.get(
             key,
@@ -84,7 +84,7 @@ def ask(ros, key, payload, attached):
 
 
 def answer(ros, service, payload, attached):
-    """Ask one of `SERVICES`; return what the one reply says, and what is attached to it."""
+    """Query one of `SERVICES`; return the only reply and its attachment."""
     name, type_, _ = service
     replies = ask(ros, ros.key(name, type_.dds_name, type_.hash), payload, attached)
     assert 1 == len(replies), (name, payload[:40], attached)
@@ -96,14 +96,14 @@ def answer(ros, service, payload, attached):
 
 
 def still_serves(ros):
-    """Whether a goal of a well-behaved client still succeeds."""
+    """Return whether a goal of a correct client still succeeds."""
     drive = ros.action("/wall_e/navigate_to_pose").wait()
     return drive.do(goal_to(1, 2))[0] == SUCCEEDED
 
 
 @st.composite
 def spoiled(draw, good):
-    """Bytes that begin as something good, and don't go on so."""
+    """Return bytes that begin like a valid message."""
     data = bytearray(good)
     for _ in range(draw(st.integers(1, 3))):
         at = draw(st.integers(0, len(data)))
@@ -120,7 +120,7 @@ def spoiled(draw, good):
 
 
 def attachments():
-    """Return what may be attached to a request."""
+    """Return a strategy for attachments of a request."""
     good = attachment(5, GID)
     return st.one_of(
         st.just(good), st.none(), st.binary(max_size=80), st.binary(min_size=33, max_size=33), spoiled(good)
@@ -130,7 +130,7 @@ def attachments():
 @examples(400)
 @given(data=st.data())
 def test_every_request_is_answered_once(ros, data):
-    """Whatever its payload and attachment are, there is one complete reply, which is not an error."""
+    """The one reply is complete and not an error, whatever the payload and the attachment."""
     service = data.draw(st.sampled_from(SERVICES))
     payload = data.draw(st.one_of(st.binary(max_size=300), spoiled(service[2])))
     attached = data.draw(attachments())
@@ -141,8 +141,7 @@ def test_every_request_is_answered_once(ros, data):
 
 
 @pytest.mark.parametrize("size", [2**20 + 1, 5 * 2**20])
-def test_large_requests_are_answered(ros, size):
-    """Megabytes of anything, for any service, in a moment."""
+def test_requests_of_megabytes_are_answered(ros, size):
     noise = random.Random(size).randbytes(size)
     for service in SERVICES[:6] + SERVICES[-1:]:
         answer(ros, service, service[2] + noise, attachment(1, GID))
@@ -150,8 +149,8 @@ def test_large_requests_are_answered(ros, size):
 
 
 @pytest.mark.parametrize("action", ["pickup", "navigate_through_poses", "follow_waypoints"])
-def test_lengths_that_nothing_has_take_no_memory(running, ros, action):
-    """A list of 2^32-1 items, wherever in the goal one may be."""
+def test_impossible_lengths_allocate_no_memory(running, ros, action):
+    """The goal claims a list of 2^32-1 items in every place."""
     service = services(action)[0]
     before = running.resident
     for at in range(20, min(len(service[2]), 400), 4):
@@ -162,8 +161,7 @@ def test_lengths_that_nothing_has_take_no_memory(running, ros, action):
     assert MAX_GROWTH > running.resident - before
 
 
-def test_goal_with_nan(ros):
-    """A goal at nowhere is rejected, as there is no such place."""
+def test_a_goal_with_nan_is_rejected(ros):
     drive = ros.action("/wall_e/navigate_to_pose").wait()
     request = bytearray(services("navigate_to_pose")[0][2])
     request[36:44] = struct.pack("<d", float("nan"))
@@ -188,8 +186,8 @@ def test_goal_with_nan(ros):
         "0/%/é/🤖/%F0",
     ],
 )
-def test_unknown_keys_are_left_alone(ros, key):
-    """Another node may serve them: the query ends without a reply."""
+def test_a_query_on_an_unknown_key_gets_no_reply(ros, key):
+    """Another node may serve it."""
     assert [] == ask(ros, key, b"", attachment(1, GID))
 
 
@@ -197,15 +195,14 @@ def test_unknown_keys_are_left_alone(ros, key):
     ("type_", "hash_"), [("a", "b"), ("nav2_msgs::action::dds_::NavigateToPose_SendGoal_", "b"), ("%", "é%F0")]
 )
 def test_wrong_types_are_answered(ros, type_, hash_):
-    """With a reply of the nearest type: a client that gets none would wait for ever."""
+    """A client without a reply would wait forever."""
     (name, right, payload) = SERVICES[0]
     (reply,) = ask(ros, ros.key(name, type_, hash_), payload, attachment(1, GID))
 
     assert not right.response.decode(reply.ok.payload.to_bytes())["accepted"]
 
 
-def test_unreadable_tokens_are_left_alone(ros):
-    """Malformed tokens in the graph do no harm."""
+def test_malformed_tokens_are_ignored(ros):
     endings = ["", "/x", "/0", "/z/0/0/NN", "/z/0/0/SC/%/%/n", "/z/0/0/SC/%/%/n/%x/t/h/q/b/c", "/z/a/b/MP/%/%//%/t/h/q"]
     endings += [f"/z/0/{number}/SC/%/%wall_e/n/%wall_e%wait%_action%send_goal/t/h/:::" for number in range(50)]
     tokens = [ros.session.liveliness().declare_token(f"@ros2_lv/0{ending}") for ending in endings if "//" not in ending]
@@ -215,8 +212,7 @@ def test_unreadable_tokens_are_left_alone(ros):
     assert still_serves(ros)
 
 
-def test_puts_of_others_are_left_alone(ros):
-    """Other sessions put random bytes on the keys of the simulator."""
+def test_random_bytes_published_by_others_are_ignored(ros):
     noise = random.Random(1)
     for name, type_, _ in SERVICES:
         ros.session.put(ros.key(name, type_.dds_name, type_.hash), noise.randbytes(200), attachment=noise.randbytes(33))
@@ -225,7 +221,7 @@ def test_puts_of_others_are_left_alone(ros):
 
 
 def test_waiters_for_results_are_bounded(running, ros):
-    """Thousands that wait for the end of one goal, and leave before it."""
+    """Thousands of clients request the result of one goal, and leave before it."""
     goal = ros.action("/cart/wait").wait().send({"time": {"sec": 10_000_000}})
     before = running.resident
     with RosClient(running.endpoint, node="crowd") as crowd:
@@ -239,14 +235,12 @@ def test_waiters_for_results_are_bounded(running, ros):
     assert still_serves(ros)
 
 
-def test_goals_are_served_after_all_that(running, ros):
-    """Behind all that the tests above have sent."""
+def test_goals_are_served_after_all_attacks(running, ros):
     assert still_serves(ros)
     assert running.process.poll() is None
 
 
-def test_log_says_once_what_is_wrong():
-    """For each client that sends what can't be read; however often it does."""
+def test_malformed_requests_are_logged_once_per_client():
     with simulator(SMALL_WORLD) as running:
         with RosClient(running.endpoint) as ros:
             ros.action("/wall_e/navigate_to_pose").wait()

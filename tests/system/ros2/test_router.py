@@ -1,4 +1,4 @@
-"""The start order does not matter: the simulator is the router that ROS looks for, or joins the existing one."""
+"""The simulator is the router that ROS expects, or joins an existing one, whatever the start order."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ with zenoh.open(config):
 
 @pytest.fixture
 def options():
-    """Return options that say nothing, where simulators and tools meet elsewhere than usual."""
+    """Return default options for a meeting point other than the usual one."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return SessionOptions(default=f"tcp/127.0.0.1:{probe.getsockname()[1]}")
@@ -46,7 +46,7 @@ def options():
 
 @pytest.fixture
 def router(options):
-    """Have a router in another process, as rmw_zenohd is configured, where ROS looks for one."""
+    """Start a router in another process, configured like rmw_zenohd, where ROS expects it."""
     config = {
         "mode": "router",
         "listen/endpoints": [options.default],
@@ -63,7 +63,7 @@ def router(options):
 
 @contextmanager
 def simulator(options):
-    """Have what a simulator has on the network, as far as it matters here: a service and a token."""
+    """Open the part of a simulator that matters here: a service and a token."""
     session, endpoints = open_server(options, join=True)
     handler = zenoh.handlers.Callback(lambda query: query.reply(KEY, b"here"), indirect=False)
     with session:
@@ -75,12 +75,12 @@ def simulator(options):
 
 
 def ros_node(options):
-    """Return a session as a ROS node opens it, which looks for its router by name."""
+    """Return a session like that of a ROS node, which finds its router by name."""
     return open_session(options.default.replace("127.0.0.1", "localhost"))
 
 
 def answer(session):
-    """Return the reply that a service client gets once the simulator is there."""
+    """Return the reply of a service once the simulator is there."""
     there = threading.Event()
     handler = zenoh.handlers.Callback(lambda _sample: there.set(), indirect=False)
     watch = session.liveliness().declare_subscriber(TOKEN, handler, history=True)
@@ -91,34 +91,30 @@ def answer(session):
     return told
 
 
-def test_a_simulator_is_the_router_where_there_is_none(options):
-    """The simulator listens on the same endpoint as without ROS."""
+def test_a_simulator_is_the_router_if_there_is_none(options):
     with simulator(options) as there:
         assert (options.default,) == there.endpoints
 
 
-def test_a_ros_node_finds_a_simulator_that_is_there(options):
-    """It gets an answer by the router that it looks for."""
+def test_a_ros_node_finds_a_running_simulator(options):
     with simulator(options), ros_node(options) as node:
         assert ["here"] == answer(node)
 
 
-def test_a_ros_node_finds_a_simulator_that_comes_later(options):
-    """It looks for its router again and again."""
+def test_a_ros_node_finds_a_simulator_that_starts_later(options):
     with ros_node(options) as node, simulator(options):
         assert ["here"] == answer(node)
 
 
 def test_two_ros_nodes_find_each_other_by_the_simulator(options):
-    """As a router the simulator connects peers with each other."""
     router, _ = open_server(options, join=True)
     with router, ros_node(options) as node, simulator(SessionOptions(connect=(options.default,), mode="peer")):
         assert ["here"] == answer(node)
 
 
 @pytest.mark.usefixtures("router")
-def test_a_simulator_joins_a_router_that_is_there(options, caplog):
-    """It listens elsewhere, and says so on one line."""
+def test_a_simulator_joins_a_running_router(options, caplog):
+    """One line reports that it listens elsewhere."""
     with caplog.at_level(logging.INFO), simulator(options) as there:
         (endpoint,) = there.endpoints
 
@@ -127,27 +123,24 @@ def test_a_simulator_joins_a_router_that_is_there(options, caplog):
 
 @pytest.mark.usefixtures("router")
 def test_a_ros_node_finds_a_simulator_that_has_joined(options):
-    """The router connects the two."""
     with simulator(options), ros_node(options) as node:
         assert ["here"] == answer(node)
 
 
 @pytest.mark.usefixtures("router")
 def test_a_ros_node_finds_a_simulator_that_joins_later(options):
-    """Likewise."""
     with ros_node(options) as node, simulator(options):
         assert ["here"] == answer(node)
 
 
 @pytest.mark.usefixtures("router")
 def test_a_tool_finds_a_simulator_that_has_joined(options):
-    """It connects to the router as ever, as a client."""
     with simulator(options), open_client(options) as tool:
         assert ["here"] == answer(tool)
 
 
 def test_a_second_simulator_joins_the_first(options):
-    """The first is its router, and a ROS node finds the second, too."""
+    """A ROS node finds both."""
     first, _ = open_server(options, join=True)
     with first, simulator(options) as second, ros_node(options) as node:
         assert [first.zid()] == second.session.info.routers_zid()
@@ -156,7 +149,6 @@ def test_a_second_simulator_joins_the_first(options):
 
 @pytest.mark.usefixtures("router")
 def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
-    """Actions work as ever, feedback and latched statuses, too."""
     served = served_world(options=options, wires=(RmwZenoh(),), real_time_factor=0)
     with served, RosClient(options.default) as client:
         action = client.action("/wall_e/navigate_to_pose").wait()
@@ -176,20 +168,16 @@ def test_a_ros_client_drives_a_robot_of_a_simulator_that_has_joined(options):
 
 @pytest.mark.usefixtures("router")
 def test_the_command_line_finds_a_simulator_that_has_joined(options):
-    """It connects to the router, where it would without it."""
     with served_world(options=options, wires=(RmwZenoh(),)):
         listed = subprocess.run(
-            [HMRSIM, "action", "list", "--connect", options.default],
-            capture_output=True,
-            text=True,
-            check=True,
+            [HMRSIM, "action", "list", "--connect", options.default], capture_output=True, text=True, check=True
         )
 
     assert "/wall_e/navigate_to_pose" in listed.stdout.splitlines()
 
 
 def test_a_second_simulator_of_the_same_prefix_is_refused(options):
-    """With ROS it joins the first, sees that, and leaves."""
+    """With ROS it joins the first one, detects the conflict, and ends."""
     with (
         served_world(options=options),
         pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'"),
@@ -213,8 +201,7 @@ def test_a_named_endpoint_or_the_mode_of_a_router_joins_no_router(options, named
 
 
 @pytest.mark.parametrize("word", [b"", b"HTTP/1.0 400 Bad Request\r\n\r\n"])
-def test_a_port_of_something_else_is_taken(options, word):
-    """A process that does not speak Zenoh can't be joined, and is not waited for."""
+def test_a_port_of_a_process_without_zenoh_is_taken(options, word):
     host, port = "127.0.0.1", int(options.default.rpartition(":")[2])
     with socket.create_server((host, port)) as other:
         threading.Thread(target=_say, args=(other, word), daemon=True).start()
@@ -224,7 +211,7 @@ def test_a_port_of_something_else_is_taken(options, word):
 
 
 def _say(server, word):
-    """Send a word to each client that connects and hang up; without a word stay mute."""
+    """Send a word to each client and hang up; without a word stay mute."""
     guests = []
     while True:
         try:

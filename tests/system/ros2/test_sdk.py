@@ -1,4 +1,4 @@
-"""A client of ROS 2's wire that none of us wrote, ``zenoh-ros2-sdk``, does scenario 1 and whatever can go otherwise."""
+"""An independent client of ROS 2's wire, ``zenoh-ros2-sdk``, runs scenario 1 and its failures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory):
-    """What the SDK has found, by what it did: of one run, that all tests look at."""
+    """Return the SDK's findings by step, from one run for all tests."""
     world = yaml.safe_load((ROOT / "maps" / "scenario1.yaml").read_text())
     world["robots"]["wall_e"]["components"]["battery"] = {"capacity": 1e6, "initial_charge": 5e5}
     with simulator(world, "--real-time-factor", 10) as running:
@@ -31,8 +31,7 @@ def told(tmp_path_factory):
     return {line.pop("what"): line for line in lines}
 
 
-def test_services_are_found(told):
-    """By their liveliness tokens, with their types."""
+def test_services_are_discovered_with_their_types(told):
     action = "nav2_msgs/action/NavigateToPose"
     name = "/wall_e/navigate_to_pose/_action"
 
@@ -45,12 +44,11 @@ def test_services_are_found(told):
 
 @pytest.mark.parametrize(("step", "code"), [("to the medicine", 0), ("grab", 1), ("to the patient", 0), ("drop", 1)])
 def test_each_step_succeeds(told, step, code):
-    """Accepted with the time, and ended well; a pickup and a place with MoveIt's code."""
+    """Pickup and place have MoveIt's code."""
     assert {"accepted": True, "stamped": True, "status": SUCCEEDED, "error_code": code} == told[step]
 
 
-def test_feedback_falls_to_nothing(told):
-    """As what remains of the way does."""
+def test_the_remaining_distance_falls_to_zero(told):
     distances = told["feedback"]["distances"]
 
     assert sorted(distances, reverse=True) == distances
@@ -58,50 +56,39 @@ def test_feedback_falls_to_nothing(told):
 
 
 def test_status_is_received(told):
-    """The status is executing, then succeeded; acceptance may be missed, as ROS need not publish it."""
+    """ROS need not publish the acceptance."""
     assert told["status"]["of_the_drive"] in ([2, SUCCEEDED], [1, 2, SUCCEEDED])
 
 
 def test_battery_is_received(told):
-    """The robot has a battery."""
     assert {"percentage": 0.5, "present": True, "whose": "wall_e"} == told["battery"]
 
 
 @pytest.mark.parametrize("goal", ["a goal without an id", "a goal with the id of another"])
-def test_goal_is_rejected(told, goal):
-    """Which id is wrong, ROS has no words for."""
+def test_invalid_goals_are_rejected(told, goal):
     assert {"accepted": False} == told[goal]
 
 
-def test_cancel_ends_a_goal(told):
-    """The reply has its id, and its result says so."""
+def test_a_cancel_returns_the_id_and_ends_the_goal(told):
     assert {"code": 0, "its_own": True, "status": CANCELED} == told["a cancel"]
 
 
 @pytest.mark.parametrize(
     ("cancel", "code"),
-    [
-        ("a cancel that can't be read", 1),
-        ("a cancel of one that nobody knows", 2),
-        ("a cancel of one that is over", 3),
-    ],
+    [("a cancel that can't be read", 1), ("a cancel of one that nobody knows", 2), ("a cancel of one that is over", 3)],
 )
-def test_cancel_ends_nothing(told, cancel, code):
-    """The code says why."""
+def test_a_cancel_without_effect_has_its_code(told, cancel, code):
     assert {"code": code, "goals": 0} == told[cancel]
 
 
 @pytest.mark.parametrize(("goal", "code"), [("to nowhere", 208), ("drop nothing", -19)])
-def test_goal_is_aborted(told, goal, code):
-    """It was accepted, and the result says why it can't be reached."""
+def test_an_unreachable_goal_is_accepted_and_aborted_with_a_reason(told, goal, code):
     assert {"accepted": True, "stamped": True, "status": ABORTED, "error_code": code} == told[goal]
 
 
-def test_result_of_an_unknown_goal(told):
-    """Is of no status, and comes at once."""
+def test_the_result_of_an_unknown_goal_comes_at_once_without_a_status(told):
     assert {"status": 0} == told["no such goal"]
 
 
-def test_result_is_held(told):
-    """The reply is held until the goal has ended, and has the sequence number of its request."""
+def test_a_result_request_is_held_and_answered_with_its_sequence_number(told):
     assert {"status": SUCCEEDED, "sequence": 7, "its_own": True} == told["a held result"]

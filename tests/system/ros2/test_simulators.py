@@ -1,4 +1,4 @@
-"""Simulators as processes: many robots, and a death."""
+"""Simulators as processes: many robots, and a crash."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.wire.ros2.client import SUCCEEDED, RosClient, Unanswered, goal_to, ro
 
 
 def fleet(robots):
-    """Return a world with so many robots, each at a place of its own."""
+    """Return a world with this many robots, each at another place."""
     return {
         "name": "fleet",
         "waypoints": {f"p{number}": [number % 10, number // 10] for number in range(robots)},
@@ -21,8 +21,7 @@ def fleet(robots):
     }
 
 
-def test_a_hundred_robots_are_there():
-    """All can be driven, other actions are there for a client of them, and at most 40 threads serve them."""
+def test_a_hundred_robots_are_served_with_few_threads():
     names = ("wait", "follow_path", "compute_path_to_pose", "spin", "dock_robot")
     with simulator(fleet(100)) as running, RosClient(running.endpoint) as client:
         for number in range(100):
@@ -37,7 +36,7 @@ def test_a_hundred_robots_are_there():
 
 
 def endpoints(name, action):
-    """Return kind, name and type of all that an action server has."""
+    """Return kind, name and type of each endpoint of an action server."""
     services = {"send_goal": action.send_goal, "cancel_goal": action.cancel_goal, "get_result": action.get_result}
     topics = {"feedback": action.feedback, "status": action.status}
     return [
@@ -46,8 +45,7 @@ def endpoints(name, action):
     ]
 
 
-def test_client_outlives_the_simulator():
-    """Killed, the simulator is gone from the graph; started again, it serves the same client."""
+def test_a_client_continues_with_a_restarted_simulator():
     endpoint = free_endpoint()
     with simulator("scenario1", endpoint=endpoint) as running, RosClient(endpoint) as client:
         drive = client.action("/wall_e/navigate_to_pose").wait()

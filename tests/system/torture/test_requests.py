@@ -15,8 +15,7 @@ pytestmark = pytest.mark.uncovered
 
 
 @pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="reads Linux's /proc")
-def test_no_request_ends_the_simulator(tmp_path):
-    """Each of 2,000 is answered, and each accepted goal ends; what came of them comes of them in a replay, too."""
+def test_no_request_crashes_the_simulator_and_a_replay_agrees(tmp_path):
     world, log, trace = tmp_path / "world.json", tmp_path / "log.txt", tmp_path / "trace.jsonl"
     world.write_text(json.dumps(requests.WORLD_FILE))
     with simulator(world, log, "--real-time-factor", "0", "--ros2", "--trace", str(trace)) as running:

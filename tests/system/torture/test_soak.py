@@ -1,4 +1,4 @@
-"""What keeps a simulator's memory level for hours."""
+"""Measures that keep a simulator's memory level for hours."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ _ARENA = 64 << 20
 
 @pytest.mark.skipif(not Path(MAPS.format("self")).exists(), reason="reads Linux's /proc")
 def test_all_threads_share_few_heaps(tmp_path):
-    """However many threads Zenoh has."""
     world = tmp_path / "world.json"
     world.write_text(json.dumps(soak.world()))
     with simulator(world, tmp_path / "log.txt") as running, running.session() as session:

@@ -1,4 +1,4 @@
-"""``hmrsim run --view`` where sessions are encrypted."""
+"""``hmrsim run --view`` with encrypted sessions."""
 
 from __future__ import annotations
 
@@ -17,20 +17,18 @@ FREE_PORT = ("--listen", "tls/127.0.0.1:0", "--view", "0", "--json")
 
 @pytest.fixture
 def start():
-    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    """Return the function that starts hmrsim as a process, which is killed at the end of the test."""
     with processes.killed_at_the_end() as run:
         yield run
 
 
 @pytest.fixture
 def keys(tmp_path):
-    """Return a keystore."""
     assert main(["security", "create", str(tmp_path / "keys")]) == 0
     return tmp_path / "keys"
 
 
-def test_a_secured_run_serves_its_page_by_https(start, keys):
-    """With the same authority, and as a viewer."""
+def test_a_secured_run_serves_its_page_over_https_as_a_viewer(start, keys):
     ready = json.loads(start("run", "scenario1", "--secure", keys, *FREE_PORT).stdout.readline())
     trusting = ssl.create_default_context(cafile=str(keys / "public" / "ca.cert.pem"))
 
@@ -40,14 +38,13 @@ def test_a_secured_run_serves_its_page_by_https(start, keys):
 
 @pytest.mark.skipif(not socket.has_dualstack_ipv6(), reason="this machine has no IPv6")
 def test_a_secured_run_at_all_ipv6_addresses_serves_its_page(start, keys):
-    """The page's server connects to a name, as Zenoh checks no certificate at such an address."""
+    """The page's server connects by name, as Zenoh checks no certificate at such an address."""
     words = ("--listen", "tls/[::]:0", *FREE_PORT[2:])
 
     assert json.loads(start("run", "scenario1", "--secure", keys, *words).stdout.readline())["view"]
 
 
-def test_a_run_with_a_configuration_of_tls_serves_its_page(start, keys, tmp_path):
-    """The page's process connects with the certificates of the configuration."""
+def test_the_page_uses_the_certificates_of_the_configuration(start, keys, tmp_path):
     enclave = keys / "enclaves" / "simulator"
     tls = {"root_ca_certificate": str(enclave / "ca.cert.pem"), "enable_mtls": True}
     for side in ("listen", "connect"):
@@ -60,8 +57,8 @@ def test_a_run_with_a_configuration_of_tls_serves_its_page(start, keys, tmp_path
         assert {"kind": "live"} == json.loads(answer.read())
 
 
-def test_a_page_needs_an_enclave_of_its_own(keys, capsys):
-    """The simulator's has all rights; one line says what would do, before anything is started."""
+def test_a_page_without_its_enclave_is_refused(keys, capsys):
+    """The simulator's enclave has all rights."""
     code = main(["run", "scenario1", "--secure", str(keys / "enclaves" / "simulator"), *FREE_PORT])
 
     assert 2 == code
@@ -76,8 +73,7 @@ def test_a_page_needs_an_enclave_of_its_own(keys, capsys):
         (("--listen", "tls/0.0.0.0:0", "--secure", "KEYS"), False),
     ],
 )
-def test_an_open_endpoint_is_warned_of(keys, capfd, words, warned):
-    """Where other machines reach it without a certificate; in one line."""
+def test_an_endpoint_open_without_certificates_is_a_warning(keys, capfd, words, warned):
     given = [str(keys) if word == "KEYS" else word for word in words]
     assert main(["run", "scenario1", *given, "--duration", "0.01", "--log-level", "error"]) == 0
     lines = [line for line in capfd.readouterr().err.splitlines() if "is open: all who reach it" in line]

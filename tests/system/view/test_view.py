@@ -15,36 +15,33 @@ from tests.wire.view.pages import fetched, opened
 
 @pytest.fixture
 def start():
-    """Return the function that starts hmrsim as a process; what still runs at the end of the test is killed."""
+    """Return the function that starts hmrsim as a process, which is killed at the end of the test."""
     with processes.killed_at_the_end() as run:
         yield run
 
 
 @pytest.fixture
 def taken():
-    """A port that is in use."""
+    """Return a port that is in use."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         yield str(server.getsockname()[1])
 
 
-def test_no_simulator_is_3(capsys):
-    """Without a simulator there is one line of advice, and no page."""
+def test_no_simulator_exits_with_3(capsys):
     code = main(["view", "--port", "0", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
 
     assert 3 == code
     assert "hmrsim run WORLD" in capsys.readouterr().err
 
 
-def test_a_simulator_of_another_prefix_is_3(simulator, capsys):
-    """A simulator answers, but under another prefix."""
+def test_a_simulator_of_another_prefix_exits_with_3(simulator, capsys):
     code = main(["view", "--port", "0", "--connect", *simulator.connect, "--prefix", "other", "--timeout", "0.3"])
 
     assert 3 == code
     assert "'other/_world/alive'" in capsys.readouterr().err
 
 
-def test_a_taken_port_is_2(simulator, taken, capsys):
-    """One line that names the port and the option."""
+def test_a_taken_port_exits_with_2(simulator, taken, capsys):
     code = main(["view", "--port", taken, "--connect", *simulator.connect])
 
     assert 2 == code
@@ -53,8 +50,7 @@ def test_a_taken_port_is_2(simulator, taken, capsys):
     )
 
 
-def test_a_malformed_port_is_2(capsys):
-    """The text says what a port looks like."""
+def test_a_malformed_port_exits_with_2(capsys):
     code = main(["view", "--port", "70000"])
 
     assert 2 == code
@@ -62,8 +58,7 @@ def test_a_malformed_port_is_2(capsys):
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no recording\n"])
-def test_a_file_that_is_not_a_recording_is_2(tmp_path, content, capsys):
-    """One line names the file."""
+def test_a_file_that_is_not_a_recording_exits_with_2(tmp_path, content, capsys):
     path = tmp_path / "shift.mcap"
     if content is not None:
         path.write_bytes(content)
@@ -75,8 +70,7 @@ def test_a_file_that_is_not_a_recording_is_2(tmp_path, content, capsys):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_well(start, simulator, number):
-    """With a page open, too: exit code 0 and not a word."""
+def test_a_signal_with_an_open_page_exits_with_0_silently(start, simulator, number):
     process = start("view", "--port", "0", "--connect", *simulator.connect)
     word, url = process.stdout.readline().split()
     with opened(url) as page:
@@ -88,7 +82,6 @@ def test_a_signal_ends_it_well(start, simulator, number):
 
 
 def test_ready_as_json(start, simulator):
-    """One object, for programs."""
     process = start("view", "--port", "0", "--json", "--connect", *simulator.connect)
     ready = json.loads(process.stdout.readline())
 
@@ -96,8 +89,7 @@ def test_ready_as_json(start, simulator):
     assert 200 == fetched(ready["url"], "/source")[0]
 
 
-def test_a_run_with_a_view(start):
-    """Its page is up when it is ready, and ends with it."""
+def test_the_page_of_a_run_is_ready_and_ends_with_it(start):
     process = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0", "--view", "0", "--json")
     url = json.loads(process.stdout.readline())["view"]
     with opened(url) as page:
@@ -110,8 +102,7 @@ def test_a_run_with_a_view(start):
         fetched(url, "/source")
 
 
-def test_a_run_whose_view_has_no_port_is_2(start, taken):
-    """It says so at once, in words of its own option."""
+def test_a_taken_port_of_the_page_ends_the_run_at_once(start, taken):
     process = start("run", "scenario1", "--listen", "tcp/127.0.0.1:0", "--view", taken, "--log-level", "error")
     out, err = process.communicate()
 

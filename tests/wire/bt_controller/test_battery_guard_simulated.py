@@ -1,4 +1,4 @@
-"""A guarded mission in a real simulation's time, interrupted at many of its instants."""
+"""A guarded mission in a real simulation, interrupted at many of its instants."""
 
 from __future__ import annotations
 
@@ -49,13 +49,12 @@ def world(charge):
 
 
 def errand():
-    """Return the steps of the mission."""
     steps = [GoTo("shelf"), Pickup("parcel"), GoTo("bed"), Wait(4), Place("parcel")]
     return Sequence("Errand", memory=True, children=steps)
 
 
 def charge():
-    """Return what charges, waits for it, and leaves."""
+    """Return the steps that charge the robot, wait for it, and leave the dock."""
     return Sequence("Charge", memory=True, children=[Dock("charger"), WaitUntilCharged(0.9), Undock()])
 
 
@@ -65,7 +64,7 @@ CHARGING = {"a dock": ["Dock at charger"], "dock, wait, undock": ["Dock at charg
 
 @pytest.fixture
 def sent(monkeypatch):
-    """Return the list of all goals that are sent: by which leaf, and the ticket; no two are under way at once."""
+    """Return the list of all goals sent, by leaf and ticket, and check that no two overlap."""
     goals = []
     send = ActionLeaf._send
 
@@ -92,7 +91,7 @@ def guarded(how):
 
 
 def check(sent, charging):
-    """Each step SUCCEEDED once, in its order; at most one goal was canceled; and the robot came back if it had to."""
+    """Each step SUCCEEDED once and in order, at most one goal was canceled, and the robot came back if it had to."""
     done = [name for name, ticket in sent if ticket.status is GoalStatus.SUCCEEDED]
     others = [(name, ticket.status) for name, ticket in sent if ticket.status is not GoalStatus.SUCCEEDED]
     drives = [name.startswith("Go to") for name, _ in others]
@@ -106,7 +105,6 @@ def check(sent, charging):
 @pytest.mark.parametrize("how", CHARGES)
 @pytest.mark.parametrize("seconds", [-5, 0.5, 1.5, 4.5, 5.5, 6.5, 7.5, 12.5, 14.5, 16.5, 18.5, 19.5])
 def test_a_mission_that_is_interrupted_charges_resumes_and_finishes(sent, how, seconds):
-    """In lockstep, at many of its instants."""
     succeeded = run(guarded(how), seconds, clock="lockstep")
 
     assert succeeded
@@ -119,7 +117,6 @@ class Counted(LockstepClock):
     waits = 0
 
     def wait(self, until):
-        """Count it."""
         self.waits += 1
         return super().wait(until)
 
@@ -144,7 +141,7 @@ def test_a_guard_sleeps_until_the_battery_is_low(sent):
 
 
 def test_a_guard_acts_at_the_instant_at_which_the_battery_is_low(monkeypatch):
-    """As its own port says, which is on its tree's blackboard: at half of 500, 150 s before 100 are left."""
+    """The threshold is a port of the guard: half of 500 is reached 150 s before 100 are left."""
     stopped, stop = [], BatteryGuard._stop
     monkeypatch.setattr(BatteryGuard, "_stop", lambda guard: (stopped.append(now()), stop(guard)))
     succeeded, _, _ = alone(lambda: BatteryGuard("G", Wait(100), Dock("charger"), below=0.5), 200.25)
@@ -154,7 +151,7 @@ def test_a_guard_acts_at_the_instant_at_which_the_battery_is_low(monkeypatch):
 
 
 def test_a_leaf_sees_a_level_at_its_instant():
-    """Not at the next whole second; it also makes time go on where nothing else happens."""
+    """The level is reached between two whole seconds, and time advances although nothing else happens."""
     succeeded, ended, waits = alone(lambda: CheckData("Low", "battery_state", "percentage", 0.2, operator.lt), 7.25)
 
     assert (True, 1) == (succeeded, waits)
@@ -162,8 +159,7 @@ def test_a_leaf_sees_a_level_at_its_instant():
 
 
 @pytest.mark.parametrize("seconds", [2, 6.5, 14.5])
-def test_so_it_does_where_time_goes_by_itself(sent, seconds):
-    """Messages of the battery wake the guard."""
+def test_in_real_time_battery_messages_wake_the_guard(sent, seconds):
     succeeded = run(guarded("a dock"), seconds, real_time_factor=20.0)
 
     assert succeeded
@@ -189,8 +185,7 @@ FILE = """
 
 
 @pytest.mark.parametrize("seconds", [4.5, 6.5, 12.5, 16.5])
-def test_so_it_does_in_a_tree_of_a_file(sent, tmp_path, seconds):
-    """Whose actions would take a cancel for success."""
+def test_a_guard_interrupts_the_mission_of_a_tree_file(sent, tmp_path, seconds):
     path = tmp_path / "guard.xml"
     path.write_text(FILE)
     succeeded = run(load(str(path)), seconds, clock="lockstep")

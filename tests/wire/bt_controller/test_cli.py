@@ -21,7 +21,7 @@ GO = "bt_controller.examples:go_to_pose"
 
 @pytest.fixture
 def simulator(client, monkeypatch):
-    """Put the fake client in the place of the real one; goals succeed at once unless a test says otherwise."""
+    """Replace the client with a fake one, whose goals succeed at once unless a test says otherwise."""
 
     class Connected(type(client)):
         def __init__(self, options, *, clock, name):
@@ -56,11 +56,8 @@ def simulator(client, monkeypatch):
 
 
 class TestRun:
-    """bt-controller run."""
-
     @pytest.mark.usefixtures("simulator")
-    def test_a_tree_that_succeeds_is_exit_0(self, capsys):
-        """The stages and the verdict are on stdout; the rest is silence."""
+    def test_a_tree_that_succeeds_prints_its_stages_and_exits_with_0(self, capsys):
         code = main(["run", GO, "--robot", "wall_e"])
 
         out, err = capsys.readouterr()
@@ -69,15 +66,13 @@ class TestRun:
         assert "        --> CheckArrived [✓] -- 'arrived' comparison succeeded" in out
         assert out.endswith("\nwall_e: SUCCESS\n")
 
-    def test_a_tree_that_fails_is_exit_1(self, simulator, capsys):
-        """The tree says why."""
+    def test_a_tree_that_fails_prints_why_and_exits_with_1(self, simulator, capsys):
         simulator.then = lambda goal: goal.abort(208, "no route")
 
         assert main(["run", GO, "--robot", "wall_e"]) == 1
         assert "GoToPoseAction [✕] -- aborted: no route" in capsys.readouterr().out
 
-    def test_the_coverage_of_runs_is_counted_together(self, simulator, tmp_path):
-        """The second run adds to the file of the first one."""
+    def test_the_coverage_of_a_second_run_is_added_to_the_file(self, simulator, tmp_path):
         file = tmp_path / "seen.json"
         main(["run", GO, "--robot", "wall_e", "--coverage", str(file)])
         simulator.then = lambda goal: goal.abort(208, "no route")
@@ -87,8 +82,7 @@ class TestRun:
         assert {"GoToPoseAction:SUCCESS", "GoToPoseAction:FAILURE", "208"} <= keys
 
     @pytest.mark.usefixtures("simulator")
-    def test_a_file_that_is_no_coverage_is_not_replaced(self, tmp_path, capsys):
-        """The run does not begin."""
+    def test_a_file_without_coverage_is_not_overwritten(self, tmp_path, capsys):
         file = tmp_path / "seen.json"
         file.write_text("precious", encoding="utf-8")
 
@@ -97,14 +91,12 @@ class TestRun:
         assert "seen.json: no coverage of trees: " in capsys.readouterr().err
 
     @pytest.mark.usefixtures("simulator")
-    def test_robots_can_be_given_together_and_repeatedly(self, capsys):
-        """A robot that is named twice is run once."""
+    def test_a_robot_named_twice_is_run_once(self, capsys):
         assert main(["run", GO, "--robot", "wall_e", "eve", "--robot", "wall_e"]) == 0
         assert capsys.readouterr().out.endswith("\nwall_e: SUCCESS\neve: SUCCESS\n")
 
     @pytest.mark.usefixtures("simulator")
-    def test_json_is_one_snapshot_a_line(self, capsys):
-        """Then comes how it ended; nothing else is on stdout."""
+    def test_json_has_one_snapshot_a_line_and_then_the_outcome(self, capsys):
         main(["run", GO, "--robot", "wall_e", "--json"])
 
         *trees, end = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
@@ -119,21 +111,18 @@ class TestRun:
         }
 
     @pytest.mark.usefixtures("simulator")
-    def test_the_last_tick_can_be_left_out(self, capsys):
-        """What the tree has by default, the user can overrule."""
+    def test_the_user_can_overrule_a_default_of_the_tree(self, capsys):
         main(["run", GO, "--robot", "wall_e", "--json", "--no-confirm"])
 
         assert len(capsys.readouterr().out.splitlines()) == 2
 
     @pytest.mark.usefixtures("simulator")
-    def test_an_unknown_robot_is_exit_1(self, capsys):
-        """The error names the known robots."""
+    def test_an_unknown_robot_lists_the_known_ones_and_exits_with_1(self, capsys):
         assert main(["run", GO, "--robot", "marvin"]) == 1
         assert capsys.readouterr().err == "bt-controller: no robot 'marvin'; there are eve, wall_e\n"
 
     @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
     def test_a_signal_cancels_the_goal_and_is_the_exit_code(self, simulator, capsys, number, code):
-        """The robot stops before the controller is gone."""
 
         def then(goal):
             goal.when_canceled = goal.end_canceled
@@ -146,7 +135,7 @@ class TestRun:
         assert capsys.readouterr().err == "bt-controller: interrupted; the goals were canceled\n"
 
     def test_the_options_reach_the_session(self, simulator, monkeypatch):
-        """The command line comes before the environment, which comes before the default."""
+        """Options take precedence over the environment, and the environment over defaults."""
         monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1,tcp/b:2")
         monkeypatch.setenv("HMRSIM_PREFIX", "lab")
         main(["run", GO, "--robot", "wall_e", "--prefix", "mine", "--timeout", "2.5"])
@@ -158,8 +147,7 @@ class TestRun:
         ("arguments", "part"),
         [([], ("auto", "bt_controller")), (["--clock", "lockstep", "--name", "ward_b"], ("lockstep", "ward_b"))],
     )
-    def test_the_part_in_lockstep_is_an_option(self, simulator, arguments, part):
-        """The name is never one that changes from run to run."""
+    def test_the_participant_name_is_an_option_and_the_same_in_every_run(self, simulator, arguments, part):
         main(["run", GO, "--robot", "wall_e", *arguments])
 
         assert simulator.part == part
@@ -175,8 +163,7 @@ class TestRun:
             ("HMRSIM_MODE", "peerless", "HMRSIM_MODE: no mode 'peerless'; did you mean 'peer'?"),
         ],
     )
-    def test_a_bad_variable_is_exit_2(self, monkeypatch, capsys, variable, value, error):
-        """The error names the variable."""
+    def test_a_bad_variable_is_named_and_exits_with_2(self, monkeypatch, capsys, variable, value, error):
         monkeypatch.setenv(variable, value)
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO, "--robot", "wall_e"])
@@ -194,15 +181,13 @@ class TestRun:
             ([], "required: --robot"),
         ],
     )
-    def test_wrong_use_is_exit_2(self, capsys, arguments, error):
-        """Argparse's own errors."""
+    def test_wrong_usage_exits_with_2(self, capsys, arguments, error):
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO, *arguments])
 
         assert error in capsys.readouterr().err
 
-    def test_no_simulator_is_exit_3(self, capsys):
-        """No simulator answers in time; the error is one line."""
+    def test_a_missing_simulator_is_one_line_and_exits_with_3(self, capsys):
         arguments = ["--connect", "tcp/127.0.0.1:1", "--timeout", "0.2"]
 
         assert main(["run", GO, "--robot", "wall_e", *arguments]) == 3
@@ -210,10 +195,7 @@ class TestRun:
 
 
 class TestCheck:
-    """bt-controller check."""
-
-    def test_a_good_tree_is_printed(self, capsys):
-        """No simulator is needed."""
+    def test_a_good_tree_is_printed_without_a_simulator(self, capsys):
         code = main(["check", GO])
 
         assert code == 0
@@ -221,8 +203,7 @@ class TestCheck:
             "{-} GoToPoseSequence\n    {o} GoToPoseFallback\n        --> CheckArrived\n        --> GoToPoseAction\n"
         )
 
-    def test_a_good_tree_as_json(self, capsys):
-        """One object has what the text shows, and the behaviours' classes."""
+    def test_json_of_a_tree_has_the_classes_of_behaviors(self, capsys):
         main(["check", GO, "--json"])
 
         tree = json.loads(capsys.readouterr().out)
@@ -234,8 +215,7 @@ class TestCheck:
             "name": "CheckArrived",
         }
 
-    def test_a_bad_tree_is_exit_2(self, capsys):
-        """One line says what is wrong."""
+    def test_a_bad_tree_is_one_line_and_exits_with_2(self, capsys):
         code = main(["check", "bt_controller.examples:go_to_pse"])
 
         out, err = capsys.readouterr()
@@ -247,7 +227,6 @@ class TestCheck:
 
 
 def test_output_that_cannot_be_written_is_one_line():
-    """A full disk is not reported as a bug."""
     command = [sys.executable, "-m", "bt_controller", "check", GO]
     with Path("/dev/full").open("w", encoding="utf-8") as full:
         ended = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -257,7 +236,7 @@ def test_output_that_cannot_be_written_is_one_line():
 
 
 def test_a_controller_loads_nothing_of_the_engine():
-    """It is an outside client, which could live on another machine."""
+    """The controller is an outside client that could run on another machine."""
     program = (
         "import sys, bt_controller.cli, bt_controller.examples, bt_controller.running.runner\n"
         "engine = {'simpy', 'networkx', 'hmrsim.simulation.simulator', 'hmrsim.goals.dispatcher', "
@@ -270,8 +249,6 @@ def test_a_controller_loads_nothing_of_the_engine():
 
 
 class TestRobots:
-    """The robots that a tree is run for."""
-
     def robots(self, capsys, *arguments):
         """Return exit code and robots of a run, or its errors."""
         code = main(["run", "bt_controller.examples:go_to_pose", *arguments, "--json"])
@@ -279,34 +256,30 @@ class TestRobots:
         return code, list(json.loads(out.splitlines()[-1])["robots"]) if out else err
 
     @pytest.mark.usefixtures("simulator")
-    def test_robots_are_selected_by_what_they_can_do(self, capsys):
-        """Only one of them has a claw."""
+    def test_robots_are_selected_by_capability(self, capsys):
         assert (0, ["wall_e"]) == self.robots(capsys, "--robots", "action:pickup")
 
     @pytest.mark.usefixtures("simulator")
-    def test_named_robots_come_first_and_none_twice(self, capsys):
-        """The selected robots follow by name."""
+    def test_named_robots_come_before_selected_ones_and_none_twice(self, capsys):
         selected = self.robots(capsys, "--robots", "all", "action:pickup")
         named = self.robots(capsys, "--robots", "all", "--robot", "wall_e")
 
         assert ((0, ["eve", "wall_e"]), (0, ["wall_e", "eve"])) == (selected, named)
 
     @pytest.mark.usefixtures("simulator")
-    def test_a_selector_that_matches_no_robot_is_exit_1(self, capsys):
-        """One line says what there is."""
+    def test_a_selector_without_a_match_exits_with_1(self, capsys):
         error = "bt-controller: no robot has action 'pick_up'; did you mean action:pickup?\n"
 
         assert (1, error) == self.robots(capsys, "--robots", "action:pick_up")
 
-    def test_a_malformed_selector_is_exit_2(self, capsys):
-        """The selector is checked before a simulator is queried."""
+    def test_a_malformed_selector_is_reported_before_connecting(self, capsys):
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO, "--robots", "carrier"])
 
         assert "argument --robots: 'carrier' selects no robots; expected all, type:NAME" in capsys.readouterr().err
 
     def test_no_robots_variable_is_read(self, monkeypatch, capsys):
-        """A variable that was forgotten would drive the wrong robots."""
+        """A forgotten environment variable would drive the wrong robots."""
         monkeypatch.setenv("HMRSIM_ROBOTS", "all")
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO])
@@ -314,8 +287,7 @@ class TestRobots:
         assert "required: --robot or --robots" in capsys.readouterr().err
 
 
-def test_a_name_that_is_taken_is_exit_2(capsys):
-    """Two controllers are two participants; the error says what would do."""
+def test_a_taken_participant_name_exits_with_2(capsys):
     with served_world(clock="lockstep") as options, Client(options, name="ward_b") as other:
         assert other.lockstep is not None
         code = main(["run", GO, "--robot", "wall_e", "--name", "ward_b", "--connect", options.connect[0]])

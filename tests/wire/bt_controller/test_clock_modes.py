@@ -1,4 +1,4 @@
-"""Timers of py_trees and of XML trees' nodes: the same in real time and in lockstep, in between, and after a reset."""
+"""Timers of py_trees and of XML nodes, in real time, in lockstep, when the clock changes, and after a reset."""
 
 from __future__ import annotations
 
@@ -26,38 +26,33 @@ LATE = 2000.0
 
 
 class Alarm(Leaf):
-    """Succeeds some seconds after it began, and says when it wants to be looked at."""
+    """Succeeds a number of seconds after it started, and names the time of its next tick."""
 
     def __init__(self, seconds):
         super().__init__(f"Alarm {seconds}")
         self._seconds = seconds
 
     def initialise(self):
-        """Set it."""
         self._deadline = now() + self._seconds
 
     def update(self):
-        """Look whether it rings."""
         return Status.SUCCESS if reached(self._deadline) else Status.RUNNING
 
     def next_tick_time(self):
-        """Return when it rings."""
         return self._deadline
 
 
 class Asks(Behaviour):
-    """Asks a service of the simulator, once."""
+    """Calls a service of the simulator, once."""
 
     def __init__(self, service, **request):
         super().__init__(service)
         self._asked = service, json.dumps(request).encode()
 
     def setup(self, **kwargs):
-        """Remember the client."""
         self._client = kwargs["client"]
 
     def update(self):
-        """Ask."""
         service, payload = self._asked
         self._client.get(self._client.keys.world(service), payload=payload)
         return Status.SUCCESS
@@ -83,27 +78,22 @@ def steps(*children):
 
 
 def beside(timer, *children):
-    """Return a timer, and steps that are done meanwhile."""
+    """Return a timer in parallel with steps."""
     return Parallel("Both", policy=ParallelPolicy.SuccessOnAll(synchronise=True), children=[timer, steps(*children)])
 
 
 @pytest.mark.parametrize("timer", [Timer, Alarm], ids=["py_trees", "node"])
 class TestTimers:
-    """Both kinds."""
-
     @staticmethod
     def make(kind, seconds):
-        """Return a timer."""
         return Timer(f"Timer {seconds}", seconds) if kind is Timer else Alarm(seconds)
 
-    def test_in_lockstep_it_ends_at_its_time(self, timer):
-        """Nothing is polled, and nothing is late."""
+    def test_a_timer_ends_exactly_on_time_in_lockstep(self, timer):
         found = ticks(lambda: steps(self.make(timer, 2.5), self.make(timer, 0.25)), clock="lockstep")
 
         assert [0.0, 2.5, 2.75] == found
 
-    def test_in_real_time_it_ends_soon_after_its_time(self, timer):
-        """By the simulator's clock, too."""
+    def test_a_timer_ends_soon_after_its_time_in_real_time(self, timer):
         begin, *_, first, second = ticks(
             lambda: steps(self.make(timer, 300.0), self.make(timer, 100.0)), real_time_factor=FAST
         )
@@ -111,22 +101,21 @@ class TestTimers:
         assert 300.0 <= first - begin < 300.0 + LATE
         assert 100.0 <= second - first < 100.0 + LATE
 
-    def test_it_goes_on_when_lockstep_ends_under_it(self, timer):
-        """The clock is another one, the time is not."""
+    def test_a_timer_continues_when_lockstep_ends(self, timer):
         switch = Asks("time/set", clock="realtime", real_time_factor=FAST)
         found = ticks(lambda: beside(self.make(timer, 300.0), Alarm(2.0), switch), clock="lockstep")
 
         assert [0.0, 2.0] == found[:2]
         assert 300.0 <= found[-1] < 300.0 + LATE
 
-    def test_in_lockstep_what_was_waited_for_before_a_reset_counts(self, timer):
-        """Ten seconds are ten seconds, though the clock begins anew after eight."""
+    def test_a_reset_keeps_the_time_waited_in_lockstep(self, timer):
+        """The wait takes ten seconds although the clock restarts after eight."""
         found = ticks(lambda: beside(self.make(timer, 10.0), Alarm(8.0), Asks("reset_simulation")), clock="lockstep")
 
         assert ([0.0, 8.0], 2.0) == (found[:2], found[-1])
 
-    def test_in_real_time_what_was_waited_for_before_a_reset_counts(self, timer):
-        """600 seconds of 1,000, so that it is not for another 1,000."""
+    def test_a_reset_keeps_the_time_waited_in_real_time(self, timer):
+        """The reset comes at 600 of 1,000 s, so the wait must not take another 1,000 s."""
         reset = Asks("reset_simulation")
         found = ticks(lambda: beside(self.make(timer, 1000.0), Alarm(600.0), reset), real_time_factor=FAST)
 

@@ -1,4 +1,4 @@
-"""What a fleet's robots do when one of them does not get on, against a real simulator in lockstep."""
+"""How a fleet reacts when one of its robots gets stuck, in a real simulator in lockstep."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ TEA = Task("tea", "shelf", "table")
 
 
 class Day:
-    """A run, and what was told.
+    """A finished run.
 
     Attributes:
         status: How the tree ended.
-        news: What the fleet_manager had to say, by time.
+        news: The messages of the fleet_manager, by time.
         fleet_manager: The fleet_manager.
     """
 
@@ -58,26 +58,23 @@ class Day:
             self.news.append((now, message))
 
     def when(self, text):
-        """Return when a message came."""
         return next(time for time, message in self.news if text in message)
 
 
 def breakdown(at, duration=None):
-    """Return the fault of ann's breaking down."""
+    """Return the fault that breaks ann down."""
     lasts = {} if duration is None else {"duration": duration}
     return [{"type": "breakdown", "name": "flat", "robot": "ann", "at": at, **lasts}]
 
 
-def test_the_nearest_brings_it():
-    """Nothing goes wrong, and the other robots do nothing."""
+def test_the_nearest_robot_brings_the_item():
     day = Day([TEA], [])
 
     assert (Status.SUCCESS, [TEA]) == (day.status, day.fleet_manager.task_queue.done)
     assert 15.0 < day.when("ann has brought tea to table") < 16.0
 
 
-def test_another_robot_takes_over_from_one_that_breaks_down():
-    """It takes over at that very instant."""
+def test_another_robot_takes_over_at_the_instant_of_a_breakdown():
     day = Day([TEA], breakdown(3.0))
 
     assert 3.0 == day.when("ann can't fetch tea: aborted: ann has broken down at ")
@@ -85,16 +82,14 @@ def test_another_robot_takes_over_from_one_that_breaks_down():
     assert day.when("bob has brought tea to table") < 40.0
 
 
-def test_a_repaired_robot_brings_what_it_holds():
-    """No other robot can take it from its gripper."""
+def test_a_repaired_robot_delivers_the_item_in_its_gripper():
     day = Day([TEA], breakdown(10.0, duration=50.0))
 
     assert 10.0 == day.when("ann can't bring tea")
     assert 60.0 < day.when("ann has brought tea to table") < 100.0
 
 
-def test_what_is_held_for_too_long_is_given_up():
-    """The rest of the fleet does not wait for ever."""
+def test_a_task_is_given_up_when_its_item_is_held_too_long():
     day = Day([TEA], breakdown(10.0), patience=200.0)
 
     assert {"tea": "ann holds it and is out of order"} == day.fleet_manager.task_queue.lost
@@ -102,14 +97,13 @@ def test_what_is_held_for_too_long_is_given_up():
 
 
 def test_a_task_without_progress_is_given_up():
-    """The only robot is broken for ever."""
+    """The only robot is never repaired."""
     day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
 
     assert {"tea": "it waited too long; ann failed"} == day.fleet_manager.task_queue.lost
 
 
-def test_a_robot_that_is_done_gets_the_next_task_at_once():
-    """It gets the longest waiting one, at the instant at which it is free."""
+def test_a_free_robot_gets_the_longest_waiting_task_at_once():
     day = Day([TEA, Task("milk", "shelf", "table")], [], robots=("ann",))
     first, second = day.fleet_manager.task_queue.done
 
@@ -118,5 +112,4 @@ def test_a_robot_that_is_done_gets_the_next_task_at_once():
 
 @pytest.mark.parametrize("robots", [("ann", "bob"), ("bob", "ann")])
 def test_the_order_of_the_robots_does_not_matter(robots):
-    """The allocation depends on where the robots are."""
     assert 0.0 < Day([TEA], [], robots=robots).when("ann gets tea") < 0.2

@@ -30,7 +30,7 @@ class Stage:
 
     Attributes:
         ticks: The robot and the simulated time of each tick.
-        messages: What the root had to say then.
+        messages: The messages of the root at these ticks.
         advances: How often time was granted.
         client: The connection.
     """
@@ -60,18 +60,17 @@ class Stage:
 
 @pytest.fixture
 def stage():
-    """Return what runs trees."""
+    """Return a stage, which runs trees."""
     with served_world(clock="lockstep") as options, Client(options, name="trees") as client:
         yield Stage(client)
 
 
 def wait(seconds):
-    """Return a leaf that waits."""
     return ActionLeaf(f"Wait {seconds}", "wait", Wait.Goal(time=Duration.from_seconds(seconds)))
 
 
 def test_a_tree_is_ticked_when_its_goal_has_ended(stage):
-    """At that very instant, and at no other; each decision costs one round trip."""
+    """A tree is ticked at no other instant, and each decision costs one round trip."""
     outcome = stage.run(lambda: Sequence("S", memory=True, children=[wait(2.5), wait(1000.0)]), "wall_e")
 
     assert outcome.statuses == {"wall_e": Status.SUCCESS}
@@ -80,23 +79,21 @@ def test_a_tree_is_ticked_when_its_goal_has_ended(stage):
 
 
 def test_the_goals_of_all_robots_go_along_with_one_advance(stage):
-    """Three robots, one round trip."""
+    """Three robots need one round trip."""
     stage.run(lambda: wait(3.0), "wall_e", "eve", "cart")
 
     assert stage.ticks == [(robot, time) for time in (0.0, 3.0) for robot in ("wall_e", "eve", "cart")]
     assert stage.advances == 1
 
 
-def test_only_the_robot_to_which_something_happened_is_ticked(stage):
-    """The others' trees need not be looked at."""
+def test_only_the_robot_with_news_is_ticked(stage):
     durations = iter((3.0, 1.0))
     stage.run(lambda: wait(next(durations)), "wall_e", "eve")
 
     assert stage.ticks == [("wall_e", 0.0), ("eve", 0.0), ("eve", 1.0), ("wall_e", 3.0)]
 
 
-def test_a_rejected_goal_is_known_at_once(stage):
-    """The tree goes on at the same instant."""
+def test_a_rejection_is_known_at_the_same_instant(stage):
     leaf = NavToPoseActionClient("Go", pose_goal(500.0, 500.0))
     outcome = stage.run(lambda: leaf, "wall_e")
 
@@ -104,16 +101,14 @@ def test_a_rejected_goal_is_known_at_once(stage):
     assert "outside" in leaf.feedback_message
 
 
-def test_timers_count_simulated_time(stage):
-    """Timers end at their exact instant, without waiting for the wall clock."""
+def test_timers_end_at_their_exact_simulated_time(stage):
     outcome = stage.run(lambda: Sequence("S", memory=True, children=[Timer("A", 5.0), Timer("B", 3600.0)]), "wall_e")
 
     assert outcome.succeeded
     assert stage.ticks == [("wall_e", 0.0), ("wall_e", 5.0), ("wall_e", 3605.0)]
 
 
-def test_a_timeout_cancels_its_goal_in_time(stage):
-    """The decorator is woken at its deadline, and nothing else is."""
+def test_a_timeout_cancels_its_goal_at_its_deadline(stage):
     outcome = stage.run(lambda: Timeout("T", wait(60.0), 5.0), "wall_e")
 
     assert (outcome.statuses, outcome.left) == ({"wall_e": Status.FAILURE}, ())
@@ -121,7 +116,7 @@ def test_a_timeout_cancels_its_goal_in_time(stage):
 
 
 def test_behaviours_of_the_users_are_ticked_each_second(stage):
-    """A user's behaviour does not announce when it wants to be ticked."""
+    """A user's behavior does not announce its next tick."""
 
     class ThreeTimes(Behaviour):
         ticks = 0
@@ -135,16 +130,14 @@ def test_behaviours_of_the_users_are_ticked_each_second(stage):
     assert stage.ticks == [("wall_e", 0.0), ("wall_e", 1.0), ("wall_e", 2.0)]
 
 
-def test_a_period_of_the_users_brings_feedback(stage):
-    """It is how far the goal is at the very instant of the tick."""
+def test_each_periodic_tick_has_feedback_of_that_instant(stage):
     stage.run(lambda: wait(5.0), "wall_e", period=2.0)
 
     assert stage.ticks == [("wall_e", 0.0), ("wall_e", 2.0), ("wall_e", 4.0), ("wall_e", 5.0)]
     assert stage.messages[:3] == ["sent goal request", "feedback: time_left: 3.0 s", "feedback: time_left: 1.0 s"]
 
 
-def test_a_behaviour_may_ask_the_time(stage):
-    """The client that it is set up with has the time."""
+def test_a_behavior_can_read_the_time_from_the_client_of_its_setup(stage):
     seen = []
 
     class Watch(Behaviour):
@@ -160,8 +153,7 @@ def test_a_behaviour_may_ask_the_time(stage):
     assert seen == [7.0]
 
 
-def test_what_can_not_happen_is_an_error_that_names_the_robots(stage):
-    """The alternative would be a tree that waits for ever."""
+def test_a_wait_that_can_not_end_is_an_error_that_names_the_robots(stage):
     leaf = wait(1.0)
     leaf.initialise = lambda: setattr(leaf, "_handle", Never())
     with pytest.raises(Idle, match=r"nothing is scheduled .* the trees of wall_e wait for can't happen"):
@@ -176,7 +168,7 @@ class Never:
 
 
 def test_a_stop_cancels_the_goals_at_that_instant(stage):
-    """In one last advance, in which no time goes by."""
+    """The cancels go with one last advance, in which no time passes."""
 
     class Stop(Behaviour):
         def update(self):
@@ -191,7 +183,7 @@ def test_a_stop_cancels_the_goals_at_that_instant(stage):
 
 
 def test_a_controller_that_thinks_for_too_long_gets_an_error():
-    """The simulator goes on without the trees, so that they end."""
+    """The simulator continues without the trees, which end."""
     dropped = threading.Event()
 
     class Slow(Behaviour):
@@ -206,7 +198,7 @@ def test_a_controller_that_thinks_for_too_long_gets_an_error():
 
 
 def test_feedback_reaches_the_leaf_whose_goal_it_is_about(stage):
-    """Of two leaves of one action, also when the first one's turn comes again."""
+    """Two leaves share an action, and the first one runs again after the second."""
     seen = []
 
     def leaf(name):

@@ -1,4 +1,4 @@
-"""What a restarted controller makes of goals in a real simulation."""
+"""How a restarted controller resumes its goals in a real simulation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NEAR, FAR = pose_goal(1.0, 0.0), pose_goal(5.0, 0.0)
 
 @pytest.fixture
 def life():
-    """Return the function that begins another life of a controller: a leaf with some goals, and their tickets."""
+    """Return the function that restarts a controller: a leaf with some goals, and their tickets."""
     with served_world(clock="lockstep") as options, Client(options) as client:
 
         def begin(*goals):
@@ -41,8 +41,7 @@ def end(leaf):
     return leaf.status
 
 
-def test_a_goal_that_was_replaced_leads_to_the_one_that_replaced_it(life):
-    """The simulator says which that is; the robot does not drive again."""
+def test_a_resumed_leaf_follows_the_goal_that_replaced_its_own(life):
     first, (replaced, last) = life(FAR, NEAR)
     end(first)
     second, (found,) = life(FAR)
@@ -52,8 +51,7 @@ def test_a_goal_that_was_replaced_leads_to_the_one_that_replaced_it(life):
     assert GoalStatus.SUCCEEDED is second._handle.found
 
 
-def test_another_goal_in_the_next_life_is_sent(life):
-    """What was done was something else."""
+def test_a_changed_goal_is_sent_after_a_restart(life):
     first, _ = life(FAR)
     end(first)
     second, (sent,) = life(NEAR)
@@ -61,8 +59,7 @@ def test_another_goal_in_the_next_life_is_sent(life):
     assert (Status.SUCCESS, False) == (end(second), sent.adopted)
 
 
-def test_a_cancel_of_another_client_ends_what_was_taken_over(life):
-    """The resumed controller does not send the robot on."""
+def test_a_resumed_goal_can_be_canceled_by_another_client(life):
     _, (sent,) = life(FAR)
     sent.wait_accepted(5.0)
     second, (found,) = life(FAR)
@@ -74,7 +71,7 @@ def test_a_cancel_of_another_client_ends_what_was_taken_over(life):
 
 
 def test_a_goal_that_was_dropped_for_that_of_another_leaf_is_sent_again(life):
-    """As when a guard has the robot charged before the new life has come to where the old one was."""
+    """A guard may charge the robot before the restarted tree reaches the leaf of the dropped goal."""
     first, (dropped,) = life(FAR)
     dropped.wait_accepted(5.0)
     first._client.send_goal(NEAR).result(PATIENCE)

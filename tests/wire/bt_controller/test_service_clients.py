@@ -1,4 +1,4 @@
-"""Leaves that ask the world's services, against a real simulator in both kinds of time."""
+"""Leaves that call the world's services, in real time and in lockstep."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CLOCKS = {"realtime": {}, "lockstep": {"clock": "lockstep"}}
 
 @pytest.fixture(params=CLOCKS)
 def run(request):
-    """Return the function that runs a tree of one leaf: its status at the end."""
+    """Return the function that runs a tree of one leaf and returns its final status."""
     with served_world(**CLOCKS[request.param]) as options, Client(options) as client:
 
         def end(leaf):
@@ -44,33 +44,29 @@ def run(request):
 
 
 class Noted(FromConstant):
-    """Remembers its answer where the test can see it."""
+    """Keeps its answer where the test can read it."""
 
     def update(self):
-        """Take it from the blackboard."""
         status = super().update()
         self.answer = Blackboard.get("answer") if Blackboard.exists("answer") else None
         return status
 
 
-def test_an_answer_goes_to_the_blackboard(run):
-    """As the message that it is."""
+def test_the_response_is_written_to_the_blackboard(run):
     leaf = Noted("Places", GetNamedPoses, "get_named_poses", GetNamedPoses.Request(), key_response="answer")
 
     assert Status.SUCCESS == run(leaf)
     assert "shelf" in [pose.name for pose in leaf.answer.poses]
 
 
-def test_a_request_of_which_nothing_came_fails_and_says_why(run):
-    """Though there was an answer."""
+def test_a_request_without_success_fails_with_the_reason(run):
     leaf = FromConstant("Break", InjectFault, "inject_fault", InjectFault.Request(type="earthquake"))
 
     assert Status.FAILURE == run(leaf)
     assert "earthquake" in leaf.feedback_message
 
 
-def test_a_service_that_there_is_not_fails_and_says_which_there_are(run):
-    """It is one line."""
+def test_an_unknown_service_fails_and_lists_the_known_ones(run):
     leaf = FromConstant("Reset", ResetSimulation, "reset_simulaton", ResetSimulation.Request())
 
     assert Status.FAILURE == run(leaf)
@@ -84,8 +80,7 @@ def test_a_service_that_there_is_not_fails_and_says_which_there_are(run):
         ("open", "get_named_poses takes simulation_interfaces/srv/GetNamedPoses_Request, got 'open'"),
     ],
 )
-def test_without_a_request_nothing_is_asked(client, request_, message):
-    """As with a goal."""
+def test_a_leaf_without_a_request_calls_no_service(client, request_, message):
     leaf = FromBlackboard("Places", GetNamedPoses, "get_named_poses", "request")
     leaf.setup(client=client)
     Blackboard.set("request", request_)
@@ -95,8 +90,7 @@ def test_without_a_request_nothing_is_asked(client, request_, message):
 
 
 @pytest.mark.parametrize("run", ["lockstep"], indirect=True)
-def test_what_a_service_has_changed_is_seen_at_the_same_instant(run):
-    """Though the topic was looked at before."""
+def test_the_effect_of_a_service_is_visible_at_the_same_instant(run):
     state = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
     request = SetEntityState.Request.model_validate({"entity": "wall_e", "state": state})
     steps = [
@@ -110,7 +104,7 @@ def test_what_a_service_has_changed_is_seen_at_the_same_instant(run):
 
 @pytest.mark.parametrize("run", ["lockstep"], indirect=True)
 def test_a_service_that_takes_simulated_time_fails_in_lockstep(run, monkeypatch):
-    """Time stands while the tree waits for it; nothing hangs."""
+    """Time is stopped while the tree waits for the response."""
     monkeypatch.setattr(service_clients, "_AT_ONCE", 2.0)
     pause = SetSimulationState.Request.model_validate({"state": {"state": 2}})
     step = FromConstant("Step", StepSimulation, "step_simulation", StepSimulation.Request(steps=10))

@@ -1,4 +1,4 @@
-"""What robots publish, as trees see it, against a real simulator."""
+"""Topics of robots as trees read them, from a real simulator."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ WORLD = {
 
 @pytest.fixture
 def lockstep():
-    """Return a client on which time waits."""
+    """Return a client that takes part in lockstep."""
     with served_world(WORLD, clock="lockstep") as options, Client(options) as client:
         yield client
 
 
 @pytest.fixture
 def asked(lockstep, monkeypatch):
-    """Return the list of the keys that are asked for."""
+    """Return the list of the keys that are queried."""
     keys = []
 
     def noted(ask, key, *arguments):
@@ -44,8 +44,8 @@ def asked(lockstep, monkeypatch):
     return keys
 
 
-def test_a_robot_is_asked_once_at_an_instant(lockstep, asked):
-    """However many of its leaves look."""
+def test_a_topic_is_queried_once_per_instant(lockstep, asked):
+    """All leaves share the reply."""
     topics = Topics(lockstep, asks=True)
     topics.watch("r3", "odom")
     lockstep.sleep(1.0)
@@ -56,8 +56,7 @@ def test_a_robot_is_asked_once_at_an_instant(lockstep, asked):
     assert ["hmrsim/r3/odom"] == asked
 
 
-def test_it_is_asked_anew_when_time_has_gone_by(lockstep):
-    """A battery has less by then."""
+def test_a_topic_is_queried_again_when_time_has_passed(lockstep):
     topics = Topics(lockstep, asks=True)
     topics.watch("r3", "battery_state")
     before = topics.latest("r3", "battery_state").percentage
@@ -66,8 +65,7 @@ def test_it_is_asked_anew_when_time_has_gone_by(lockstep):
     assert (1.0, 0.9) == (before, pytest.approx(topics.latest("r3", "battery_state").percentage))
 
 
-def test_it_is_asked_anew_when_something_was_changed(lockstep, asked):
-    """A robot may be elsewhere at the same instant."""
+def test_a_topic_is_queried_again_after_a_change(lockstep, asked):
     topics = Topics(lockstep, asks=True)
     topics.watch("r3", "odom")
     topics.latest("r3", "odom")
@@ -78,8 +76,7 @@ def test_it_is_asked_anew_when_something_was_changed(lockstep, asked):
     assert ["hmrsim/r3/odom"] == asked
 
 
-def test_a_disconnected_robot_has_its_last_known_battery(lockstep):
-    """As where time goes by itself, the last message of its battery stays."""
+def test_a_disconnected_robot_keeps_its_last_known_battery_state(lockstep):
     topics = Topics(lockstep, asks=True)
     topics.watch("r3", "battery_state")
     fault = {"type": "messages_lost", "robot": "r3", "duration": 60}
@@ -90,7 +87,7 @@ def test_a_disconnected_robot_has_its_last_known_battery(lockstep):
 
 
 def test_many_robots_are_asked_at_once(lockstep, asked):
-    """A few by themselves; from then on with one request, that of each instant."""
+    """A few robots are queried one by one, and many with one request per instant."""
     topics = Topics(lockstep, asks=True)
     for name in NAMES:
         topics.watch(name, "odom")
@@ -104,8 +101,7 @@ def test_many_robots_are_asked_at_once(lockstep, asked):
     assert [*(f"hmrsim/r{number}/odom" for number in range(4)), "hmrsim/*/odom"] * 2 == asked
 
 
-def test_what_a_robot_does_not_publish_is_said_when_the_tree_is_set_up():
-    """Before the first tick; the small world's robots have no battery."""
+def test_a_topic_that_the_robot_does_not_publish_fails_the_setup():
     with (
         served_world(clock="lockstep") as options,
         Client(options) as client,
@@ -114,8 +110,7 @@ def test_what_a_robot_does_not_publish_is_said_when_the_tree_is_set_up():
         Topics(client, asks=True).watch("wall_e", "battery_state")
 
 
-def test_each_message_wakes_the_watcher_where_time_goes_by_itself():
-    """The message is the latest one then."""
+def test_each_message_wakes_the_watcher_in_real_time():
     woken = Event()
     with served_world(WORLD, real_time_factor=100.0) as options, Client(options) as client:
         topics = Topics(client, asks=False)

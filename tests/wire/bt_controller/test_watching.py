@@ -1,4 +1,4 @@
-"""What the command shows of trees, in a real world whose time waits for them."""
+"""The command's output about its trees, in a real world in lockstep."""
 
 from __future__ import annotations
 
@@ -59,7 +59,6 @@ def test_a_failure_is_printed_with_its_reasons(capsys):
 
 
 def test_json_has_the_reasons_of_failures(capsys):
-    """The messages are fields of their own."""
     run("--json", "--quiet")
 
     (outcome,) = (json.loads(line) for line in capsys.readouterr().out.splitlines())
@@ -67,8 +66,7 @@ def test_json_has_the_reasons_of_failures(capsys):
     assert ["", True] == [each["message"] and "outside" in each["message"] for each in outcome["reasons"]["eve"]]
 
 
-def test_two_runs_have_the_same_transitions():
-    """Byte for byte, with simulated times."""
+def test_two_runs_print_the_same_transitions():
     logs = []
     for _ in range(2):
         run("--quiet", "--transitions", "log.jsonl")
@@ -88,8 +86,7 @@ def test_two_runs_have_the_same_transitions():
     ]
 
 
-def test_being_watched_changes_nothing():
-    """A subscriber of trees that also queries them all the time does not change what happens."""
+def test_watching_trees_does_not_change_the_run():
     run("--quiet", "--transitions", "alone.jsonl")
     over = threading.Event()
 
@@ -111,7 +108,6 @@ def test_being_watched_changes_nothing():
 
 
 def test_the_trees_can_be_drawn_as_they_ended():
-    """One graph a robot, with statuses."""
     run("--quiet", "--dot", "end.dot")
 
     lines = Path("end.dot").read_text().splitlines()
@@ -120,7 +116,6 @@ def test_the_trees_can_be_drawn_as_they_ended():
 
 
 def test_a_tree_can_be_drawn_without_running_it(capsys):
-    """Nothing but the graph is on stdout."""
     code = main(["check", "tree.xml", "--dot", "-"])
 
     out = capsys.readouterr().out
@@ -129,15 +124,14 @@ def test_a_tree_can_be_drawn_without_running_it(capsys):
 
 
 @pytest.mark.parametrize("option", ["--transitions", "--dot"])
-def test_a_file_that_can_not_be_written_is_exit_2(option, capsys):
-    """One line, with the option and the file."""
+def test_an_unwritable_file_is_one_line_with_its_option_and_exits_with_2(option, capsys):
     assert 2 == run("--quiet", option, "nowhere/x")
     assert (
         f"bt-controller: {option} nowhere/x: can't be written: no such file or directory\n" == capsys.readouterr().err
     )
 
 
-def test_a_picture_that_can_not_be_drawn_is_said_before_the_run(monkeypatch, capsys):
+def test_a_picture_that_can_not_be_drawn_fails_before_the_run(monkeypatch, capsys):
     """A mission may take hours."""
     monkeypatch.setenv("PATH", "")
 

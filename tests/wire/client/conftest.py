@@ -1,4 +1,4 @@
-"""A fake simulator: it answers by a script, loses what the script says, and dies on command."""
+"""A fake simulator that follows a script, loses chosen messages, and dies on command."""
 
 from __future__ import annotations
 
@@ -55,15 +55,13 @@ class FakeSimulator:
     # --- steps ---
 
     def accept(self, query: zenoh.Query, body: Body) -> None:
-        """Accept the goal."""
         answer = {"accepted": True, "goal_id": body["goal_id"], "stamp": STAMP}
         query.reply(query.key_expr, json.dumps(answer))
 
     def lose(self, query: zenoh.Query, body: Body) -> None:
-        """Take the request and say nothing: so does a lost reply look."""
+        """Accept the request without a reply, as when the reply is lost."""
 
     def hold(self, query: zenoh.Query, body: Body) -> None:
-        """Keep the request until `release`."""
         self._held.append((query, body))
 
     def canceling(self, query: zenoh.Query, body: Body) -> None:
@@ -72,7 +70,6 @@ class FakeSimulator:
         query.reply(query.key_expr, json.dumps({"return_code": 0, "goals_canceling": [info]}))
 
     def refuse(self, reason: str, status: int | None = None) -> Step:
-        """Do not accept the goal."""
 
         def step(query: zenoh.Query, body: Body) -> None:
             answer = {"accepted": False, "goal_id": body["goal_id"], "stamp": STAMP, "error_code": 1}
@@ -82,15 +79,12 @@ class FakeSimulator:
         return step
 
     def say(self, body: Body) -> Step:
-        """Reply with these fields."""
         return lambda query, _body: query.reply(query.key_expr, json.dumps(body))
 
     def say_error(self, payload: str) -> Step:
-        """Reply with Zenoh's error reply."""
         return lambda query, _body: query.reply_err(payload)
 
     def both(self, first: Step, second: Step) -> Step:
-        """Do one after the other."""
 
         def step(query: zenoh.Query, body: Body) -> None:
             first(query, body)
@@ -132,7 +126,6 @@ class FakeSimulator:
         self._token.undeclare()
 
     def publish_feedback(self, key: str, payload: str) -> None:
-        """Publish feedback."""
         self.session.put(key, payload)
 
     def has_subscriber(self, key: str) -> bool:
@@ -140,11 +133,9 @@ class FakeSimulator:
         return self._listened.now(key)
 
     def wait_for_subscriber(self, key: str, *, there: bool) -> None:
-        """Wait until a key has a subscriber, or has none any more."""
         self._listened.wait(key, there=there)
 
     def close(self) -> None:
-        """Die."""
         self._held.clear()
         self.session.close()
 
@@ -167,7 +158,6 @@ class Watched:
         self._changed = threading.Condition()
 
     def __call__(self, *item: Any) -> None:
-        """Keep an item, or the tuple of several."""
         with self._changed:
             self.items.append(item[0] if len(item) == 1 else item)
             self._changed.notify_all()
@@ -214,5 +204,4 @@ def client(simulator: FakeSimulator) -> Iterator[Client]:
 
 @pytest.fixture
 def watched() -> Watched:
-    """Something to give as a callback."""
     return Watched()

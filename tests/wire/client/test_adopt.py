@@ -1,4 +1,4 @@
-"""Following a goal that was sent in an earlier life, in both kinds of time."""
+"""Following a goal that was sent before a restart, in real time and in lockstep."""
 
 from __future__ import annotations
 
@@ -20,17 +20,14 @@ pytestmark = pytest.mark.parametrize("clock", CLOCKS)
 
 
 def wait(seconds):
-    """Return the goal to wait."""
     return Wait.Goal(time=Duration.from_seconds(seconds))
 
 
 def send(client, seconds=1.0, goal_id=GOAL_ID, robot="wall_e", *, adopt=True):
-    """Return the ticket of a goal."""
     return client.action_client(robot, ACTION).send_goal(wait(seconds), goal_id=goal_id, adopt=adopt)
 
 
 def test_an_unknown_goal_is_sent(clock):
-    """It is sent as any other goal."""
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         goal = send(client)
         goal.result(PATIENCE)
@@ -38,8 +35,8 @@ def test_an_unknown_goal_is_sent(clock):
     assert (False, None, GoalStatus.SUCCEEDED) == (goal.adopted, goal.found, goal.status)
 
 
-def test_a_goal_that_runs_is_followed(clock):
-    """The client gets its result when it has one, also of a goal that another client sent."""
+def test_a_running_goal_is_followed_to_its_result(clock):
+    """Another client may have sent it."""
     with served_world(**CLOCKS[clock]) as options:
         with Client(options, name="first") as client:
             send(client, 30.0).wait_accepted(5.0)
@@ -53,7 +50,6 @@ def test_a_goal_that_runs_is_followed(clock):
 
 @pytest.mark.parametrize("status", [GoalStatus.SUCCEEDED, GoalStatus.CANCELED])
 def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
-    """No simulated time goes by for it."""
     with served_world(**CLOCKS[clock]) as options:
         with Client(options, name="first") as client:
             first = send(client, 30.0)
@@ -69,7 +65,7 @@ def test_a_goal_that_has_ended_has_its_result_at_once(clock, status):
 
 
 def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
-    """Its result is not known, and the goal is not begun a second time."""
+    """Its result is unknown, and the goal is not executed again."""
     with served_world(keep_results=1, **CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(PATIENCE)
         send(client, goal_id="f" * 32).result(PATIENCE)
@@ -80,8 +76,7 @@ def test_a_goal_whose_result_has_expired_says_how_it_ended(clock):
     assert (True, GoalStatus.SUCCEEDED) == (goal.adopted, goal.status)
 
 
-def test_a_client_that_does_not_adopt_is_refused(clock):
-    """An id that another client has used is a mistake."""
+def test_without_adopt_the_id_of_an_existing_goal_is_refused(clock):
     with served_world(**CLOCKS[clock]) as options, Client(options) as client:
         send(client).result(PATIENCE)
         with pytest.raises(GoalRejectedError, match=r"duplicate_goal_id: goal .* was sent before and is SUCCEEDED"):

@@ -16,15 +16,14 @@ from hmrsim_zenoh.hosting.host import Host
 
 @pytest.fixture
 def options():
-    """Return how to connect to a café whose time is a hundred times as fast."""
+    """Return the options that connect to a café at a hundred times real time."""
     listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
     with Host(load_world("cafe"), listen, RunSettings(real_time_factor=100.0)) as host:
         host.start()
         yield SessionOptions(connect=(host.endpoints[0],))
 
 
-def test_robots_drive_at_once_and_events_come(options):
-    """Each in a task of its own; events are an iterator."""
+def test_robots_drive_in_concurrent_tasks_and_events_are_iterated(options):
 
     async def until_docked(events):
         async for event in events:
@@ -47,8 +46,7 @@ def test_robots_drive_at_once_and_events_come(options):
     assert asyncio.run(main()) == ["mocha"]
 
 
-def test_a_charge_is_waited_for(options):
-    """Where time does not stop for it, too."""
+def test_a_charge_is_awaited_in_real_time(options):
 
     async def main():
         async with AsyncClient(options=options) as client:
@@ -65,7 +63,7 @@ def test_a_charge_is_waited_for(options):
 
 
 def test_a_canceled_task_stops_its_robot(options):
-    """When the task has ended, the goal has."""
+    """The goal has ended when the task has."""
 
     async def main():
         async with AsyncClient(options=options) as client:
@@ -76,8 +74,7 @@ def test_a_canceled_task_stops_its_robot(options):
     asyncio.run(main())
 
 
-def test_time_goes_on_until_an_event_comes_over_zenoh():
-    """In lockstep, where no task waits for anything but events."""
+def test_lockstep_advances_while_tasks_wait_only_for_events():
 
     async def main(endpoint):
         async with AsyncClient(options=SessionOptions(connect=(endpoint,))) as client:
@@ -98,8 +95,7 @@ def test_time_goes_on_until_an_event_comes_over_zenoh():
     assert [("order_1", 30.0), ("order_2", 60.0), ("order_3", 90.0)] == times
 
 
-def test_a_simulator_that_is_gone_is_not_waited_for():
-    """Where time moves by itself, nothing else would tell."""
+def test_waiting_for_an_event_ends_when_the_simulator_goes():
     listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
     stack = ExitStack()
     host = stack.enter_context(Host(load_world("cafe"), listen, RunSettings()))
@@ -116,8 +112,7 @@ def test_a_simulator_that_is_gone_is_not_waited_for():
         asyncio.run(main())
 
 
-def test_a_robot_without_a_battery(options):
-    """Nothing answers for one that is not there."""
+def test_reading_a_missing_battery_is_an_error(options):
 
     async def main():
         async with AsyncClient(options=options) as client:
@@ -127,8 +122,8 @@ def test_a_robot_without_a_battery(options):
         asyncio.run(main())
 
 
-def test_the_options_of_the_session_may_come_first(options):
-    """As `Client` takes them."""
+def test_session_options_can_be_passed_first(options):
+    """The order is that of `Client`."""
 
     async def main():
         async with AsyncClient(options) as client:

@@ -1,4 +1,4 @@
-"""Why goals did not succeed, as clients are told by a real simulator."""
+"""Causes of goals that did not succeed, as clients receive them from a real simulator."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from tests.served_world import served_world
 
 @pytest.fixture(params=[{"clock": "lockstep"}, {"real_time_factor": 50.0}], ids=["lockstep", "realtime"])
 def client(request):
-    """Return a client of a simulator whose time passes in this way."""
+    """Return a client of a simulator with this clock."""
     with served_world(**request.param) as options, Client(options, name="nurse") as client:
         yield client
 
 
 @pytest.mark.parametrize("verb", ["send_goal", "execute"])
-def test_a_goal_that_is_preempted_says_so(client, verb):
-    """One that succeeds has no cause, and none that goes on."""
+def test_a_preempted_goal_has_its_cause(client, verb):
+    """Goals that succeeded or still run have none."""
     wait = client.action_client("wall_e", registry()["wait"])
     first = getattr(wait, verb)(Wait.Goal(time=Duration(sec=600)))
     first.wait_accepted(PATIENCE)
@@ -35,8 +35,7 @@ def test_a_goal_that_is_preempted_says_so(client, verb):
     assert (first.cause, second.cause) == ("preempted", "")
 
 
-def test_a_commander_raises_it(client):
-    """With the error that says the rest."""
+def test_the_error_of_a_commander_has_the_cause(client):
     with pytest.raises(GoalFailed) as caught:
         Commander(client, "wall_e").go_to_pose(-1e6, 0.0)
 

@@ -1,4 +1,4 @@
-"""The client against a simulator that loses, refuses, hangs and dies."""
+"""The client, with a simulator that loses requests, rejects, hangs and dies."""
 
 from __future__ import annotations
 
@@ -41,7 +41,6 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 @pytest.fixture
 def wait_client(client):
-    """Sends wall_e waiting goals."""
     return client.action_client("wall_e", registry()["wait"])
 
 
@@ -49,7 +48,6 @@ def wait_client(client):
 
 
 def test_a_goal_ends_with_its_result(simulator, wait_client):
-    """The ticket has the terminal status and the action's own result message."""
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED, total_elapsed_time={"sec": 2, "nanosec": 0})]
     goal = wait_client.send_goal(GOAL)
 
@@ -58,7 +56,6 @@ def test_a_goal_ends_with_its_result(simulator, wait_client):
 
 
 def test_the_request_has_the_goal_and_the_clients_id(simulator, wait_client):
-    """The JSON is what the contract says."""
     goal = wait_client.send_goal(GOAL)
 
     assert simulator.wait_for(Verb.SEND_GOAL) == [{"goal_id": goal.goal_id, "goal": {"time": {"sec": 2, "nanosec": 0}}}]
@@ -66,7 +63,7 @@ def test_the_request_has_the_goal_and_the_clients_id(simulator, wait_client):
 
 
 def test_a_goal_may_be_given_in_plain_values(simulator, wait_client):
-    """The simulator looks whether they are right, not the client."""
+    """The simulator validates them, not the client."""
     simulator.steps["send_goal"] = [simulator.say_error('{"error": "goal.tiem: Extra inputs are not permitted"}')]
     goal = wait_client.send_goal({"tiem": {"sec": 2}})
 
@@ -76,8 +73,7 @@ def test_a_goal_may_be_given_in_plain_values(simulator, wait_client):
 
 
 @pytest.mark.parametrize(("status", "result"), [(SUCCEEDED, None), (ABORTED, Wait.Result(error_msg="tired"))])
-def test_a_result_that_is_not_wanted_is_read_only_if_the_goal_failed(simulator, wait_client, status, result):
-    """It says why; of one that succeeded the status is enough, whatever the result has in it."""
+def test_an_unwanted_result_is_decoded_only_if_the_goal_failed(simulator, wait_client, status, result):
     fields = {"error_msg": "tired"} if result else {"of_another_version": 1}
     simulator.steps["get_result"] = [simulator.end(status, **fields)]
     done = threading.Event()
@@ -88,7 +84,6 @@ def test_a_result_that_is_not_wanted_is_read_only_if_the_goal_failed(simulator, 
 
 
 def test_an_aborted_goal_has_a_result_too(simulator, wait_client):
-    """Whatever the terminal status, the result is returned and says why."""
     simulator.steps["get_result"] = [simulator.end(ABORTED, error_code=740, error_msg="tired")]
     goal = wait_client.send_goal(GOAL)
 
@@ -97,7 +92,7 @@ def test_an_aborted_goal_has_a_result_too(simulator, wait_client):
 
 
 def test_the_result_is_asked_for_before_acceptance_is_known(simulator, wait_client):
-    """A goal costs one round trip: send_goal is still held when get_result comes, once."""
+    """A goal costs one round trip: get_result arrives while send_goal is still held."""
     simulator.steps["send_goal"] = [simulator.hold]
     goal = wait_client.send_goal(GOAL)
     simulator.wait_for(Verb.GET_RESULT)
@@ -109,15 +104,13 @@ def test_the_result_is_asked_for_before_acceptance_is_known(simulator, wait_clie
     assert simulator.count(Verb.GET_RESULT) == 1
 
 
-def test_the_callers_goal_id_is_used(simulator, wait_client):
-    """Hyphens are dropped."""
+def test_the_callers_goal_id_is_used_without_hyphens(simulator, wait_client):
     goal = wait_client.send_goal(GOAL, goal_id="01234567-89AB-cdef-0123-456789abcdef")
 
     assert (goal.goal_id, simulator.wait_for(Verb.SEND_GOAL)[0]["goal_id"]) == (ID, ID)
 
 
-def test_a_callers_mistakes_are_reported_at_once(client, wait_client):
-    """A bad id, another action's goal or a wildcard for a robot never reach the wire."""
+def test_invalid_arguments_are_reported_without_a_request(client, wait_client):
     with pytest.raises(ValueError, match="'short' is not a UUID"):
         wait_client.send_goal(GOAL, goal_id="short")
     with pytest.raises(TypeError, match="wait takes nav2_msgs/action/Wait_Goal"):
@@ -126,8 +119,7 @@ def test_a_callers_mistakes_are_reported_at_once(client, wait_client):
         client.action_client("*", registry()["wait"])
 
 
-def test_changes_are_reported_in_order(simulator, wait_client):
-    """There is one call for the acceptance, and one for the end."""
+def test_acceptance_and_end_are_reported_in_order(simulator, wait_client):
     seen = []
     goal = wait_client.send_goal(GOAL, on_change=lambda goal: seen.append((goal.status, goal.done)))
     goal.wait_accepted(PATIENCE)
@@ -138,8 +130,7 @@ def test_changes_are_reported_in_order(simulator, wait_client):
     assert seen == [(GoalStatus.ACCEPTED, False), (GoalStatus.SUCCEEDED, True)]
 
 
-def test_a_callback_that_raises_harms_nothing(simulator, wait_client, caplog):
-    """The goal goes its way, and the log says what happened."""
+def test_a_callback_that_raises_is_logged_and_the_goal_continues(simulator, wait_client, caplog):
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
     goal = wait_client.send_goal(GOAL, on_change=lambda _goal: 1 / 0)
 
@@ -148,7 +139,7 @@ def test_a_callback_that_raises_harms_nothing(simulator, wait_client, caplog):
 
 
 def test_callbacks_may_send_goals(simulator, wait_client, watched):
-    """A chain of goals without a thread of one's own: each is sent when the one before has ended."""
+    """Each goal of a chain is sent when the previous one has ended."""
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
 
     def go_on(goal):
@@ -165,8 +156,7 @@ def test_callbacks_may_send_goals(simulator, wait_client, watched):
 # --- refusals ------------------------------------------------------------------------------------------------
 
 
-def test_a_rejected_goal_says_why(simulator, wait_client):
-    """The reason is a word, the message is for people; the result's answer of status 0 does not matter."""
+def test_a_rejected_goal_has_a_reason_and_a_message(simulator, wait_client):
     simulator.steps["send_goal"] = [simulator.refuse("busy")]
     simulator.steps["get_result"] = [simulator.end(0)]
     goal = wait_client.send_goal(GOAL)
@@ -179,7 +169,7 @@ def test_a_rejected_goal_says_why(simulator, wait_client):
 
 
 def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
-    """The id belongs to another client's goal: neither that goal nor its result is ours."""
+    """The id belongs to another client's goal, whose result is not ours."""
     simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
     goal = wait_client.send_goal(GOAL, goal_id=ID)
 
@@ -187,8 +177,7 @@ def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
         goal.result(PATIENCE)
 
 
-def test_an_error_reply_has_its_details(simulator, wait_client):
-    """Fields that can't be read are listed one by one."""
+def test_an_error_reply_lists_the_invalid_fields(simulator, wait_client):
     details = [{"field": "goal.time.sec", "message": "too large", "value": 1}]
     simulator.steps["send_goal"] = [simulator.say_error(json.dumps({"error": "no", "details": details}))]
     goal = wait_client.send_goal(GOAL)
@@ -198,8 +187,7 @@ def test_an_error_reply_has_its_details(simulator, wait_client):
     assert caught.value.details == tuple(details)
 
 
-def test_an_error_that_is_not_json_is_shown_as_it_is(simulator, wait_client):
-    """Another node's queryable may reply anything."""
+def test_an_error_that_is_not_json_is_shown_unchanged(simulator, wait_client):
     simulator.steps["send_goal"] = [simulator.say_error("kaputt")]
 
     with pytest.raises(RequestError, match="kaputt"):
@@ -207,8 +195,7 @@ def test_an_error_that_is_not_json_is_shown_as_it_is(simulator, wait_client):
 
 
 @pytest.mark.parametrize("verb", ["send_goal", "get_result"])
-def test_an_answer_that_can_not_be_read_is_an_error(simulator, wait_client, verb):
-    """It is not waited for another."""
+def test_a_malformed_reply_is_an_error(simulator, wait_client, verb):
     simulator.steps["get_result"] = [simulator.hold]
     simulator.steps[verb] = [simulator.say({"nonsense": 1})]
 
@@ -220,7 +207,7 @@ def test_an_answer_that_can_not_be_read_is_an_error(simulator, wait_client, verb
 
 
 def test_a_goal_whose_answer_was_lost_is_sent_again(simulator, wait_client):
-    """The duplicate that the second try meets is our own goal: accepted, in the status that it has."""
+    """The second request finds our own goal: it counts as accepted, with its present status."""
     simulator.steps["send_goal"] = [simulator.lose, simulator.refuse("duplicate_goal_id", status=2)]
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -230,7 +217,7 @@ def test_a_goal_whose_answer_was_lost_is_sent_again(simulator, wait_client):
 
 
 def test_a_duplicate_that_has_ended_is_accepted_until_its_result_comes(simulator, wait_client):
-    """A terminal status without a result would be half the truth."""
+    """A terminal status is reported only with its result."""
     simulator.steps["send_goal"] = [simulator.lose, simulator.refuse("duplicate_goal_id", status=ABORTED)]
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -243,7 +230,7 @@ def test_a_duplicate_that_has_ended_is_accepted_until_its_result_comes(simulator
 
 
 def test_a_goal_that_never_came_through_is_accepted_later(simulator, wait_client):
-    """Both first requests are lost; the result is asked for again when the goal is accepted."""
+    """Both first requests are lost, so the result is requested again after the acceptance."""
     simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
     simulator.steps["get_result"] = [simulator.lose, simulator.end(SUCCEEDED)]
 
@@ -258,8 +245,7 @@ def test_a_result_asked_for_too_early_is_asked_for_again(simulator, wait_client)
     assert wait_client.send_goal(GOAL).result(PATIENCE) == Wait.Result()
 
 
-def test_an_early_status_0_that_comes_late_is_not_believed(simulator, wait_client):
-    """The answer to a question from before the acceptance may come after it."""
+def test_status_0_from_before_the_acceptance_is_ignored_when_it_comes_late(simulator, wait_client):
     simulator.steps["send_goal"] = [simulator.hold]
     simulator.steps["get_result"] = [simulator.hold, simulator.end(SUCCEEDED)]
     goal = wait_client.send_goal(GOAL)
@@ -273,7 +259,7 @@ def test_an_early_status_0_that_comes_late_is_not_believed(simulator, wait_clien
 
 @pytest.mark.parametrize("loss", ["silence", "timeout"])
 def test_a_result_whose_answer_was_lost_is_asked_for_again(simulator, wait_client, loss):
-    """No reply, or the end of Zenoh's own patience: the goal is still there, so ask."""
+    """Neither a missing reply nor Zenoh's own timeout means that the goal is gone."""
     lost = {"silence": simulator.lose, "timeout": simulator.say_error("Timeout")}[loss]
     simulator.steps["get_result"] = [simulator.hold, lost, lost, simulator.end(SUCCEEDED)]
     goal = wait_client.send_goal(GOAL)
@@ -286,7 +272,7 @@ def test_a_result_whose_answer_was_lost_is_asked_for_again(simulator, wait_clien
 
 
 def test_a_goal_that_is_never_answered_times_out(simulator, wait_client):
-    """The simulator is there but says nothing: an error in time, and the goal is canceled in case it came through."""
+    """The goal is canceled as well, since the simulator may have accepted it."""
     simulator.steps["send_goal"] = [simulator.lose]
     simulator.steps["get_result"] = [simulator.lose]
     goal = wait_client.send_goal(GOAL)
@@ -297,7 +283,7 @@ def test_a_goal_that_is_never_answered_times_out(simulator, wait_client):
 
 
 def test_waiting_for_a_result_can_time_out(simulator, wait_client):
-    """The goal goes on, and its result may still come."""
+    """The goal continues, and its result may still come."""
     goal = wait_client.send_goal(GOAL)
     with pytest.raises(GoalTimeout, match=r"no result of goal .* after 0.05 s; it goes on"):
         goal.result(0.05)
@@ -308,8 +294,7 @@ def test_waiting_for_a_result_can_time_out(simulator, wait_client):
     assert goal.result(PATIENCE) == Wait.Result()
 
 
-def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
-    """A TimeoutError is raised, for callers that know no other error."""
+def test_waiting_for_acceptance_raises_timeout_error(simulator, wait_client):
     simulator.steps["send_goal"] = [simulator.hold]
 
     with pytest.raises(TimeoutError, match="no answer to goal"):
@@ -319,8 +304,8 @@ def test_waiting_for_acceptance_can_time_out(simulator, wait_client):
 # --- a simulator that goes -----------------------------------------------------------------------------------
 
 
-def test_the_clock_of_a_simulator_that_is_slow_to_say_it_is_not_guessed(simulator):
-    """As on a busy machine: a controller that took it for real time would wait for ever, and time for it."""
+def test_the_clock_of_a_slow_simulator_is_not_guessed(simulator):
+    """A controller that took lockstep for real time would wait forever."""
     losses = iter([simulator.lose] * 4)
     lockstep = simulator.say({"clock": "lockstep"})
 
@@ -338,7 +323,6 @@ def test_the_clock_of_a_simulator_that_is_slow_to_say_it_is_not_guessed(simulato
 
 
 def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
-    """Within the grace and a bit; no waiting for ever."""
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
     simulator.wait_for(Verb.GET_RESULT)
@@ -350,7 +334,7 @@ def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
 
 
 def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client):
-    """The result is held, and will be for ever: the missing token shows it."""
+    """The result is held forever, and only the missing token shows it."""
     goal = wait_client.send_goal(GOAL)
     simulator.wait_for(Verb.GET_RESULT)
     simulator.vanish()
@@ -359,8 +343,7 @@ def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client
         goal.result(PATIENCE)
 
 
-def test_a_goal_sent_to_a_dead_simulator_fails(simulator, client, wait_client):
-    """The simulator was there before: the error is another one than for no simulator."""
+def test_a_goal_sent_to_a_simulator_that_has_gone_fails(simulator, client, wait_client):
     client.wait_for_simulator(PATIENCE)
     simulator.close()
 
@@ -368,8 +351,8 @@ def test_a_goal_sent_to_a_dead_simulator_fails(simulator, client, wait_client):
         wait_client.send_goal(GOAL).result(PATIENCE)
 
 
-def test_a_goal_survives_a_short_absence(simulator, another):
-    """The network was away; the same goal is known when it is back, and its result is asked for again."""
+def test_a_goal_survives_a_short_network_outage(simulator, another):
+    """The same goal is known afterwards, and its result is requested again."""
     with Client(SessionOptions(connect=(simulator.endpoint,)), grace=30.0) as client:
         goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
         goal.wait_accepted(PATIENCE)
@@ -383,7 +366,7 @@ def test_a_goal_survives_a_short_absence(simulator, another):
 
 
 def test_a_restarted_simulator_does_not_know_the_goal(simulator, another):
-    """It answers with status 0, which for an accepted goal means that it is lost."""
+    """Its status 0 means that the accepted goal is lost."""
     with Client(SessionOptions(connect=(simulator.endpoint,)), grace=30.0) as client:
         goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
         goal.wait_accepted(PATIENCE)
@@ -397,8 +380,7 @@ def test_a_restarted_simulator_does_not_know_the_goal(simulator, another):
             goal.result(PATIENCE)
 
 
-def test_callbacks_may_send_goals_when_the_simulator_is_gone(simulator, wait_client, watched):
-    """They fail, too; nothing hangs."""
+def test_goals_that_callbacks_send_after_the_simulator_has_gone_fail(simulator, wait_client, watched):
 
     def try_again(goal):
         if goal.done:
@@ -414,7 +396,7 @@ def test_callbacks_may_send_goals_when_the_simulator_is_gone(simulator, wait_cli
 
 
 def test_a_router_without_a_simulator_is_no_simulator(another):
-    """The client is connected, but there is no token: the error comes after the grace."""
+    """The client is connected but sees no token, so the error comes after the grace."""
     router = another(present=False)
     router.steps["send_goal"] = router.steps["get_result"] = [router.lose]
     with Client(SessionOptions(connect=(router.endpoint,)), grace=0.2) as client:
@@ -429,8 +411,7 @@ def test_a_router_without_a_simulator_is_no_simulator(another):
 # --- cancel --------------------------------------------------------------------------------------------------
 
 
-def test_cancel_is_sent_with_the_goals_own_id(simulator, wait_client, watched):
-    """The status is CANCELING when the simulator says so, CANCELED when the goal has ended."""
+def test_a_canceled_goal_is_canceling_and_then_canceled(simulator, wait_client, watched):
     simulator.steps["cancel_goal"] = [simulator.canceling]
     goal = wait_client.send_goal(GOAL, on_change=lambda goal: watched(goal.status))
     goal.wait_accepted(PATIENCE)
@@ -446,7 +427,7 @@ def test_cancel_is_sent_with_the_goals_own_id(simulator, wait_client, watched):
 
 
 def test_a_cancel_waits_for_the_acceptance(simulator, wait_client):
-    """Only a goal that was accepted can be canceled; a cancel that is requested twice is sent once."""
+    """A cancel that is requested twice is sent once."""
     simulator.steps["send_goal"] = [simulator.hold]
     goal = wait_client.send_goal(GOAL)
     simulator.wait_for(Verb.GET_RESULT)
@@ -462,7 +443,6 @@ def test_a_cancel_waits_for_the_acceptance(simulator, wait_client):
 
 
 def test_a_cancel_of_a_rejected_goal_is_never_sent(simulator, wait_client):
-    """There is nothing to cancel."""
     simulator.steps["send_goal"] = [simulator.hold]
     goal = wait_client.send_goal(GOAL)
     goal.cancel()
@@ -475,7 +455,6 @@ def test_a_cancel_of_a_rejected_goal_is_never_sent(simulator, wait_client):
 
 
 def test_a_cancel_whose_answer_was_lost_is_sent_again(simulator, wait_client):
-    """Until there is an answer, or the goal is done."""
     simulator.steps["cancel_goal"] = [simulator.lose, simulator.lose, simulator.canceling]
     goal = wait_client.send_goal(GOAL)
     goal.cancel()
@@ -484,8 +463,7 @@ def test_a_cancel_whose_answer_was_lost_is_sent_again(simulator, wait_client):
 
 
 @pytest.mark.parametrize("code", [2, 3])
-def test_a_cancel_that_comes_too_late_leaves_it_to_the_result(simulator, wait_client, code):
-    """The goal is over or not known: the reply to get_result says which."""
+def test_after_a_late_cancel_the_result_decides(simulator, wait_client, code):
     simulator.steps["cancel_goal"] = [simulator.say({"return_code": code, "goals_canceling": []})]
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -499,8 +477,7 @@ def test_a_cancel_that_comes_too_late_leaves_it_to_the_result(simulator, wait_cl
     assert goal.status is GoalStatus.SUCCEEDED
 
 
-def test_a_refused_cancel_can_be_asked_again(simulator, wait_client):
-    """Return code 1: not now."""
+def test_a_rejected_cancel_can_be_requested_again(simulator, wait_client):
     simulator.steps["cancel_goal"] = [simulator.say({"return_code": 1, "goals_canceling": []})]
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -512,7 +489,6 @@ def test_a_refused_cancel_can_be_asked_again(simulator, wait_client):
 
 
 def test_all_goals_of_an_action_can_be_canceled(simulator, wait_client):
-    """No goal is named; the answer is waited for."""
     simulator.steps["cancel_goal"] = [simulator.canceling]
     wait_client.cancel_all()
 
@@ -521,8 +497,7 @@ def test_all_goals_of_an_action_can_be_canceled(simulator, wait_client):
     )
 
 
-def test_a_cancel_of_all_goals_that_is_refused_is_an_error(simulator, wait_client):
-    """As the simulator says it."""
+def test_a_rejected_cancel_of_all_goals_is_an_error(simulator, wait_client):
     simulator.steps["cancel_goal"] = [simulator.say_error('{"error": "no such action", "details": []}')]
 
     with pytest.raises(RequestError, match="no such action"):
@@ -530,7 +505,6 @@ def test_a_cancel_of_all_goals_that_is_refused_is_an_error(simulator, wait_clien
 
 
 def test_an_unanswered_cancel_of_all_goals_is_an_error(simulator, wait_client):
-    """It is not known whether any goal ends."""
     simulator.steps["cancel_goal"] = [simulator.lose]
 
     with pytest.raises(RequestTimeout, match="/wall_e/wait: no answer to a cancel"):
@@ -543,12 +517,12 @@ FEEDBACK_KEY = "hmrsim/wall_e/wait/_action/feedback"
 
 
 def feedback(goal_id: str, seconds: int) -> str:
-    """Return the payload of feedback."""
+    """Return a payload of feedback."""
     return json.dumps({"goal_id": goal_id, "feedback": {"time_left": {"sec": seconds, "nanosec": 0}}})
 
 
-def test_feedback_comes_for_the_own_goal_only(simulator, wait_client, watched):
-    """Others' feedback is on the same key; what can't be read is skipped."""
+def test_a_goal_gets_only_its_own_feedback(simulator, wait_client, watched):
+    """Feedback of other goals arrives on the same key, and malformed feedback is skipped."""
     goal = wait_client.send_goal(GOAL, goal_id=ID, on_feedback=watched)
     goal.wait_accepted(PATIENCE)
     for payload in (feedback(OTHER_ID, 9), "nonsense", feedback(ID, 2), feedback(ID, 1)):
@@ -562,7 +536,7 @@ def test_feedback_comes_for_the_own_goal_only(simulator, wait_client, watched):
 
 
 def test_there_is_no_feedback_after_the_end(simulator, wait_client, watched):
-    """What comes later is dropped; a second goal shows that it has come."""
+    """A second goal shows that the late feedback has arrived."""
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED), simulator.hold]
     goal = wait_client.send_goal(GOAL, goal_id=ID, on_feedback=watched)
     goal.result(PATIENCE)
@@ -574,8 +548,7 @@ def test_there_is_no_feedback_after_the_end(simulator, wait_client, watched):
     assert goal.feedback is None
 
 
-def test_feedback_may_lead_to_a_cancel(simulator, wait_client):
-    """Callbacks may use the ticket."""
+def test_a_feedback_callback_can_cancel_the_goal(simulator, wait_client):
     goals = []
     goals.append(wait_client.send_goal(GOAL, goal_id=ID, on_feedback=lambda _: goals[0].cancel()))
     goals[0].wait_accepted(PATIENCE)
@@ -585,7 +558,7 @@ def test_feedback_may_lead_to_a_cancel(simulator, wait_client):
 
 
 def test_the_client_subscribes_only_to_feedback_with_a_callback(simulator, wait_client):
-    """The simulator need not compute feedback without subscribers."""
+    """The simulator computes no feedback without subscribers."""
     wait_client.send_goal(GOAL).wait_accepted(PATIENCE)
     assert not simulator.has_subscriber(FEEDBACK_KEY)
 
@@ -596,8 +569,7 @@ def test_the_client_subscribes_only_to_feedback_with_a_callback(simulator, wait_
 # --- closing -------------------------------------------------------------------------------------------------
 
 
-def test_closing_the_client_fails_what_is_under_way(client, wait_client):
-    """A thread that waits for a result gets the error."""
+def test_closing_the_client_fails_its_open_goals(client, wait_client):
     goal = wait_client.send_goal(GOAL)
     goal.wait_accepted(PATIENCE)
     caught = []
@@ -623,7 +595,7 @@ def test_closing_the_client_fails_what_is_under_way(client, wait_client):
 
 
 def test_a_borrowed_session_stays_open(simulator):
-    """The owner closes the session; the client leaves nothing behind on it."""
+    """The client undeclares everything that it declared on the session."""
     with open_client(SessionOptions(connect=(simulator.endpoint,))) as session:
         with Client(session=session) as client:
             sending = client.action_client("wall_e", registry()["wait"])
@@ -633,8 +605,7 @@ def test_a_borrowed_session_stays_open(simulator):
         assert not session.is_closed()
 
 
-def test_a_process_that_forgets_to_close_ends_all_the_same(simulator):
-    """With a goal under way, feedback wanted and a topic followed; its session is closed while Python still runs."""
+def test_a_process_that_does_not_close_its_client_still_ends(simulator):
     script = f"""
 import atexit
 atexit.register(lambda: print(client.session.is_closed()))
@@ -656,7 +627,6 @@ print(client.alive)
 
 
 def test_presence_follows_the_token(simulator, client):
-    """Known at the first look, and after the simulator has gone."""
     assert client.alive
 
     simulator.close()
@@ -666,8 +636,7 @@ def test_presence_follows_the_token(simulator, client):
     assert not client.alive
 
 
-def test_waiting_for_a_simulator_that_does_not_come(another):
-    """There is no simulator; the error says where the client looked."""
+def test_waiting_for_a_missing_simulator_names_the_endpoint(another):
     router = another(present=False)
     with Client(SessionOptions(connect=(router.endpoint,))) as client:
         assert not client.alive
@@ -675,8 +644,7 @@ def test_waiting_for_a_simulator_that_does_not_come(another):
             client.wait_for_simulator(0.05)
 
 
-def test_waiting_for_a_simulator_that_comes(another):
-    """Its token is enough."""
+def test_waiting_for_a_simulator_ends_with_its_token(another):
     router = another(present=False)
     with Client(SessionOptions(connect=(router.endpoint,))) as client:
         token = router.session.liveliness().declare_token("hmrsim/_world/alive")
@@ -687,7 +655,7 @@ def test_waiting_for_a_simulator_that_comes(another):
 
 
 def serve(simulator, key, step):
-    """Answer requests on a key; return the payloads that came."""
+    """Answer requests on a key, and return the payloads received."""
     came = []
 
     def on_query(query):
@@ -698,8 +666,7 @@ def serve(simulator, key, step):
     return came
 
 
-def test_info_is_what_the_simulator_says_of_itself(simulator, client):
-    """A JSON object."""
+def test_info_is_the_description_of_the_simulator(simulator, client):
     simulator.inform = simulator.say({"contract": 1, "robots": []})
 
     assert client.info() == {"contract": 1, "robots": []}
@@ -707,7 +674,6 @@ def test_info_is_what_the_simulator_says_of_itself(simulator, client):
 
 @pytest.mark.parametrize("body", ["[]", "{"])
 def test_info_that_is_not_an_object_is_an_error(simulator, client, body):
-    """The error names the key."""
     simulator.inform = lambda query, _: query.reply(query.key_expr, body)
 
     with pytest.raises(UnreadableError, match=r"^hmrsim/_world/info: "):
@@ -715,7 +681,6 @@ def test_info_that_is_not_an_object_is_an_error(simulator, client, body):
 
 
 def test_a_request_carries_its_payload(simulator, client):
-    """A service of the world."""
     came = serve(simulator, "hmrsim/_world/step_simulation", simulator.say({"ok": 1}))
 
     assert client.get("hmrsim/_world/step_simulation", payload=b'{"steps":1}') == b'{"ok": 1}'
@@ -723,21 +688,18 @@ def test_a_request_carries_its_payload(simulator, client):
 
 
 def test_an_error_reply_to_a_request_is_raised(simulator, client):
-    """With its details."""
     simulator.inform = simulator.say_error('{"error": "no", "details": []}')
 
     with pytest.raises(RequestError, match="no"):
         client.info()
 
 
-def test_a_key_that_nothing_answers_on_is_unreachable(client):
-    """The simulator is there, and the key is wrong."""
+def test_a_key_without_a_queryable_is_unreachable(client):
     with pytest.raises(Unreachable, match="nothing answers on 'hmrsim/eve/odom'"):
         client.get("hmrsim/eve/odom")
 
 
-def test_a_value_whose_answer_was_lost_is_asked_for_again(simulator, client):
-    """Reading does no harm."""
+def test_a_lost_reading_is_repeated(simulator, client):
     came = serve(simulator, "hmrsim/_world/clock", simulator.lose)
     with pytest.raises(Unreachable, match="clock"):
         client.get("hmrsim/_world/clock")
@@ -745,8 +707,7 @@ def test_a_value_whose_answer_was_lost_is_asked_for_again(simulator, client):
     assert len(came) == 2
 
 
-def test_a_request_that_may_have_done_something_is_not_sent_twice(simulator, client):
-    """A step may have been taken although the reply was lost."""
+def test_a_lost_request_that_may_have_had_an_effect_is_not_repeated(simulator, client):
     came = serve(simulator, "hmrsim/_world/step_simulation", simulator.lose)
     with pytest.raises(Unreachable, match="step_simulation"):
         client.get("hmrsim/_world/step_simulation", payload=b"{}")
@@ -755,15 +716,13 @@ def test_a_request_that_may_have_done_something_is_not_sent_twice(simulator, cli
 
 
 def test_a_value_that_takes_too_long_times_out(simulator, client):
-    """Held for ever by the simulator."""
     serve(simulator, "hmrsim/_world/clock", simulator.hold)
 
     with pytest.raises(RequestTimeout, match=r"'hmrsim/_world/clock': no answer in 0.1 s"):
         client.get("hmrsim/_world/clock", 0.1)
 
 
-def test_all_values_are_there_when_all_have_answered(simulator, client):
-    """However long the last one might take; for keys without any, at once."""
+def test_a_reading_of_all_ends_with_the_last_reply(simulator, client):
     for key in ("hmrsim/ann/odom", "hmrsim/bob/odom"):
         serve(simulator, key, lambda query, _body, key=key: query.reply(key, b"{}"))
 
@@ -771,8 +730,7 @@ def test_all_values_are_there_when_all_have_answered(simulator, client):
     assert {} == client.get_all("hmrsim/*/battery_state", FOR_EVER)
 
 
-def test_a_value_without_a_simulator(another):
-    """Without a simulator the query is an error."""
+def test_a_reading_without_a_simulator_is_an_error(another):
     router = another(present=False)
     options = SessionOptions(connect=(router.endpoint,))
     with Client(options, grace=0.1) as client, pytest.raises(SimulatorNotFound, match="no simulator answers"):
@@ -780,27 +738,19 @@ def test_a_value_without_a_simulator(another):
 
 
 def test_a_topic_is_followed_until_it_is_closed(simulator, client, watched):
-    """Key and payload of each sample, in order."""
     subscription = client.subscribe("hmrsim/*/odom", watched)
     simulator.wait_for_subscriber("hmrsim/wall_e/odom", there=True)
     simulator.session.put("hmrsim/wall_e/odom", b"1")
     simulator.session.put("hmrsim/eve/odom", b"2")
 
-    assert watched.wait(lambda seen: len(seen) == 2) == [
-        ("hmrsim/wall_e/odom", b"1"),
-        ("hmrsim/eve/odom", b"2"),
-    ]
+    assert watched.wait(lambda seen: len(seen) == 2) == [("hmrsim/wall_e/odom", b"1"), ("hmrsim/eve/odom", b"2")]
     subscription.close()
     simulator.wait_for_subscriber("hmrsim/wall_e/odom", there=False)
 
 
-def test_a_subscriber_with_history_gets_the_latest(simulator, client, watched):
-    """The subscriber gets what was published before it was declared."""
+def test_a_subscriber_with_history_gets_the_latest_sample(simulator, client, watched):
     publisher = ext.declare_advanced_publisher(
-        simulator.session,
-        "hmrsim/_world/clock",
-        cache=ext.CacheConfig(max_samples=1),
-        publisher_detection=True,
+        simulator.session, "hmrsim/_world/clock", cache=ext.CacheConfig(max_samples=1), publisher_detection=True
     )
     publisher.put(b"1")
     publisher.put(b"2")
@@ -810,8 +760,8 @@ def test_a_subscriber_with_history_gets_the_latest(simulator, client, watched):
 
 
 @pytest.mark.parametrize("key", ["", "/hmrsim", "a//b"])
-def test_a_malformed_key_is_the_callers_mistake(client, key):
-    """Zenoh would not say that it is the key."""
+def test_a_malformed_key_is_named(client, key):
+    """Zenoh's own error does not mention the key."""
     with pytest.raises(ValueError, match="is not a key"):
         client.get(key)
     with pytest.raises(ValueError, match="is not a key"):
@@ -819,7 +769,7 @@ def test_a_malformed_key_is_the_callers_mistake(client, key):
 
 
 def test_a_closed_session_ends_everything(simulator):
-    """Even when it was closed behind the client's back: nothing waits for ever."""
+    """This includes a session that is closed behind the client's back."""
     session = open_client(SessionOptions(connect=(simulator.endpoint,)))
     with Client(session=session) as client:
         goal = client.action_client("wall_e", registry()["wait"]).send_goal(GOAL)
@@ -833,7 +783,6 @@ def test_a_closed_session_ends_everything(simulator):
             client.wait_for_simulator(PATIENCE)
 
 
-def test_a_bad_prefix_is_a_bad_option():
-    """Before anything is opened."""
+def test_a_bad_prefix_is_reported_before_connecting():
     with pytest.raises(BadOptions, match=r"--prefix: prefix 'a\*' is not a plain key"):
         Client(SessionOptions(prefix="a*"))

@@ -1,4 +1,4 @@
-"""The commander: one call, one goal, one result or one error."""
+"""The commander, whose calls send one goal each and return its result or raise an error."""
 
 from __future__ import annotations
 
@@ -16,19 +16,17 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 @pytest.fixture
 def wall_e(client):
-    """Commands a robot."""
     return Commander(client, "wall_e")
 
 
 @pytest.fixture
 def sent(simulator):
-    """Let every goal succeed; what was sent."""
+    """Let every goal succeed, and return the goals sent."""
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
     return lambda: simulator.wait_for(Verb.SEND_GOAL)[-1]["goal"]
 
 
-def test_go_to_pose_sends_a_pose(wall_e, sent):
-    """Yaw becomes a quaternion about the vertical axis."""
+def test_go_to_pose_sends_a_pose_with_a_quaternion(wall_e, sent):
     result = wall_e.go_to_pose(512, 215, yaw=math.pi)
 
     pose = sent()["pose"]["pose"]
@@ -36,22 +34,19 @@ def test_go_to_pose_sends_a_pose(wall_e, sent):
     assert (pose["orientation"]["z"], pose["orientation"]["w"]) == (1.0, pytest.approx(0.0))
 
 
-def test_pickup_names_the_item(wall_e, sent):
-    """MoveIt's target_name."""
+def test_pickup_sends_moveits_target_name(wall_e, sent):
     wall_e.pickup("medicine")
 
     assert sent()["target_name"] == "medicine"
 
 
-def test_place_names_the_item(wall_e, sent):
-    """MoveIt's attached_object_name."""
+def test_place_sends_moveits_attached_object_name(wall_e, sent):
     wall_e.place("medicine")
 
     assert sent()["attached_object_name"] == "medicine"
 
 
 def test_wait_sends_a_duration(wall_e, sent):
-    """Seconds of simulated time."""
     wall_e.wait(1.5)
 
     assert sent() == {"time": {"sec": 1, "nanosec": 500_000_000}}
@@ -75,8 +70,7 @@ def test_an_aborted_moveit_goal_fails_with_its_message(simulator, wall_e):
         wall_e.pickup("medicine")
 
 
-def test_a_canceled_goal_fails(simulator, wall_e):
-    """Another client canceled the goal."""
+def test_a_goal_that_another_client_cancels_fails(simulator, wall_e):
     simulator.steps["get_result"] = [simulator.end(CANCELED)]
 
     with pytest.raises(GoalFailed, match="wall_e: wait ended CANCELED: error code 0"):
@@ -84,15 +78,14 @@ def test_a_canceled_goal_fails(simulator, wall_e):
 
 
 def test_a_rejected_goal_raises_the_rejection(simulator, wall_e):
-    """Not a failure: it never began."""
     simulator.steps["send_goal"] = [simulator.refuse("not_ready")]
 
     with pytest.raises(GoalRejectedError, match="not_ready"):
         wall_e.wait(1)
 
 
-def test_a_goal_that_takes_too_long_is_canceled(simulator, client):
-    """The robot does not go on when the script has given up."""
+def test_a_goal_that_times_out_is_canceled(simulator, client):
+    """The robot must not continue when the script has given up."""
 
     def cancel(query, body):
         simulator.canceling(query, body)

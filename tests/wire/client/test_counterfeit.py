@@ -1,4 +1,4 @@
-"""Tools that meet something that only claims to be a simulator: one clear line, no traceback, no escape sequence."""
+"""Tools that meet a counterfeit simulator print one clear line, no traceback and no escape sequence."""
 
 from __future__ import annotations
 
@@ -60,14 +60,13 @@ CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 @pytest.fixture(scope="module")
 def counterfeit():
-    """A counterfeit of the small world."""
     with served_world() as real, Counterfeit(real, SMALL_WORLD["robots"]) as fake:
         yield fake
 
 
 @pytest.fixture
 def tried(counterfeit, tmp_path, monkeypatch, capsys):
-    """Return the function that runs a tool against a counterfeit that changes what it sends."""
+    """Return the function that runs a tool against a counterfeit that changes its answers."""
     monkeypatch.chdir(tmp_path)
     Path("tree.xml").write_text(TREE)
 
@@ -84,17 +83,16 @@ def tried(counterfeit, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("tool", TOOLS)
 def test_a_counterfeit_that_changes_nothing_is_as_good_as_the_real_one(tried, tool):
-    """So that the other tests show what they claim."""
+    """This is the control for the other tests."""
     code, _ = tried(tool, lambda _key, payload: payload, str(PATIENCE))
 
-    # A busy machine is a problem that a doctor tells of.
+    # The doctor reports a busy machine as a problem.
     assert code == 0 or (code == 1 and "doctor" in tool)
 
 
 @pytest.mark.uncovered
 @pytest.mark.parametrize("tool", TOOLS)
-def test_garbage_is_told_in_one_line(tried, tool):
-    """Whatever all answers are replaced by."""
+def test_garbage_is_reported_in_one_line(tried, tool):
     for name, garbage in GARBAGE.items():
         code, told = tried(tool, lambda _key, _payload, garbage=garbage: garbage)
 
@@ -106,8 +104,7 @@ def test_garbage_is_told_in_one_line(tried, tool):
 
 @pytest.mark.uncovered
 @pytest.mark.parametrize("seed", range(20))
-def test_answers_with_other_values_do_no_harm(tried, seed):
-    """A few values of each answer, at any depth, have another type or size."""
+def test_answers_with_values_of_other_types_do_no_harm(tried, seed):
     random = Random(seed)
 
     def change(_key: str, payload: bytes) -> bytes:

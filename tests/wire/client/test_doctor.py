@@ -1,4 +1,4 @@
-"""What is wrong with a network, judged by what was found there."""
+"""Problems of a network, as the doctor derives them from its findings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEND = "/wall_e/wait/_action/send_goal"
 
 
 def simulator(info=(), **fields):
-    """Return a simulator with which nothing is wrong, but for what is given."""
+    """Return a healthy simulator, with some fields changed."""
     return Simulator(
         **{"info": {**INFO, **dict(info)}, "session": US, "times": (TIME, TIME), "alive": frozenset({"wall_e"})}
         | fields
@@ -38,14 +38,13 @@ def stood(**fields):
 
 
 def network(**fields):
-    """Return a network with which nothing is wrong, but for what is given."""
+    """Return a healthy network, with some fields changed."""
     return Snapshot(
         **{"endpoints": ("tcp/h:1",), "routers": (US,), "prefixes": ("hmrsim",), "simulator": simulator()} | fields
     )
 
 
 def token(kind, name, type_, hash_, session=US, node="n"):
-    """Return the endpoint of a token."""
     return Token(session, Node("/", node), Endpoint(kind, name, type_, hash_))
 
 
@@ -74,12 +73,12 @@ def client(name=SEND, type_=TYPE, hash_=HASH, node="nav"):
 
 
 def ros(*tokens, domain=0, **fields):
-    """Return a network where ROS nodes are, too."""
+    """Return a network with ROS nodes."""
     return network(tokens={domain: (*SERVED, *tokens)}, **fields)
 
 
 def kinds(snapshot):
-    """Return what kinds of problem there are."""
+    """Return the kinds of all problems."""
     return [problem.kind for problem in problems(snapshot)]
 
 
@@ -95,8 +94,7 @@ def kinds(snapshot):
         network(simulator=stood(now=4.0, clock="lockstep", participants=["a"])),
     ],
 )
-def test_nothing_is_wrong(snapshot):
-    """A simulator that works, with or without ROS nodes, has no problems."""
+def test_a_healthy_network_has_no_problems(snapshot):
     assert [] == kinds(snapshot)
 
 
@@ -110,10 +108,7 @@ def test_nothing_is_wrong(snapshot):
         (network(tokens={0: (Token(THEM, Node("/", "n")),)}), "no_ros2"),
         (ros(environment={"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}), "other_middleware"),
         (ros(environment={"ROS_DISTRO": "jazzy"}), "other_middleware"),
-        (
-            ros(environment={"ROS_DISTRO": "humble", "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}),
-            "other_distribution",
-        ),
+        (ros(environment={"ROS_DISTRO": "humble", "RMW_IMPLEMENTATION": "rmw_zenoh_cpp"}), "other_distribution"),
         (ros(environment={"ROS_DOMAIN_ID": "x"}), "no_domain"),
         (ros(environment={"ROS_DOMAIN_ID": "233"}), "no_domain"),
         (ros(environment={"ROS_DOMAIN_ID": "7" * 5000}), "no_domain"),
@@ -146,8 +141,7 @@ def test_nothing_is_wrong(snapshot):
         (network(tokens={0: tuple(SERVED), 5: (client(),)}), "client_in_other_domain"),
     ],
 )
-def test_each_problem_alone(snapshot, kind):
-    """Each thing that is wrong is one problem, with something to do about it."""
+def test_each_fault_is_one_problem_with_a_remedy(snapshot, kind):
     (problem,) = problems(snapshot)
 
     assert kind == problem.kind
@@ -161,66 +155,58 @@ def text(snapshot):
     return f"{problem.text}; {problem.remedy}"
 
 
-def test_name_that_is_close_is_proposed():
-    """A mistyped robot name is reported with the right one."""
+def test_a_mistyped_robot_name_is_reported_with_the_right_one():
     assert "/nav waits for /wally/wait, which has no server; did you mean /wall_e/wait?" == text(
         ros(client("/wally/wait/_action/send_goal"), client("/wally/wait/_action/get_result"))
     )
 
 
-def test_server_in_another_domain_is_named():
-    """A client whose server is in another domain is reported with that domain."""
+def test_a_server_in_another_domain_is_named():
     snapshot = network(simulator=None, prefixes=(), tokens={0: (client(),), 5: tuple(action_tokens(session=OTHERS))})
 
     assert "/nav waits for /wall_e/wait, which has no server in domain 0, but in domain 5" in problems(snapshot)[1].text
 
 
 def test_some_clients_without_server_are_a_warning():
-    """A node such as nav2_simple_commander's asks for more than it needs."""
+    """Nodes such as nav2_simple_commander create more clients than they need."""
     (problem,) = problems(ros(client(), client("/map_server/load_map")))
 
     assert ("no_server", "warning") == (problem.kind, problem.severity)
 
 
-def test_many_clients_of_a_node_are_one_problem():
-    """Names are grouped, and not all are listed."""
+def test_many_clients_of_a_node_are_grouped_and_abridged():
     names = [f"/r{number}/fly" for number in range(7)]
 
     assert text(ros(*map(client, names))).startswith("/nav waits for /r0/fly, /r1/fly, /r2/fly, /r3/fly and 3 more")
 
 
-def test_client_of_humble():
-    """Both hashes are reported, with advice on what to use."""
+def test_a_client_of_humble_is_reported_with_both_hashes_and_advice():
     assert (
         f"/nav is incompatible with {SEND}: its hash is {NO_HASH} (humble), the server's {HASH} "
         "(jazzy, kilted, lyrical); humble is not supported; use jazzy, kilted or lyrical"
     ) == text(ros(client(hash_=NO_HASH)))
 
 
-def test_client_of_another_server():
-    """A client that is incompatible with a robot gets no remedy for the simulator."""
+def test_an_incompatible_client_of_a_robot_gets_no_remedy_for_the_simulator():
     served = action_tokens("/real/wait", OTHERS)
     asked = client("/real/wait/_action/send_goal", hash_="RIHS01_00")
 
     assert text(ros(*served, asked)).endswith("build client and server against the same nav2_msgs")
 
 
-def test_waiting_participant_is_named():
-    """If time stands still, the doctor names the participants that it waits for."""
+def test_participants_that_hold_the_time_are_named():
     assert "time stands at 3 s, for 0.5 s at least: waiting for nurses to advance" in text(
         network(simulator=stood(participants=["nurses", "porters"], waiting_for=["nurses"]))
     )
 
 
-def test_number_of_participants_that_are_missing():
-    """Participants whose names are not known are counted."""
+def test_unnamed_participants_are_counted():
     assert "time stands at 3 s: waiting for 2 more to join in lockstep;" in text(
         network(simulator=stood(participants=["a"], waiting_for=["2 more to join", "a"]))
     )
 
 
-def test_client_without_a_namespace():
-    """A client of an action that several robots serve is reported with all of them."""
+def test_a_client_without_a_namespace_is_reported_with_all_robots():
     served = (*SERVED, *action_tokens("/eve/wait"))
 
     assert "/nav waits for /wait, which has no server; give it a namespace: eve, wall_e" == text(
@@ -228,16 +214,15 @@ def test_client_without_a_namespace():
     )
 
 
-def test_action_that_two_programs_serve():
-    """Its parts are not listed one by one, and the advice names the simulator's option."""
+def test_an_action_that_two_programs_serve_is_one_problem():
+    """The advice names the simulator's option."""
     assert (
         "2 programs serve /wall_e/wait (nodes /n): both execute each goal and request; end one of them, "
         "or start the simulator with another --ros-domain-id"
     ) == text(ros(*action_tokens(session=THEM)))
 
 
-def test_robot_out_of_reach_is_reported_as_one():
-    """The text has the singular for one robot, and the plural for several."""
+def test_robots_out_of_reach_are_reported_in_singular_or_plural():
     assert text(network(simulator=simulator(alive=frozenset()))).startswith("wall_e is unreachable: ")
 
 
@@ -255,33 +240,31 @@ def test_simulator_joins_by_itself_where_it_would_listen(endpoint, command):
 
 
 def test_errors_come_before_warnings():
-    """Errors, which have to be fixed, come first."""
     found = problems(ros(client(), client("/x"), unreadable=("y",), environment={"RMW_IMPLEMENTATION": "z"}))
 
     assert ["error", "warning", "warning"] == [problem.severity for problem in found]
 
 
-def test_robots_of_large_worlds_have_no_tokens():
-    """No robot counts as missing in a world with too many robots for tokens."""
+def test_no_robot_of_a_large_world_is_missing():
+    """A large world has no tokens of robots."""
     robots = [{"name": f"r{number}", "actions": ["wait"]} for number in range(1001)]
 
     assert [] == kinds(network(simulator=simulator({"robots": robots}, alive=frozenset())))
 
 
 def test_robots_out_of_reach_are_one_problem():
-    """Their actions are not there either, as the robots are out of reach; that is no second problem."""
+    """The missing actions of such a robot are not a second problem."""
     assert ["no_token"] == kinds(network(simulator=simulator(alive=frozenset()), tokens={0: (OURS,)}))
 
 
-def test_missing_parts_of_an_action():
-    """Three services and two publishers make an action."""
+def test_an_action_with_missing_parts_is_reported():
     assert {"/wall_e/wait": ["cancel_goal", "status"]} == incomplete_actions(
         network(tokens={0: (SERVED[0], *SERVED[2:4])})
     )
 
 
-def test_actions_that_are_declared_later():
-    """One that is missing as a whole is no problem: in a large fleet, it is declared when a client looks for it."""
+def test_an_action_that_is_missing_altogether_is_no_problem():
+    """Large fleets declare an action when a client looks for it."""
     snapshot = network(tokens={0: tuple(action_tokens("/wall_e/spin"))})
 
     assert {} == incomplete_actions(snapshot)
@@ -289,6 +272,5 @@ def test_actions_that_are_declared_later():
 
 
 @pytest.mark.parametrize(("count", "words"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3 and 2 more")])
-def test_some_of_many(count, words):
-    """A single remaining name is listed rather than counted."""
+def test_a_single_remaining_name_is_listed_instead_of_counted(count, words):
     assert words == first_few(map(str, range(count)))

@@ -1,4 +1,4 @@
-"""The client's goals by one query."""
+"""A client's goals that are sent with one query each."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ SUCCEEDED, ABORTED = 4, 6
 
 @pytest.fixture
 def wait_client(client):
-    """Sends wall_e waiting goals."""
     return client.action_client("wall_e", registry()["wait"])
 
 
 @pytest.mark.parametrize("clock", ["realtime", "lockstep"])
 def test_a_goal_is_executed_by_a_simulator(clock, watched):
-    """As by `send_goal`, with its changes, feedback and result; it may be canceled."""
+    """Changes, feedback, result and cancel are those of `send_goal`."""
     with served_world(clock=clock, real_time_factor=0) as options, Client(options) as client:
         wait = client.action_client("wall_e", registry()["wait"])
         seen = []
@@ -42,8 +41,7 @@ def test_a_goal_is_executed_by_a_simulator(clock, watched):
             rejected.result(PATIENCE)
 
 
-def test_one_query_does(simulator, wait_client):
-    """Acceptance and result are its replies."""
+def test_acceptance_and_result_are_replies_to_one_query(simulator, wait_client):
     simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
     goal = wait_client.execute(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -55,16 +53,14 @@ def test_one_query_does(simulator, wait_client):
     assert (name, body["goal_id"]) == ("execute", goal.goal_id)
 
 
-def test_a_robot_without_the_key_is_asked_by_the_others(wait_client, simulator):
-    """The query ends without an answer."""
+def test_a_robot_without_the_key_is_reached_by_send_goal(wait_client, simulator):
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
 
     assert wait_client.execute(GOAL).result(PATIENCE) == Wait.Result()
     assert ["execute", "send_goal", "get_result"] == [name for name, _ in simulator.requests]
 
 
-def test_a_result_that_was_lost_is_asked_for(wait_client, simulator):
-    """When the query has ended after the acceptance."""
+def test_a_result_that_was_lost_after_the_acceptance_is_requested(wait_client, simulator):
     simulator.steps["execute"] = [simulator.accept]
     simulator.steps["get_result"] = [simulator.lose, simulator.end(ABORTED)]
     goal = wait_client.execute(GOAL)
@@ -73,8 +69,8 @@ def test_a_result_that_was_lost_is_asked_for(wait_client, simulator):
     assert goal.status is GoalStatus.ABORTED
 
 
-def test_a_goal_of_which_all_was_lost_is_sent_again(wait_client, simulator):
-    """It meets itself, and its result is asked for."""
+def test_a_goal_without_any_reply_is_sent_again(wait_client, simulator):
+    """The second request finds the goal, and its result is requested."""
     simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
     simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
 
@@ -82,8 +78,7 @@ def test_a_goal_of_which_all_was_lost_is_sent_again(wait_client, simulator):
 
 
 @pytest.mark.parametrize("text", ["so it is", '{"error": "so it is"}'])
-def test_an_error_is_the_goals(wait_client, simulator, text):
-    """It is not sent again."""
+def test_a_goal_that_gets_an_error_is_not_sent_again(wait_client, simulator, text):
     simulator.steps["execute"] = [simulator.say_error(text)]
 
     with pytest.raises(RequestError, match="so it is"):
@@ -91,8 +86,8 @@ def test_an_error_is_the_goals(wait_client, simulator, text):
     assert simulator.count(Verb.SEND_GOAL) == 0
 
 
-def test_an_answer_that_hangs_is_looked_for(wait_client, simulator, monkeypatch):
-    """By the other keys; what comes late from the first query is of no account."""
+def test_a_hanging_query_is_replaced_by_the_other_keys(wait_client, simulator, monkeypatch):
+    """Late replies to the first query are ignored."""
     monkeypatch.setattr(Rounds, "add", lambda rounds, call: rounds._worker.after(0.0, call))
     simulator.steps["execute"] = [simulator.hold]
     goal = wait_client.execute(GOAL)
@@ -104,7 +99,6 @@ def test_an_answer_that_hangs_is_looked_for(wait_client, simulator, monkeypatch)
 
 
 def test_a_simulator_that_dies_fails_its_goals(wait_client, simulator):
-    """As with `send_goal`."""
     simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
     goal = wait_client.execute(GOAL)
     goal.wait_accepted(PATIENCE)
@@ -114,8 +108,7 @@ def test_a_simulator_that_dies_fails_its_goals(wait_client, simulator):
         goal.result(PATIENCE)
 
 
-def test_a_cancel_goes_along(wait_client, simulator):
-    """By its own key, when the goal is accepted."""
+def test_a_cancel_is_sent_on_its_own_key_after_the_acceptance(wait_client, simulator):
     simulator.steps["execute"] = [simulator.both(simulator.accept, simulator.hold)]
     simulator.steps["cancel_goal"] = [simulator.canceling]
     goal = wait_client.execute(GOAL)
@@ -125,8 +118,8 @@ def test_a_cancel_goes_along(wait_client, simulator):
     assert goal.goal_id == simulator.wait_for(Verb.CANCEL_GOAL)[0]["goal_info"]["goal_id"]
 
 
-def test_rounds_call_everything_once(watched):
-    """Also what is added while others are called."""
+def test_a_round_calls_everything_once(watched):
+    """This includes functions added during the round."""
     worker = Worker("test")
     rounds = Rounds(worker, 0.001)
     for number in range(3):

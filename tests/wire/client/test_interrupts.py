@@ -31,7 +31,6 @@ class Interrupt:
         self.where = ""
 
     def __call__(self, frame, _event, _argument) -> None:
-        """Count a function."""
         if "/hmrsim_zenoh/client/" in frame.f_code.co_filename and not self.where:
             self.left -= 1
             if not self.left:
@@ -41,7 +40,7 @@ class Interrupt:
 
 @contextmanager
 def traced(function) -> Iterator[None]:
-    """Call a function at each entry into another; what a measurement of coverage traced goes on after it."""
+    """Call a function at each entry into another one, and restore the tracing of a coverage measurement."""
     before = sys.gettrace()
     sys.settrace(function)
     try:
@@ -52,7 +51,7 @@ def traced(function) -> Iterator[None]:
 
 @contextmanager
 def passing_time(options) -> Iterator[None]:
-    """Have another participant let time pass a second at a time."""
+    """Let time pass second by second through another participant."""
     over = threading.Event()
     with Client(options, name="nurse") as nurse:
         nurse.sleep(1.0)
@@ -71,7 +70,7 @@ def passing_time(options) -> Iterator[None]:
 
 
 def interrupted_script(options, at) -> Interrupt:
-    """Have a script wait for a goal, interrupt it there or before, and have it cancel the goal; return where it was."""
+    """Interrupt a script before or while it waits for a goal that it then cancels; return where it was."""
     interrupt, goal = Interrupt(at), None
     with Client(options, name="script") as client:
         wait = client.action_client("wall_e", WAIT)
@@ -89,12 +88,8 @@ def interrupted_script(options, at) -> Interrupt:
 
 
 def test_no_interrupt_loses_a_goal():
-    """The script can cancel its goal and hears of its end, whatever it was doing; nothing goes on without it."""
-    with (
-        served_world(clock="lockstep") as options,
-        passing_time(options),
-        Client(options, clock="realtime") as watcher,
-    ):
+    """Wherever it is interrupted, the script can cancel its goal and learns of its end."""
+    with served_world(clock="lockstep") as options, passing_time(options), Client(options, clock="realtime") as watcher:
         for at in count(1):
             interrupt = interrupted_script(options, at)
             statuses = json.loads(watcher.get("hmrsim/wall_e/wait/_action/status"))["status_list"]

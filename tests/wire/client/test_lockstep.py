@@ -28,13 +28,11 @@ WAIT = registry()["wait"]
 
 
 def seconds(number):
-    """Return the goal to stand still."""
     return Wait.Goal(time=Duration.from_seconds(number))
 
 
 @pytest.fixture
 def options():
-    """Serve a world in lockstep."""
     with served_world(clock="lockstep") as options:
         yield options
 
@@ -48,15 +46,13 @@ def client(options):
 
 @pytest.fixture
 def wait(client):
-    """Sends wall_e waiting goals."""
     return client.action_client("wall_e", WAIT)
 
 
 # --- goals -------------------------------------------------------------------------------------------------------
 
 
-def test_a_goal_takes_its_time_and_no_more(client, wait):
-    """Time is where the goal ended, whatever the wall's clock says."""
+def test_after_a_result_the_time_is_that_of_the_goals_end(client, wait):
     goal = wait.send_goal(seconds(3000))
 
     assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=3000)
@@ -64,22 +60,20 @@ def test_a_goal_takes_its_time_and_no_more(client, wait):
 
 
 def test_sending_a_goal_takes_no_time(client, wait):
-    """Sending takes neither simulated nor wall time: the goal is not even sent before the client waits."""
+    """The goal is not even sent before the client waits."""
     goal = wait.send_goal(seconds(3))
 
     assert (goal.accepted, goal.status, client.now) == (None, GoalStatus.UNKNOWN, 0.0)
 
 
 def test_waiting_for_the_acceptance_takes_no_time(client, wait):
-    """The goal is applied, and nothing more happens."""
     goal = wait.send_goal(seconds(3))
     goal.wait_accepted(PATIENCE)
 
     assert (goal.accepted, goal.done, client.now) == (True, False, 0.0)
 
 
-def test_a_cancel_of_all_goals_does_not_overtake_one_that_was_sent_before(client, wait):
-    """It goes the same way, and ends it at this very instant."""
+def test_a_cancel_of_all_goals_ends_those_sent_before_at_once(client, wait):
     goal = wait.send_goal(seconds(100))
     wait.cancel_all()
     goal.result(PATIENCE)
@@ -87,8 +81,7 @@ def test_a_cancel_of_all_goals_does_not_overtake_one_that_was_sent_before(client
     assert (GoalStatus.CANCELED, 0.0) == (goal.status, client.now)
 
 
-def test_a_cancel_of_all_goals_does_not_concern_one_that_is_sent_later(wait):
-    """Nor is there anything to do where there are none."""
+def test_a_cancel_of_all_goals_leaves_later_ones_alone(wait):
     wait.cancel_all()
     goal = wait.send_goal(seconds(100))
     goal.result(PATIENCE)
@@ -96,8 +89,8 @@ def test_a_cancel_of_all_goals_does_not_concern_one_that_is_sent_later(wait):
     assert GoalStatus.SUCCEEDED is goal.status
 
 
-def test_goals_of_many_robots_run_side_by_side(client):
-    """Each result is there at its own time, in whatever order one waits for them."""
+def test_goals_of_many_robots_end_at_their_own_times(client):
+    """The order of the waits does not matter."""
     ends = []
     goals = [
         client.action_client(robot, WAIT).send_goal(seconds(time), on_change=lambda _goal: ends.append(client.now))
@@ -111,7 +104,7 @@ def test_goals_of_many_robots_run_side_by_side(client):
 
 
 def test_the_ids_are_the_same_in_every_run(options):
-    """They count by participant, also over its lives, and whatever ids the user gives."""
+    """Ids count by participant, also when it joins again and beside ids of the user."""
     with Client(options, name="nurse") as client:
         first = client.action_client("wall_e", WAIT).send_goal(seconds(1))
         first.result(PATIENCE)
@@ -124,8 +117,7 @@ def test_the_ids_are_the_same_in_every_run(options):
     assert expected == (first.goal_id, given.goal_id, third.goal_id)
 
 
-def test_a_rejected_goal_is_known_at_once(client, wait):
-    """Not when some other goal ends."""
+def test_a_rejection_is_known_at_once(client, wait):
     wait.send_goal(seconds(100))
     rejected = client.action_client("marvin", WAIT).send_goal(seconds(1))
 
@@ -135,7 +127,7 @@ def test_a_rejected_goal_is_known_at_once(client, wait):
 
 
 def test_more_goals_than_fit_in_a_request_are_sent_at_one_time(client):
-    """In several requests, between which time stands."""
+    """They go in several requests at one instant."""
     goal = FollowPath.Goal(path=Path(poses=[PoseStamped()] * 1000), goal_checker_id="long" * 1000)
     follow = client.action_client("wall_e", registry()["follow_path"])
     goals = [follow.send_goal(goal) for _ in range(5)]
@@ -146,8 +138,7 @@ def test_more_goals_than_fit_in_a_request_are_sent_at_one_time(client):
     assert ([True] * 5, client.now) == ([each.accepted for each in goals], 0.0)
 
 
-def test_a_goal_that_can_not_be_read_takes_no_other_along(wait):
-    """Its error is its own."""
+def test_a_malformed_goal_fails_no_other(wait):
     bad = wait.send_goal({"time": {"sec": "soon"}})
     good = wait.send_goal(seconds(1))
 
@@ -156,8 +147,7 @@ def test_a_goal_that_can_not_be_read_takes_no_other_along(wait):
     assert good.result(PATIENCE).total_elapsed_time == Duration(sec=1)
 
 
-def test_waiting_for_a_condition(client, wait):
-    """Time is where it is met; goals go on."""
+def test_a_wait_for_a_condition_ends_when_it_is_met(client, wait):
     goal = wait.send_goal(seconds(30))
     near = Condition("wall_e/wait/_action/feedback", [("/feedback/time_left/sec", "<", 12)])
     other = Condition("_world/events", [("/kind", "==", "fault_began")])
@@ -169,8 +159,7 @@ def test_waiting_for_a_condition(client, wait):
     assert client.now == 30.0
 
 
-def test_a_condition_that_can_not_be_watched_is_an_error(client):
-    """The simulator says why."""
+def test_an_invalid_condition_is_an_error(client):
     with pytest.raises(RequestError, match="eve has no battery"):
         client.lockstep.wait_for(Condition("eve/battery_state"), until=5.0)
 
@@ -178,7 +167,7 @@ def test_a_condition_that_can_not_be_watched_is_an_error(client):
 
 
 def test_a_condition_calls_back_once(client, wait):
-    """While time stands, behind the results of that instant; not after it was taken back."""
+    """The callback follows the results of its instant, and does not come after the condition was removed."""
     seen = []
     lockstep = client.lockstep
     ended = Condition("_world/events", [("/kind", "==", "status"), ("/status", "==", 4)])
@@ -194,8 +183,7 @@ def test_a_condition_calls_back_once(client, wait):
     assert seen == [(None, True, 4.0)]
 
 
-def test_the_end_of_lockstep_is_the_end_of_its_conditions(client, options):
-    """Their callbacks are told."""
+def test_the_end_of_lockstep_ends_conditions_with_an_error(client, options):
     seen = []
     client.lockstep.watch(Condition("_world/events", [("/kind", "==", "never")]), seen.append)
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
@@ -207,8 +195,7 @@ def test_the_end_of_lockstep_is_the_end_of_its_conditions(client, options):
     assert ["lockstep is over; subscribe to the topic"] == list(map(str, seen))
 
 
-def test_a_cancel_comes_right_behind_its_goal(client, wait):
-    """It need not wait for the acceptance: what is sent later is applied later."""
+def test_a_cancel_follows_its_goal_without_waiting_for_the_acceptance(client, wait):
     goal = wait.send_goal(seconds(3))
     goal.cancel()
     goal.result(PATIENCE)
@@ -217,7 +204,7 @@ def test_a_cancel_comes_right_behind_its_goal(client, wait):
 
 
 def test_feedback_wakes_the_client_that_asked_for_it(client, wait):
-    """A callback may cancel the goal at the very instant of the feedback."""
+    """A callback can cancel the goal at the instant of its feedback."""
     seen = []
 
     def look(feedback):
@@ -232,14 +219,14 @@ def test_feedback_wakes_the_client_that_asked_for_it(client, wait):
 
 
 def test_feedback_without_a_callback_wakes_no_client(client, wait):
-    """Two advances suffice: the goal goes with the first."""
+    """Two advances suffice, and the goal goes with the first."""
     wait.send_goal(seconds(3)).result(PATIENCE)
 
     assert client.lockstep._participant.epoch == 1
 
 
-def test_a_timeout_is_of_the_walls_time(options):
-    """Another participant holds the time; the goal goes on afterwards, and so may this client."""
+def test_timeouts_are_in_wall_time(options):
+    """Another participant holds the time, and goal and client continue after the timeout."""
     with Client(options, name="thinker") as thinker, Client(options, name="nurse") as client:
         assert thinker.now == 0.0
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(3))
@@ -251,7 +238,6 @@ def test_a_timeout_is_of_the_walls_time(options):
 
 
 def test_the_commander_works_in_lockstep(client):
-    """Scripts run as they do in real time."""
     wall_e = Commander(client, "wall_e")
     wall_e.go_to_pose(9, 2)
     wall_e.pickup("parcel")
@@ -259,8 +245,7 @@ def test_the_commander_works_in_lockstep(client):
     assert client.now == 8.0
 
 
-def test_a_goal_that_can_not_be_read_fails():
-    """The others of the same advance as well, as nothing of it was done; the next may be better."""
+def test_an_unreadable_advance_fails_its_goals_and_the_next_may_succeed():
     with served_world(clock="lockstep", max_payload=500) as options, Client(options) as client:
         pickup = client.action_client("wall_e", registry()["pickup"]).send_goal(registry()["pickup"].goal())
         with pytest.raises(RequestError, match=r"payload of .* bytes; at most 500 are taken"):
@@ -274,16 +259,14 @@ def test_a_goal_that_can_not_be_read_fails():
 # --- time --------------------------------------------------------------------------------------------------------
 
 
-def test_sleeping_lets_time_go_on(client):
-    """By as much, to the nanosecond."""
+def test_a_sleep_advances_time_to_the_nanosecond(client):
     client.sleep(0.1)
     client.sleep(0.2)
 
     assert client.now == pytest.approx(0.3, abs=1e-9)
 
 
-def test_what_can_not_happen_is_an_error(client):
-    """Nothing is scheduled, so the client does not wait for it."""
+def test_a_wait_that_can_not_end_is_an_error(client):
     client.sleep(1.0)
 
     with pytest.raises(Idle, match="nothing is scheduled"):
@@ -291,7 +274,7 @@ def test_what_can_not_happen_is_an_error(client):
 
 
 def test_two_clients_wait_for_each_other(options):
-    """Neither thinks in the other's time."""
+    """Time stands while either client computes."""
     times = []
 
     def other():
@@ -314,8 +297,8 @@ def test_two_clients_wait_for_each_other(options):
     assert times == [1.0, 2.0, 3.0, 4.0, 5.0]
 
 
-def test_two_threads_may_wait_for_goals_of_their_own(client):
-    """One thread lets time go on, and the other is woken."""
+def test_two_threads_can_each_wait_for_a_goal(client):
+    """One thread advances time and wakes the other."""
     ends = {}
 
     def follow(robot, time):
@@ -332,8 +315,8 @@ def test_two_threads_may_wait_for_goals_of_their_own(client):
     assert ends["eve"] >= 2.0
 
 
-def test_a_callback_can_not_wait(client, wait, caplog):
-    """What it would wait for comes after it: that is said, rather than waited for for ever."""
+def test_a_wait_in_a_callback_is_an_error(client, wait, caplog):
+    """The awaited event comes only after the callback."""
     other = client.action_client("eve", WAIT)
     goal = wait.send_goal(seconds(1), on_change=lambda _goal: other.send_goal(seconds(1)).result())
     goal.result(PATIENCE)
@@ -344,23 +327,22 @@ def test_a_callback_can_not_wait(client, wait, caplog):
 # --- ends --------------------------------------------------------------------------------------------------------
 
 
-def test_a_client_of_real_time_takes_no_part(options):
-    """Its goals are applied while time stands."""
+def test_a_client_of_real_time_does_not_take_part(options):
+    """Its goals are applied while time is stopped."""
     with Client(options, clock="realtime") as client:
         client.action_client("wall_e", WAIT).send_goal(seconds(1)).wait_accepted(PATIENCE)
 
         assert (client.lockstep, client.now) == (None, 0.0)
 
 
-def test_a_name_is_taken_once(client, options):
-    """The simulator says so."""
+def test_a_taken_name_is_refused(client, options):
     assert client.now == 0.0
     with Client(options, name="nurse") as second, pytest.raises(RequestError, match="'nurse' has joined already"):
         second.action_client("wall_e", WAIT).send_goal(seconds(1))
 
 
-def test_a_client_that_thinks_for_too_long_is_dropped():
-    """All that was under way fails, and says why."""
+def test_a_client_that_computes_for_too_long_is_dropped():
+    """All its open goals fail with the reason."""
     with served_world(clock="lockstep", participant_timeout=2.0) as options, Client(options, name="nurse") as client:
         dropped = threading.Event()
         client.subscribe("hmrsim/_world/events", lambda _key, body: b"dropped" in body and dropped.set())
@@ -371,8 +353,7 @@ def test_a_client_that_thinks_for_too_long_is_dropped():
             goal.result(PATIENCE)
 
 
-def test_a_clock_that_is_set_to_real_time_takes_the_goals_along(client, options):
-    """They end by themselves then, and so does a sleep."""
+def test_goals_and_sleeps_continue_when_the_clock_is_set_to_real_time(client, options):
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(5))
     goal.wait_accepted(PATIENCE)
     with Client(options, clock="realtime") as operator:
@@ -383,8 +364,8 @@ def test_a_clock_that_is_set_to_real_time_takes_the_goals_along(client, options)
     assert (client.lockstep, client.now >= 6.0) == (None, True)
 
 
-def test_a_reset_ends_what_is_under_way(client, options, wait):
-    """Also while we think; time begins anew, and so may we."""
+def test_a_reset_ends_open_goals(client, options, wait):
+    """The reset may come while the client computes, and the client continues afterwards."""
     client.sleep(3.0)
     goal = wait.send_goal(seconds(30))
     goal.wait_accepted(PATIENCE)
@@ -397,16 +378,14 @@ def test_a_reset_ends_what_is_under_way(client, options, wait):
 
 
 @pytest.mark.parametrize(("service", "payload"), [("reset_simulation", b"{}"), ("load_world", b'{"uri":"scenario1"}')])
-def test_time_is_the_new_one_right_after_a_reset_of_ours(client, service, payload):
-    """It was that of the last grant until the next one."""
+def test_the_time_after_the_clients_own_reset_is_zero_at_once(client, service, payload):
     client.sleep(50.0)
     client.get(f"hmrsim/_world/{service}", payload=payload)
 
     assert client.now == 0.0
 
 
-def test_time_goes_on_after_a_reset_by_a_callback(client, wait):
-    """In which no thread of this client can let time go on."""
+def test_time_advances_after_a_reset_by_a_callback(client, wait):
     client.sleep(3.0)
     seen = []
 
@@ -424,7 +403,7 @@ def test_time_goes_on_after_a_reset_by_a_callback(client, wait):
 
 
 def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
-    """The time for its acceptance begins when the simulator could have answered."""
+    """Its time for acceptance starts when the simulator could have answered."""
     with Client(options, name="thinker") as thinker, Client(options, name="nurse", acknowledge_timeout=3.0) as client:
         assert thinker.now == 0.0
         goal = client.action_client("wall_e", WAIT).send_goal(seconds(1))
@@ -435,8 +414,7 @@ def test_a_goal_that_waited_for_long_survives_the_end_of_lockstep(options):
         assert goal.result(PATIENCE).total_elapsed_time == Duration(sec=1)
 
 
-def test_an_interrupt_cancels_what_a_script_waits_for():
-    """Ctrl-C is handled while another participant holds the time, and the cancel gets through."""
+def test_an_interrupt_while_another_participant_holds_the_time_cancels_the_goal():
     program = """
 import signal, sys
 from hmrsim_zenoh import Client, Commander, SessionOptions
@@ -465,7 +443,7 @@ with Client(SessionOptions(connect=(sys.argv[1],)), name="script") as client:
 
 
 def test_a_cancel_is_not_lost_when_the_client_leaves(options):
-    """It is sent on the goal's own key when there is no advance any more to go along with."""
+    """Without a further advance it is sent on the goal's own key."""
     with Client(options, clock="realtime") as watcher:
         with Client(options, name="nurse") as client:
             goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
@@ -476,8 +454,7 @@ def test_a_cancel_is_not_lost_when_the_client_leaves(options):
     assert b'"status":5' in status
 
 
-def test_closing_fails_what_is_under_way(options):
-    """As in real time."""
+def test_closing_fails_open_goals(options):
     client = Client(options)
     goal = client.action_client("wall_e", WAIT).send_goal(seconds(100))
     goal.wait_accepted(PATIENCE)
@@ -502,7 +479,7 @@ def test_an_invalid_duration_of_a_sleep_is_refused(client, wait, duration):
 
 
 def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
-    """The first gets its result, and the second gets an error: the goal exists already."""
+    """The first gets its result, and the second an error, as the goal already exists."""
     first = wait.send_goal(seconds(3), goal_id="c" * 32)
     second = wait.send_goal(seconds(3), goal_id="c" * 32)
 
@@ -511,8 +488,7 @@ def test_a_goal_that_is_sent_twice_has_two_tickets(wait):
         second.result(PATIENCE)
 
 
-def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
-    """What else was granted with it comes with the next wait."""
+def test_events_after_an_interrupted_callback_come_with_the_next_wait(client, wait):
 
     def interrupt(_goal):
         if not interrupted:
@@ -529,7 +505,7 @@ def test_an_interrupt_in_a_callback_loses_nothing(client, wait):
 
 
 def test_a_client_may_take_part_again_after_the_clock_was_set(client, wait):
-    """To real time and back: the client gets one error that it was removed, and then takes part again."""
+    """The clock is set to real time and back: the client gets one error and then takes part again."""
     wait.send_goal(seconds(3)).result(PATIENCE)
     for clock in ("realtime", "lockstep"):
         client.get(client.keys.world("time/set"), payload=b'{"clock":"%b"}' % clock.encode())

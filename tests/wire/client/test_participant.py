@@ -1,4 +1,4 @@
-"""The requests of a participant, against a simulator that loses replies, forgets and refuses."""
+"""The requests of a participant, to a simulator that loses replies, forgets and rejects."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ class Keeper:
 
 
 def refusal(field, text):
-    """Return an error as the simulator replies it."""
+    """Return a simulator's error reply."""
     return RequestError(text, [{"field": field, "message": text, "value": None}])
 
 
 @pytest.fixture
 def keeper(simulator):
-    """Return what answers for the simulator."""
+    """Return a keeper that answers for the simulator."""
     return Keeper(simulator)
 
 
@@ -71,13 +71,11 @@ def participant(keeper, client):  # noqa: ARG001 - who answers
 
 
 def test_joining_returns_epoch_and_time(keeper, participant):
-    """The first advance begins with them."""
     assert (participant.epoch, participant.now) == (4, 2.5)
     assert [request["name"] for request in keeper.of("join")] == ["nurse"]
 
 
-def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):
-    """Otherwise a simulator could not tell a dead participant from a living one; a refused join removes it."""
+def test_the_token_is_declared_before_joining_and_removed_after_a_rejection(simulator, keeper, client, watched):
     keeper.answers["join"] = [refusal("name", "no")]
     simulator.session.liveliness().declare_subscriber("hmrsim/_participant/*", lambda sample: watched(sample.kind))
     with pytest.raises(RequestError, match="no"):
@@ -86,8 +84,7 @@ def test_the_token_is_there_before_it_joins(simulator, keeper, client, watched):
     assert watched.wait(lambda kinds: len(kinds) == 2) == [zenoh.SampleKind.PUT, zenoh.SampleKind.DELETE]
 
 
-def test_an_advance_says_what_is_wanted(keeper, participant):
-    """Field by field; the commands come as they were given."""
+def test_an_advance_has_all_its_fields_and_commands(keeper, participant):
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
     participant.ask(3.0, frozenset({"result"}), frozenset({"feedback"}), (CANCEL,))
     granted = participant.take(PATIENCE)
@@ -106,8 +103,7 @@ def test_an_advance_says_what_is_wanted(keeper, participant):
     ]
 
 
-def test_a_lost_reply_is_asked_for_again(keeper, participant):
-    """The same request, which gets the same answer."""
+def test_an_advance_whose_reply_was_lost_is_repeated(keeper, participant):
     keeper.answers["advance"] = [None, None, {"epoch": 5, "now": 3.0, "reason": "idle", **NOTHING}]
     participant.ask(commands=(CANCEL,))
     granted = participant.take(PATIENCE)
@@ -116,8 +112,7 @@ def test_a_lost_reply_is_asked_for_again(keeper, participant):
     assert (granted.reason, first, second) == ("idle", second, third)
 
 
-def test_an_answer_may_be_waited_for_in_turns(simulator, keeper, participant):
-    """Time that is not granted yet is not asked for again."""
+def test_waiting_in_turns_does_not_repeat_the_request(simulator, keeper, participant):
     release = threading.Event()
     keeper._queryable.undeclare()
 
@@ -135,8 +130,8 @@ def test_an_answer_may_be_waited_for_in_turns(simulator, keeper, participant):
     queryable.undeclare()
 
 
-def test_an_answer_may_be_taken_until_it_is_accepted(keeper, participant):
-    """A caller that was interrupted before gets the answer again, without another request to the simulator."""
+def test_a_grant_can_be_taken_again_until_it_is_accepted(keeper, participant):
+    """The client may be interrupted before it has handled the grant."""
     keeper.answers["advance"] = [{"epoch": 5, "now": 3.0, "reason": "until", **NOTHING}]
     participant.ask(3.0)
     first, second = participant.take(PATIENCE), participant.take(PATIENCE)
@@ -146,8 +141,8 @@ def test_an_answer_may_be_taken_until_it_is_accepted(keeper, participant):
     assert (first, asking, participant.request, len(keeper.of("advance"))) == (second, True, None, 1)
 
 
-def test_a_wrong_epoch_is_looked_up_once(keeper, participant):
-    """The simulation was reset while we were thinking: what we want is still to be done."""
+def test_a_wrong_epoch_is_corrected_once(keeper, participant):
+    """The simulation was reset meanwhile, and the advance is still to be made."""
     granted = {"epoch": 1, "now": 0.5, "reason": "until", **NOTHING}
     keeper.answers["advance"] = [refusal("epoch", "epoch 4 is not the current one, which is 0"), granted]
     participant.ask(0.5)
@@ -168,7 +163,6 @@ def test_an_epoch_that_stays_wrong_is_an_error(keeper, participant):
 
 
 def test_a_dropped_participant_gets_the_reason(keeper, participant):
-    """The error has the simulator's text."""
     text = "participant 'nurse' was dropped at 4.000 s: it kept the others waiting; join again"
     keeper.answers["advance"] = [refusal("participant", text)]
     participant.ask()
@@ -177,8 +171,7 @@ def test_a_dropped_participant_gets_the_reason(keeper, participant):
         participant.take(PATIENCE)
 
 
-def test_a_clock_that_was_set_to_real_time_is_an_end(keeper, participant):
-    """The error is not the participant's fault: time goes on without it."""
+def test_setting_the_clock_to_real_time_ends_the_part(keeper, participant):
     keeper.answers["advance"] = [refusal("", "the clock is realtime; set it to lockstep first")]
     keeper.answers["state"] = [{"epoch": 6, "now": 9.5, "clock": "realtime"}]
     participant.ask()
@@ -186,8 +179,7 @@ def test_a_clock_that_was_set_to_real_time_is_an_end(keeper, participant):
     assert participant.take(PATIENCE) == Granted(6, 9.5, "end")
 
 
-def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):
-    """Nothing was done of it, and the next one may be better."""
+def test_an_unreadable_request_is_an_error_and_the_next_may_succeed(keeper, participant):
     keeper.answers["advance"] = [
         refusal("commands.0.goal", "too large"),
         {"epoch": 5, "now": 3.0, "reason": "until", **NOTHING},
@@ -200,8 +192,8 @@ def test_a_request_that_can_not_be_read_is_an_error(keeper, participant):
     assert participant.take(PATIENCE).reason == "until"
 
 
-def test_a_simulator_that_goes_ends_the_wait(simulator, keeper, participant):
-    """The wait ends after the grace, although the request is held by a participant that hangs."""
+def test_a_wait_ends_when_the_simulator_goes(simulator, keeper, participant):
+    """The request itself is held by a participant that hangs."""
     keeper.answers["advance"] = [None]
     participant.ask()
     simulator.vanish()
@@ -211,14 +203,12 @@ def test_a_simulator_that_goes_ends_the_wait(simulator, keeper, participant):
 
 
 def test_leaving_is_announced(keeper, participant):
-    """The other participants do not wait for it any longer."""
     participant.leave()
 
     assert keeper.of("leave") == [{"participant": "nurse"}]
 
 
 def test_a_closed_client_can_not_join(simulator):
-    """A participant of a closed client could not advance."""
     client = Client(SessionOptions(connect=(simulator.endpoint,)))
     client.close()
 
@@ -227,7 +217,6 @@ def test_a_closed_client_can_not_join(simulator):
 
 
 @pytest.mark.parametrize("name", ["", "7of9", "a/b", "a*", "nurse station"])
-def test_a_name_is_one_word(name):
-    """It is part of a key."""
+def test_a_name_is_one_chunk_of_a_key(name):
     with pytest.raises(ValueError, match="is not a valid participant name"):
         check_name(name)

@@ -1,4 +1,4 @@
-"""The simulated time, as the simulator publishes it."""
+"""The simulated time that the simulator publishes."""
 
 from __future__ import annotations
 
@@ -12,34 +12,30 @@ from hmrsim_zenoh.wire.keys import Keys
 
 
 class FakeClient:
-    """A client that receives what the test says."""
+    """A client that receives the messages of the test."""
 
     keys = Keys()
 
     def subscribe(self, key, callback, *, history):
-        """Keep the callback; the latest time is wanted, too."""
         assert (key, history) == ("hmrsim/_world/clock", True)
         self.say = lambda payload: callback(key, payload)
 
     def tell(self, now):
-        """Let it be a time."""
         sec, nanosec = divmod(round(now * 1e9), 1_000_000_000)
         self.say(json.dumps({"clock": {"sec": sec, "nanosec": nanosec}}).encode())
 
 
 @pytest.fixture
 def client():
-    """Return a client without a network."""
     return FakeClient()
 
 
-def test_the_time_is_unknown_before_the_first_clock_message(client):
-    """The time is None, not zero."""
+def test_the_time_is_none_before_the_first_clock_message(client):
     assert SimClock(client, lambda _now: None).now is None
 
 
-def test_each_time_that_is_received_is_passed_on(client):
-    """An earlier time is passed on, too, as after a reset."""
+def test_each_time_is_passed_on(client):
+    """After a reset this includes an earlier time."""
     told = []
     clock = SimClock(client, told.append)
     for now in (5.5, 6.25, 0.5):
@@ -48,8 +44,7 @@ def test_each_time_that_is_received_is_passed_on(client):
     assert (told, clock.now) == ([5.5, 6.25, 0.5], 0.5)
 
 
-def test_an_unreadable_clock_is_logged_and_skipped(client, caplog):
-    """Garbage on the key does not stop the subscriber."""
+def test_a_malformed_clock_message_is_logged_and_skipped(client, caplog):
     clock = SimClock(client, lambda _now: None)
     client.tell(1.0)
     with caplog.at_level(logging.WARNING):

@@ -1,4 +1,4 @@
-"""Timeouts in simulated seconds, of a real simulator."""
+"""Results and commands with a timeout in simulated seconds."""
 
 from __future__ import annotations
 
@@ -19,26 +19,23 @@ CLOCKS = ({"clock": "lockstep"}, {"real_time_factor": 50.0})
 
 
 def waiting(seconds):
-    """Return the goal to stand still."""
     return Wait.Goal(time=Duration.from_seconds(seconds))
 
 
 @pytest.fixture(params=CLOCKS, ids=["lockstep", "realtime"])
 def client(request):
-    """Return a client of a simulator whose time passes in this way."""
+    """Return a client of a simulator with this clock."""
     with served_world(**request.param) as options, Client(options, name="nurse") as client:
         yield client
 
 
-def test_the_result_comes_in_time(client):
-    """As without a timeout."""
+def test_a_result_within_the_timeout_is_returned(client):
     goal = client.action_client("wall_e", WAIT).send_goal(waiting(20))
 
     assert goal.result(PATIENCE, sim_timeout=30.0).total_elapsed_time == Duration(sec=20)
 
 
-def test_the_goal_goes_on_when_the_time_is_over(client):
-    """The wait takes so many simulated seconds, and may be repeated."""
+def test_the_goal_continues_after_a_timeout_and_can_be_awaited_again(client):
     goal = client.action_client("wall_e", WAIT).send_goal(waiting(60))
     begin = client.now
     with pytest.raises(GoalTimeout, match=r"no result of goal .* after 300 s or 15 simulated s; it goes on"):
@@ -48,8 +45,7 @@ def test_the_goal_goes_on_when_the_time_is_over(client):
     assert goal.result(PATIENCE, sim_timeout=100.0).total_elapsed_time == Duration(sec=60)
 
 
-def test_a_commander_cancels_the_goal(client):
-    """And leaves no robot that still does something."""
+def test_a_commander_cancels_the_goal_at_its_timeout(client):
     with pytest.raises(GoalTimeout, match="after 15 simulated s"):
         Commander(client, "wall_e", sim_timeout=15.0).wait(600)
 
@@ -58,8 +54,7 @@ def test_a_commander_cancels_the_goal(client):
     assert goal.status is GoalStatus.SUCCEEDED
 
 
-def test_the_time_goes_on_when_lockstep_ends():
-    """What is left of it passes by the other clock."""
+def test_a_timeout_continues_when_lockstep_ends():
     with served_world(clock="lockstep") as options, Client(options, name="nurse") as client:
         goal = client.action_client("wall_e", WAIT).send_goal(waiting(600))
         goal.wait_accepted(PATIENCE)

@@ -1,4 +1,4 @@
-"""A small world, served within the process."""
+"""A small world that is served within the process."""
 
 from __future__ import annotations
 
@@ -17,25 +17,21 @@ WORLD = {
 
 
 def goal_to(x, y):
-    """Return a goal at a place."""
     return NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
 
 
 @pytest.fixture
 def world():
-    """Return the world."""
     return World.model_validate(WORLD)
 
 
 @pytest.fixture
 def host(world):
-    """Serve the world."""
     with LoopbackHost(world) as host:
         yield host
 
 
 @pytest.fixture
 def client(host):
-    """Return a client."""
     with Client(session=host.open_session()) as client:
         yield client

@@ -1,4 +1,4 @@
-"""A simulator within the process of its clients: what they see is what they would see over Zenoh."""
+"""A simulator in the process of its clients, which behaves as over Zenoh."""
 
 from __future__ import annotations
 
@@ -21,15 +21,11 @@ NAVIGATE, WAIT = registry()["navigate_to_pose"], registry()["wait"]
 
 
 def waiting(seconds):
-    """Return a goal."""
     return Wait.Goal.model_validate({"time": {"sec": seconds}})
 
 
 class TestGoals:
-    """Of one client, in the thread of the test."""
-
-    def test_a_goal_succeeds_while_its_result_is_waited_for(self, host, client):
-        """In simulated time, with its feedback."""
+    def test_a_goal_succeeds_with_feedback_while_its_result_is_awaited(self, host, client):
         heard = []
         goal = client.action_client("ann", NAVIGATE).send_goal(goal_to(10, 0), on_feedback=heard.append)
 
@@ -37,8 +33,7 @@ class TestGoals:
         assert (10.0, (10.0, 0.0)) == (client.now, host.simulator.robots["ann"].pose().point)
         assert heard
 
-    def test_a_goal_is_canceled(self, client):
-        """Where it is."""
+    def test_a_canceled_robot_stops_where_it_is(self, client):
         goal = client.action_client("ann", WAIT).send_goal(waiting(60))
         goal.wait_accepted()
         client.sleep(2.0)
@@ -49,8 +44,7 @@ class TestGoals:
 
     @pytest.mark.parametrize("lockstep", [False, True])
     @pytest.mark.parametrize("kind", [dict, NavigateToPose.Goal])
-    def test_a_text_that_is_too_long(self, client, kind, lockstep):
-        """The error is that of the network, however the goal is sent."""
+    def test_a_text_that_is_too_long_is_the_same_error_as_over_zenoh(self, client, kind, lockstep):
         if lockstep:
             client.sleep(1.0)
         goal = client.action_client("ann", NAVIGATE).send_goal(kind(behavior_tree="x" * 4097))
@@ -60,8 +54,7 @@ class TestGoals:
         ):
             goal.wait_accepted()
 
-    def test_a_commander_blocks(self, client):
-        """As over Zenoh."""
+    def test_a_commander_waits_for_its_goals(self, client):
         ann = Commander(client, "ann")
         ann.go_to_pose(10, 0)
         ann.go_to_pose(0, 0)
@@ -69,15 +62,13 @@ class TestGoals:
         assert 20.0 == client.now
 
     def test_no_thread_is_started(self, client):
-        """None is needed."""
         before = threading.active_count()
         client.subscribe("hmrsim/**", lambda _key, _payload: None)
         client.action_client("ann", WAIT).send_goal(waiting(3)).result()
 
         assert before == threading.active_count()
 
-    def test_the_host_stops(self, host, client):
-        """A goal that is under way fails, as when a simulator goes."""
+    def test_open_goals_fail_when_the_host_stops(self, host, client):
         goal = client.action_client("ann", WAIT).send_goal(waiting(60))
         goal.wait_accepted()
         host.stop()
@@ -85,12 +76,8 @@ class TestGoals:
         with pytest.raises(SimulatorGone):
             goal.result(1.0)
 
-    def test_the_duration_ends_the_run(self, world):
-        """Then nothing can be asked any more."""
-        with (
-            LoopbackHost(world, RunSettings(duration=5.0)) as host,
-            Client(session=host.open_session()) as client,
-        ):
+    def test_requests_fail_after_the_duration_of_the_run(self, world):
+        with LoopbackHost(world, RunSettings(duration=5.0)) as host, Client(session=host.open_session()) as client:
             goal = client.action_client("ann", WAIT).send_goal(waiting(60))
 
             assert ("the simulation has ended", GoalStatus.ABORTED) == (goal.result().error_msg, goal.status)
@@ -102,26 +89,21 @@ class TestGoals:
 
 
 class TestReading:
-    """Values, topics and liveliness."""
-
-    def test_latest_values(self, client):
-        """By their keys, or all of a kind."""
+    def test_latest_values_are_read_by_key_or_by_wildcard(self, client):
         odometry = json.loads(client.get("hmrsim/ann/odom"))
 
         assert 0.0 == odometry["pose"]["pose"]["position"]["x"]
         assert {"hmrsim/ann/odom", "hmrsim/bob/odom"} == client.get_all("hmrsim/*/odom").keys()
         assert ["ann", "bob"] == [robot["name"] for robot in client.info()["robots"]]
 
-    def test_all_values_of_a_kind_may_take_as_long_as_one(self, client, monkeypatch):
-        """Where all have answered nothing is waited for."""
+    def test_a_reading_of_all_ends_when_all_have_answered(self, client, monkeypatch):
         limits = []
         monkeypatch.setattr(client.session, "get", lambda _key, timeout: limits.append(timeout) or [])
         client.get_all("hmrsim/*/odom")
 
         assert [60.0] == limits
 
-    def test_the_description_is_what_its_key_says(self, client):
-        """In plain values of the caller's own."""
+    def test_the_description_is_a_copy_of_the_info_message(self, client):
         said = json.loads(client.get("hmrsim/_world/info"))
         told = client.info()
         told["robots"][0]["actions"].clear()
@@ -129,16 +111,14 @@ class TestReading:
 
         assert said == client.info()
 
-    def test_a_host_that_has_stopped_describes_nothing(self, host, client):
-        """Nor does it look up places; nobody waits for it."""
+    def test_a_stopped_host_answers_no_lookups(self, host, client):
         client.alive  # noqa: B018 - it has been seen
         host.stop()
         for ask in (client.info, client.places.load):
             with pytest.raises((SimulatorGone, SimulatorNotFound, Unreachable)):
                 ask()
 
-    def test_a_session_that_was_closed_behind_the_client(self, host):
-        """The client is closed, too, whatever is asked."""
+    def test_closing_the_session_closes_the_client(self, host):
         for ask in (Client.info, lambda client: client.places.load(), lambda client: client.get("hmrsim/_world/info")):
             session = host.open_session()
             with Client(session=session) as client:
@@ -147,48 +127,42 @@ class TestReading:
                 with pytest.raises(ClientClosed):
                     ask(client)
 
-    def test_a_key_without_a_value(self, client):
-        """The same errors as over Zenoh."""
+    def test_a_key_without_a_value_is_the_same_error_as_over_zenoh(self, client):
         with pytest.raises(RequestError, match="no topic 'smell'"):
             client.get("hmrsim/ann/smell")
         with pytest.raises(Unreachable):
             client.get("elsewhere/odom")
 
-    def test_what_is_published(self, client):
-        """Told in order, while time stands, by whom it was moved."""
+    def test_samples_arrive_in_order_while_time_is_stopped(self, client):
         heard = []
         client.subscribe("hmrsim/_world/events", lambda _key, payload: heard.append(json.loads(payload)))
         client.action_client("ann", WAIT).send_goal(waiting(3)).result()
 
         assert [1, 2, 4] == [event["status"] for event in heard if event["kind"] == "status"]
 
-    def test_the_latest_value_first(self, client):
-        """Where it is asked for."""
+    def test_a_subscriber_with_history_gets_the_latest_value_first(self, client):
         heard = []
         client.subscribe("hmrsim/_world/info", lambda key, _payload: heard.append(key), history=True)
 
         assert ["hmrsim/_world/info"] == heard
 
-    def test_a_subscription_is_closed(self, client):
-        """Then nothing more comes."""
+    def test_a_closed_subscription_gets_no_more_samples(self, client):
         heard = []
         client.subscribe("hmrsim/_world/events", lambda _key, payload: heard.append(payload)).close()
         client.action_client("ann", WAIT).send_goal(waiting(3)).result()
 
         assert [] == heard
 
-    def test_presence(self, host, client):
-        """While the host serves."""
+    def test_the_host_is_present_while_it_serves(self, host, client):
         assert client.alive
         host.stop()
         assert not client.alive
 
 
 class TestTime:
-    """Time moves while all who take part wait."""
+    """Time advances while all participants wait."""
 
-    def test_two_clients_in_threads(self, host):
-        """Both are granted the same time."""
+    def test_two_clients_in_threads_are_granted_the_same_time(self, host):
         ends = {}
 
         def wait(name, seconds):
@@ -207,31 +181,25 @@ class TestTime:
 
         assert {"one": 2.0, "two": 5.0} == ends
 
-    def test_there_is_no_other_clock(self, client):
-        """Time would have to move by itself."""
+    def test_a_clock_that_moves_by_itself_is_refused(self, client):
         with pytest.raises(RequestError, match="lockstep only"):
             client.get("hmrsim/_world/time/set", payload=b'{"clock":"realtime"}')
 
-    def test_a_name_is_taken_once(self, host, client):
-        """As over Zenoh."""
+    def test_a_taken_name_is_refused(self, host, client):
         assert client.now == 0.0
         other = Client(session=host.open_session())
         with pytest.raises(RequestError, match="has joined already"):
             other.sleep(1.0)
         other.close()
 
-    def test_a_closed_client(self, client):
-        """Does nothing more."""
+    def test_a_closed_client_makes_no_requests(self, client):
         client.close()
         with pytest.raises(ClientClosed):
             client.get("hmrsim/ann/odom")
 
 
 class TestPlanner:
-    """A planner in the same process."""
-
-    def test_it_plans(self, host, client):
-        """Time stands while it thinks."""
+    def test_a_planner_in_the_same_process_plans_while_time_is_stopped(self, host, client):
         asked = []
 
         def plan(query):
@@ -246,8 +214,7 @@ class TestPlanner:
         assert ([0.0], (10.0, 0.0)) == (asked, host.simulator.robots["bob"].pose().point)
 
 
-def test_the_same_program_can_take_part_twice(host, monkeypatch):
-    """Under a name that the environment makes another one."""
+def test_a_program_can_take_part_twice_under_names_from_the_environment(host, monkeypatch):
     monkeypatch.setenv("HMRSIM_NAME_SUFFIX", "_2")
     with Client(session=host.open_session(), name="nurse") as client:
         client.sleep(1.0)
@@ -256,14 +223,12 @@ def test_the_same_program_can_take_part_twice(host, monkeypatch):
 
 
 class Cut(BaseException):
-    """A session was cut."""
+    """Raised by a session that was cut."""
 
 
 class TestCut:
-    """A session that is cut off, as the end of its process would."""
-
-    def test_each_call_raises_the_error(self, host):
-        """Also one that waits for its answer at that moment."""
+    def test_each_call_on_a_cut_session_raises_the_error(self, host):
+        """So does a call that is waiting for its reply at that moment."""
         with Client(session=host.open_session()) as client:
             client.sleep(1.0)
             host.simulator.env.alarm(1.0, lambda: host.pacing.intervene(lambda: host.cut(client.session, Cut())))
@@ -273,8 +238,7 @@ class TestCut:
             with pytest.raises(Cut):
                 client.close()
 
-    def test_its_token_is_gone_at_once(self, host):
-        """Its participant is dropped before time goes on."""
+    def test_the_participant_of_a_cut_session_is_dropped_at_once(self, host):
         client = Client(session=host.open_session())
         client.sleep(1.0)
         host.simulator.env.alarm(1.0, lambda: host.pacing.intervene(lambda: host.cut(client.session, Cut())))
@@ -283,8 +247,7 @@ class TestCut:
 
         assert (2.0, ()) == (host.simulator.now, host.pacing.lockstep.participants)
 
-    def test_it_hears_nothing_more(self, host, client):
-        """What is published goes to others."""
+    def test_a_cut_session_receives_nothing(self, host, client):
         session, heard = host.open_session(), []
         session.declare_subscriber("there/**", lambda sample: heard.append(sample.payload.to_bytes()))
         host.cut(session, Cut())
@@ -294,10 +257,7 @@ class TestCut:
 
 
 class TestLosses:
-    """Answers that are lost, and requests that come twice."""
-
-    def test_an_answer_is_lost(self, host, client):
-        """The query ends without a reply; the next one has its reply."""
+    def test_a_query_with_a_lost_answer_ends_without_a_reply(self, host, client):
         host.losses.watch()
         host.losses.lose_answers(1)
         key, request = "hmrsim/_world/get_entities", b"{}"
@@ -306,14 +266,14 @@ class TestLosses:
         assert ([], 1) == (lost, len(there))
 
     def test_a_lost_answer_to_join_is_given_again(self, host, client):
-        """The client is not taken for another one of its name."""
+        """The client is not mistaken for another one of its name."""
         host.losses.watch()
         host.losses.lose_answers(1)
         client.sleep(2.0)
 
         assert ("client",) == host.pacing.lockstep.participants
 
-    def test_a_lookup_of_places_whose_answer_is_lost_is_sent_again(self, host, client):
+    def test_a_lookup_of_places_with_a_lost_answer_is_repeated(self, host, client):
         """It changes nothing, unlike other requests with a payload."""
         host.losses.watch()
         host.losses.lose_answers(1)
@@ -323,8 +283,7 @@ class TestLosses:
         with pytest.raises(Unreachable):
             client.get("hmrsim/_world/get_entities", payload=b"{}")
 
-    def test_a_request_comes_twice(self, host, client):
-        """And is answered once."""
+    def test_a_repeated_request_is_answered_once(self, host, client):
         host.losses.repeat_requests(1)
         goal = b'{"goal": {"time": {"sec": 60}}}'
         replies = list(client.session.get("hmrsim/ann/wait/_action/send_goal", payload=goal))
@@ -332,8 +291,7 @@ class TestLosses:
 
         assert (1, 2) == (len(replies), len(status["status_list"]))
 
-    def test_readings_are_left_alone(self, host, client):
-        """A query without a payload is answered."""
+    def test_readings_are_neither_lost_nor_repeated(self, host, client):
         host.losses.watch()
         host.losses.lose_answers(1)
 

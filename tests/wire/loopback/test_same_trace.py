@@ -11,6 +11,5 @@ from tests.torture import missions
 
 
 @pytest.mark.parametrize("seed", range(2 * len(missions.WORLDS)))
-def test_a_mission_by_chance(seed):
-    """With goals, cancels, faults, resets and subscriptions."""
+def test_a_random_mission_has_the_same_trace_in_process_and_over_zenoh(seed):
     assert "" == missions.compare(missions.WORLDS[seed % len(missions.WORLDS)], seed)

@@ -1,7 +1,4 @@
-"""A ROS 2 client as rmw_zenoh makes one, out of Zenoh alone: keys, tokens, ids and attachments are spelled here anew.
-
-Only the codecs and hashes of types are the project's own; they have tests of their own against others' codecs.
-"""
+"""A ROS 2 client as rmw_zenoh makes one, built on Zenoh alone: its keys, tokens and ids are independent."""
 
 from __future__ import annotations
 
@@ -58,7 +55,7 @@ SESSION = MappingProxyType(
 
 
 class Unanswered(Exception):
-    """A request without an answer: with rclpy, its future would never be done."""
+    """A request without an answer, whose future in rclpy would never complete."""
 
 
 def open_session(endpoint: str, **settings: Any) -> zenoh.Session:
@@ -82,7 +79,7 @@ def get_state(distro: str = "jazzy") -> ServiceType:
 
 
 def attachment(sequence: int, gid: bytes) -> bytes:
-    """Return what goes along with a request."""
+    """Return the attachment of a request."""
     return struct.pack("<qqB16s", sequence, time.time_ns(), 16, gid)
 
 
@@ -121,7 +118,7 @@ class Inbox:
         """What was sent and could not be read."""
 
     def take(self, sample: zenoh.Sample) -> None:
-        """Take one more, as rmw_zenoh does: without an attachment it is none."""
+        """Store a message; rmw_zenoh ignores one without an attachment, too."""
         with self._changed:
             try:
                 assert sample.attachment is not None
@@ -136,7 +133,6 @@ class Inbox:
 
     @property
     def messages(self) -> list[dict[str, Any]]:
-        """All messages."""
         with self._changed:
             return [got.message for got in self.items]
 
@@ -160,7 +156,7 @@ def statuses(message: dict[str, Any]) -> dict[bytes, int]:
 
 
 class RosClient:
-    """A ROS node with a session of its own.
+    """A ROS node, with a session.
 
     Args:
         endpoint: Where the router is.
@@ -182,15 +178,12 @@ class RosClient:
         self.graph = Graph(self.session, domain)
 
     def __enter__(self) -> Self:
-        """Return the client."""
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Leave."""
         self.close()
 
     def close(self) -> None:
-        """Leave."""
         self.session.close()
 
     def key(self, name: str, type_: str, hash_: str) -> str:
@@ -212,7 +205,7 @@ class RosClient:
         return ServiceClient(self, name, type_)
 
     def subscribe(self, name: str, type_: MessageType, *, latched: bool = False) -> Inbox:
-        """Return what comes on a topic from now on, with the last message if it is latched (transient local)."""
+        """Return the messages of a topic from now on, with the last one first if it is latched (transient local)."""
         self.declare("MS", name, type_.dds_name, type_.hash, LATCHED_QOS if latched else SERVICE_QOS)
         inbox = Inbox(type_)
         history = HistoryConfig(detect_late_publishers=True, max_samples=1) if latched else None
@@ -250,7 +243,7 @@ class _Pending:
     replies: int = 0
 
     def take(self, reply: zenoh.Reply) -> None:
-        """Take a reply; a second one, an error, or one to another client's request is a fault of the server."""
+        """Store a reply; a second one, an error, or a reply to another client is a bug of the server."""
         self.replies += 1
         try:
             assert reply.ok is not None, f"an error: {reply.err.payload.to_bytes() if reply.err else None!r}"
@@ -267,13 +260,12 @@ class _Pending:
                 self.future.set_exception(error)
 
     def end(self) -> None:
-        """Handle the end of Zenoh's replies."""
         if not self.future.done():
             self.future.set_exception(Unanswered(self.type.name))
 
 
 class ServiceClient:
-    """A client of a service, with a token and an id of its own."""
+    """A client of a service, with its token and id."""
 
     def __init__(self, client: RosClient, name: str, type_: ServiceType) -> None:
         self._session = client.session
@@ -324,16 +316,16 @@ class RosGoal:
         return answer["status"], answer["result"]
 
     def begin_result(self) -> Future[dict[str, Any]]:
-        """Ask for the result, and don't wait."""
+        """Request the result, and don't wait."""
         return self.client.get_result.begin(CDR + self.id)
 
     def cancel(self) -> tuple[int, list[bytes]]:
-        """Ask for its end; return the code and the goals that end."""
+        """Cancel the goal; return the code and the goals that end."""
         return self.client.cancel(self.id)
 
 
 class ActionClient:
-    """A client of an action: three of services, and two subscriptions."""
+    """A client of an action: three services and two subscriptions."""
 
     def __init__(self, client: RosClient, name: str, type_: ActionType, goal: type[Message]) -> None:
         self.name, self.type = name, type_
@@ -357,7 +349,7 @@ class ActionClient:
         return self
 
     def send(self, goal: dict[str, Any], goal_id: bytes | None = None) -> RosGoal:
-        """Send a goal; what *goal* leaves out has the default that it has in our models."""
+        """Send a goal; fields that *goal* omits have the defaults of our models."""
         chosen = uuid.uuid4().bytes if goal_id is None else goal_id
         whole = self._goal.model_validate_json(json.dumps(goal))
         answer = self.send_goal.call({"goal_id": {"uuid": list(chosen)}, "goal": whole})
@@ -370,7 +362,7 @@ class ActionClient:
         return sent.result()
 
     def cancel(self, goal_id: bytes = NO_ID, stamp: tuple[int, int] = (0, 0)) -> tuple[int, list[bytes]]:
-        """Ask for the end of a goal, of all up to a time, or of all; return the code and the goals that end."""
+        """Cancel a goal, all up to a time, or all; return the code and the goals that end."""
         answer = self.cancel_goal.call(CDR + goal_id + struct.pack("<iI", *stamp))
         return answer["return_code"], [bytes(one["goal_id"]["uuid"]) for one in answer["goals_canceling"]]
 
@@ -384,7 +376,7 @@ class ActionClient:
         return [one["feedback"] for one in found]
 
     def wait_for_last_feedback(self, goal_id: bytes, field: str = "distance_remaining") -> dict[str, Any]:
-        """Return the feedback of a drive that has arrived, once it has come; a field of it is zero then."""
+        """Return the feedback of a robot that has arrived, whose *field* is zero."""
 
         def last(message: dict[str, Any]) -> bool:
             mine = bytes(message["goal_id"]["uuid"]) == goal_id

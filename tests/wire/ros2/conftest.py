@@ -1,4 +1,4 @@
-"""The small world, served to ROS and to JSON from the test's own process, and ROS nodes of it."""
+"""The small world, served to ROS and JSON from the test's process, and ROS nodes that use it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from tests.wire.ros2.client import RosClient
 
 @pytest.fixture
 def serve():
-    """Return the function that serves the small world to ROS and to JSON: what a JSON client connects with."""
+    """Return the function that serves the small world and returns the options of a JSON client."""
     with contextlib.ExitStack() as stack:
         yield lambda **settings: stack.enter_context(served_world(**{"wires": (RmwZenoh(),)} | settings))
 
 
 @pytest.fixture
 def fast(serve):
-    """What a client of the small world connects with: no goal takes wall time there."""
+    """Return the options of a client of the small world, where goals take no wall time."""
     return serve(real_time_factor=0)
 
 
 @pytest.fixture
 def live(serve):
-    """Likewise, in real time."""
+    """Return the options of a client of the small world, in real time."""
     return serve(real_time_factor=1.0)
 
 

@@ -43,7 +43,7 @@ class Graph:
             return set(self.tokens)
 
     def count(self, kind: str, name: str, type_: str) -> int:
-        """Return how many endpoints of a kind there are by name and type; as rmw_zenoh, don't look at the hash."""
+        """Count the endpoints of a kind by name and type; like rmw_zenoh, ignore the hash."""
         with self._changed:
             return self._endpoints[kind, name.replace("/", "%"), type_]
 

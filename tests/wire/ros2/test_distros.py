@@ -1,4 +1,4 @@
-"""What other distributions have other than kilted: what we send them, and what we read of what they send."""
+"""Differences of other distributions from kilted, in messages that we send and receive."""
 
 from __future__ import annotations
 
@@ -37,29 +37,26 @@ THERE = PoseStamped(header=Header(frame_id="there"))
 
 
 def trip(message: Message, distro: str) -> Message:
-    """Return what is left of a message after a trip through a distribution's bytes."""
+    """Encode and decode a message in a distribution's layout."""
     type_ = message_type(type(message), distro)
     return type(message).model_validate(type_.decode(type_.encode(message)))
 
 
 @pytest.mark.parametrize("cls", [BackUp.Goal, DriveOnHeading.Goal, Spin.Goal])
-def test_jazzy_has_no_word_for_collision_checks(cls: Any) -> None:
-    """Jazzy's behaviours always check for collisions: the field is left out, and false."""
+def test_jazzy_behaviors_have_no_field_for_disabling_collision_checks(cls: Any) -> None:
     sent = message_type(cls, "jazzy").encode(cls())
 
     assert len(message_type(cls, "kilted").encode(cls())) - 1 == len(sent)
     assert not trip(cls(disable_collision_checks=True), "jazzy").disable_collision_checks
 
 
-def test_jazzy_has_poses_without_a_header() -> None:
-    """Jazzy's poses to drive through are a list: what kilted's header says is not said."""
+def test_jazzys_poses_have_no_header() -> None:
     goal = NavigateThroughPoses.Goal(poses=Goals(header=Header(frame_id="map"), goals=[THERE]))
 
     assert NavigateThroughPoses.Goal(poses=Goals(goals=[THERE])) == trip(goal, "jazzy")
 
 
-def test_poses_of_jazzy() -> None:
-    """What jazzy sends as a list of poses is read as the goals of kilted."""
+def test_a_list_of_poses_from_jazzy_is_read_as_goals_of_kilted() -> None:
     data = bytes.fromhex("00010000" + "00000000" + "01000000" + "00")
 
     assert message_type(NavigateThroughPoses.Goal, "jazzy").decode(data) == {
@@ -70,12 +67,10 @@ def test_poses_of_jazzy() -> None:
 
 @pytest.mark.parametrize("cls", [NavigateThroughPoses.Result, NavigateThroughPoses.Feedback])
 def test_jazzy_has_no_status_of_waypoints(cls: Any) -> None:
-    """Jazzy's NavigateThroughPoses has no status of each waypoint."""
     assert cls() == trip(cls(waypoint_statuses=[WaypointStatus(waypoint_index=1)]), "jazzy")
 
 
 def test_jazzy_has_missed_waypoints() -> None:
-    """Jazzy's result has the missed waypoint, where it was, and the code."""
     missed = WaypointStatus(
         waypoint_status=3, waypoint_index=7, waypoint_pose=THERE, error_code=208, error_msg="no path"
     )
@@ -85,8 +80,7 @@ def test_jazzy_has_missed_waypoints() -> None:
     ) == trip(FollowWaypoints.Result(missed_waypoints=[missed]), "jazzy")
 
 
-def test_missed_waypoint_has_another_name() -> None:
-    """Jazzy's type of a missed waypoint has a name of its own, and names of its own in it."""
+def test_jazzys_missed_waypoint_has_other_type_and_field_names() -> None:
     described = message_type(WaypointStatus, "jazzy").structure
 
     assert (described.name, [field.name for field in described.fields]) == (
@@ -96,15 +90,14 @@ def test_missed_waypoint_has_another_name() -> None:
 
 
 def test_lyrical_has_tracking_errors_of_zero() -> None:
-    """Lyrical's feedback ends in two errors more, which are zero: our robots keep to their paths."""
+    """Simulated robots keep to their paths exactly."""
     feedback = NavigateToPose.Feedback(distance_remaining=2.0)
     kilted = message_type(NavigateToPose.Feedback, "kilted").encode(feedback)
 
     assert kilted + bytes(8) == message_type(NavigateToPose.Feedback, "lyrical").encode(feedback)
 
 
-def test_errors_of_lyrical_come_before_the_poses() -> None:
-    """Lyrical's feedback on the drive through poses has the errors before the poses that remain."""
+def test_lyricals_tracking_errors_come_before_the_remaining_poses() -> None:
     fields = message_type(NavigateThroughPoses.Feedback, "lyrical").structure.fields
 
     assert [field.name for field in fields][4:] == [
@@ -116,8 +109,7 @@ def test_errors_of_lyrical_come_before_the_poses() -> None:
     ]
 
 
-def test_only_lyrical_tells_how_a_path_is_kept_to() -> None:
-    """Lyrical's feedback on a path is one message, with what the others have in it; they have those fields alone."""
+def test_only_lyrical_nests_the_feedback_on_a_path() -> None:
     tracking = TrackingFeedback(distance_to_goal=1.0, speed=0.5, current_path_index=3)
     feedback = FollowPath.Feedback(distance_to_goal=2.0, speed=0.5, tracking_feedback=tracking)
 
@@ -126,8 +118,7 @@ def test_only_lyrical_tells_how_a_path_is_kept_to() -> None:
         assert FollowPath.Feedback(distance_to_goal=2.0, speed=0.5) == trip(feedback, distro)
 
 
-def test_only_lyrical_tells_how_far_a_partial_path_leads() -> None:
-    """Lyrical's result of a path through poses has the index of the last pose that it reaches."""
+def test_only_lyrical_has_the_index_of_the_last_reached_pose() -> None:
     result = ComputePathThroughPoses.Result(last_reached_index=2, error_msg="no further")
 
     assert result == trip(result, "lyrical")
@@ -135,16 +126,14 @@ def test_only_lyrical_tells_how_far_a_partial_path_leads() -> None:
         assert ComputePathThroughPoses.Result(error_msg="no further") == trip(result, distro)
 
 
-def test_jazzy_has_goals_to_plan_through_without_a_header() -> None:
-    """Jazzy's poses to plan through are a list, as those to drive through."""
+def test_jazzys_goals_to_plan_through_have_no_header() -> None:
     goal = ComputePathThroughPoses.Goal(goals=Goals(header=Header(frame_id="map"), goals=[THERE]))
 
     assert ComputePathThroughPoses.Goal(goals=Goals(goals=[THERE])) == trip(goal, "jazzy")
 
 
 @pytest.mark.parametrize("cls", [ComputeRoute.Result, ComputeAndTrackRoute.Result])
-def test_jazzy_has_no_text_for_a_route_that_fails(cls: Any) -> None:
-    """Jazzy's route actions have the code alone."""
+def test_jazzys_routes_fail_with_a_code_alone(cls: Any) -> None:
     assert cls(error_code=405) == trip(cls(error_code=405, error_msg="no route"), "jazzy")
 
 
@@ -155,8 +144,7 @@ def test_jazzy_has_no_text_for_a_route_that_fails(cls: Any) -> None:
         (FollowPath.Goal(controller_id="FollowPath"), {"path_handler_id": "another"}),
     ],
 )
-def test_what_only_lyrical_says(goal: Message, more: dict[str, Any]) -> None:
-    """What lyrical says of via points and path handlers is read over."""
+def test_fields_that_only_lyrical_has_are_ignored(goal: Message, more: dict[str, Any]) -> None:
     type_ = message_type(type(goal), "lyrical")
     fields = (replace(field, path=(field.name,)) for field in type_.structure.fields)
     sent = encoder(Structure(type_.name, tuple(fields)))({**goal.__dict__, **more})
@@ -174,13 +162,11 @@ def test_what_only_lyrical_says(goal: Message, more: dict[str, Any]) -> None:
     ],
     ids=lambda message: message.ros_type,
 )
-def test_resources_of_lyrical(message: Message) -> None:
-    """Where lyrical nests a resource, our messages have its fields, and nothing is lost."""
+def test_nested_resources_of_lyrical_are_read_without_loss(message: Message) -> None:
     assert message == trip(message, "lyrical")
 
 
-def test_resource_is_nested() -> None:
-    """A resource is where lyrical has it, among the other fields."""
+def test_a_resource_is_nested_at_lyricals_position() -> None:
     request = SpawnEntity.Request(name="r", uri="u", resource_string="s")
     sent = message_type(SpawnEntity.Request, "lyrical").encode(request)
 

@@ -1,4 +1,4 @@
-"""ROS 2 clients of all distributions, alone, together, and beside clients of the JSON wire, drive simulated robots."""
+"""ROS 2 clients of all distributions drive simulated robots, alone, together and beside JSON clients."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import contextlib
 import json
 import subprocess
 import sys
-import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +13,6 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli.trace_file import TraceFile
-from hmrsim.goals.dispatcher import Dispatcher
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
@@ -34,7 +32,6 @@ from tests.patience import PATIENCE
 from tests.simulation import SMALL_WORLD
 from tests.wire.ros2.client import (
     ABORTED,
-    CANCELED,
     EXECUTING,
     SUCCEEDED,
     RosClient,
@@ -56,8 +53,7 @@ LONG = {"time": {"sec": 100_000, "nanosec": 0}}
 # --- distributions -----------------------------------------------------------------------------------------------
 
 
-def test_three_distributions_drive_at_once(fast, ros):
-    """Each its own robot, on one simulator."""
+def test_three_distributions_each_drive_a_robot_of_one_simulator(fast, ros):
     robots = {"jazzy": "wall_e", "kilted": "eve", "lyrical": "cart"}
     drives = [ros(fast, distro).action(f"/{robot}/navigate_to_pose").wait() for distro, robot in robots.items()]
     goals = [drive.send(goal_to(5, 2)) for drive in drives]
@@ -65,8 +61,7 @@ def test_three_distributions_drive_at_once(fast, ros):
     assert [SUCCEEDED] * 3 == [goal.result()[0] for goal in goals]
 
 
-def test_feedback_is_there_for_each_distribution(fast, ros):
-    """Of one goal, in the layout of each that listens, on a key with the hash of each."""
+def test_feedback_of_a_goal_is_published_in_each_layout(fast, ros):
     drives = {distro: ros(fast, distro).action("/wall_e/navigate_to_pose").wait() for distro in FEEDBACK_HASHES}
     goal = drives["jazzy"].send(goal_to(5, 2))
     last = {distro: drive.wait_for_last_feedback(goal.id) for distro, drive in drives.items()}
@@ -77,8 +72,8 @@ def test_feedback_is_there_for_each_distribution(fast, ros):
     }
 
 
-def test_all_feedback_of_a_goal_comes_in_a_layout_that_is_new(live, ros):
-    """A client of another distribution subscribes and sends a goal that ends at once, while another listens."""
+def test_a_new_layout_has_all_feedback_of_a_short_goal(live, ros):
+    """Another distribution has a subscriber already."""
     name, here, type_ = "/wall_e/navigate_to_pose", goal_to(1, 2), "nav2_msgs::action::dds_::NavigateToPose"
     other = ros(live).action(name).wait()
     assert other.wait_for_feedback(other.send(here).id)
@@ -90,8 +85,7 @@ def test_all_feedback_of_a_goal_comes_in_a_layout_that_is_new(live, ros):
 
 
 @pytest.mark.parametrize("distro", FEEDBACK_HASHES)
-def test_goals_that_distributions_have_differently(fast, ros, distro):
-    """Each gets there by its own layouts of goal, feedback and result: no two have the same of all three."""
+def test_goals_with_a_layout_for_each_distribution_succeed(fast, ros, distro):
     drive = ros(fast, distro).action("/wall_e/navigate_through_poses").wait()
     poses = [goal_to(x, 2)["pose"] for x in (5, 9)]
     goal = drive.send({"poses": {"goals": poses}})
@@ -102,8 +96,7 @@ def test_goals_that_distributions_have_differently(fast, ros, distro):
 
 
 @pytest.mark.parametrize("distro", FEEDBACK_HASHES)
-def test_a_route_is_found_and_the_path_smoothed(fast, ros, distro):
-    """In the layouts of each: along the lanes from wall_e to the shelf, by the ids of their waypoints."""
+def test_a_route_is_computed_and_its_path_smoothed(fast, ros, distro):
     node = ros(fast, distro)
     status, found = node.action("/wall_e/compute_route").wait().do({"start_id": 0, "goal_id": 2})
     smoothed = node.action("/wall_e/smooth_path").wait().do({"path": found["path"]})
@@ -115,7 +108,7 @@ def test_a_route_is_found_and_the_path_smoothed(fast, ros, distro):
 
 @pytest.mark.parametrize("distro", FEEDBACK_HASHES)
 def test_a_route_is_tracked_while_another_goal_drives(fast, ros, distro):
-    """The last feedback has no waypoint that would come next."""
+    """The last feedback has no next waypoint."""
     node = ros(fast, distro)
     tracking = node.action("/wall_e/compute_and_track_route").wait()
     goal = tracking.send({"start_id": 1, "goal_id": 2})
@@ -131,8 +124,8 @@ def test_a_route_is_tracked_while_another_goal_drives(fast, ros, distro):
     )
 
 
-def test_other_distribution_is_refused(serve, ros):
-    """The server does not understand the goal and does not accept it, so that the client does not wait for ever."""
+def test_a_goal_of_an_unserved_distribution_is_rejected(serve, ros):
+    """Without an answer the client would wait forever."""
     options = serve(wires=(RmwZenoh(distros=("jazzy",)),))
     drive = ros(options, "lyrical").action("/wall_e/navigate_through_poses").wait()
     understood = ros(options, "jazzy").action("/wall_e/navigate_through_poses").wait()
@@ -142,7 +135,7 @@ def test_other_distribution_is_refused(serve, ros):
 
 
 def test_goals_that_can_not_be_executed_are_aborted(fast, ros):
-    """As by Nav2's servers, which accept what they can't transform or have no plug-in for, with their codes."""
+    """As with Nav2's servers, a failed transform or an unknown plugin aborts the goal with its code."""
     node = ros(fast)
     elsewhere = goal_to(5, 2) | {"pose": {"header": {"frame_id": "odom"}}}
     status, result = node.action("/wall_e/navigate_to_pose").wait().do(elsewhere)
@@ -153,8 +146,8 @@ def test_goals_that_can_not_be_executed_are_aborted(fast, ros):
 
 
 @pytest.mark.parametrize("distro", FEEDBACK_HASHES)
-def test_lyrical_alone_rejects(fast, ros, distro):
-    """Its controller server rejects an empty path, and those before it abort: their goals have different types."""
+def test_only_lyrical_rejects_an_empty_path(fast, ros, distro):
+    """Earlier controller servers abort the goal."""
     follow = ros(fast, distro).action("/wall_e/follow_path").wait()
     goal = follow.send({"path": {"poses": []}})
 
@@ -165,15 +158,14 @@ def test_lyrical_alone_rejects(fast, ros, distro):
 
 
 def test_lyrical_s_verdict_where_it_is_served_alone(serve, ros):
-    """A goal type that distributions share tells nothing of its sender, unless only one distribution is served."""
+    """A goal type that distributions share shows its sender only where a single distribution is served."""
     node = ros(serve(wires=(RmwZenoh(distros=("lyrical",)),)), "lyrical")
     elsewhere = goal_to(5, 2) | {"pose": {"header": {"frame_id": "odom"}}}
 
     assert not node.action("/wall_e/navigate_to_pose").wait().send(elsewhere).accepted
 
 
-def test_other_domain(serve, ros):
-    """Is served on its own keys; nothing of it is in another."""
+def test_another_domain_has_its_own_keys(serve, ros):
     options = serve(wires=(RmwZenoh(domain=42),), real_time_factor=0)
     status, _ = ros(options, domain=42).action("/wall_e/wait").wait().do({})
     elsewhere = ros(options)
@@ -183,8 +175,7 @@ def test_other_domain(serve, ros):
         elsewhere.service("/wall_e/amcl/get_state", get_state()).call(b"\0\1\0\0\0")
 
 
-def test_topics_and_services_of_the_world(live, ros):
-    """The clock advances, robots have poses, and the simulator lists its entities."""
+def test_the_world_has_a_clock_poses_and_a_list_of_entities(live, ros):
     node = ros(live)
     clock = node.subscribe("/clock", message_type(Clock, "jazzy"))
     odom = node.subscribe("/eve/odom", message_type(Odometry, "jazzy"))
@@ -198,8 +189,8 @@ def test_topics_and_services_of_the_world(live, ros):
     assert {"wall_e", "eve", "cart"} <= set(entities.wait().call(found.request().model_dump())["entities"])
 
 
-def test_servers_of_a_large_fleet_are_there_when_looked_for(monkeypatch, serve, ros):
-    """Where only navigate_to_pose is declared unasked, clients and subscribers find all else as ever."""
+def test_servers_of_a_large_fleet_are_declared_when_looked_for(monkeypatch, serve, ros):
+    """Only navigate_to_pose is declared beforehand."""
     monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
     options = serve(wires=(RmwZenoh(),), real_time_factor=0)
     watcher, node = ros(options, node="watcher"), ros(options)
@@ -220,40 +211,7 @@ def test_servers_of_a_large_fleet_are_there_when_looked_for(monkeypatch, serve, 
 # --- beside JSON -------------------------------------------------------------------------------------------------
 
 
-def cancel_over_json(client, action, goal_id):
-    """Cancel a goal of wall_e by its id; return the answer."""
-    key = client.keys.action("wall_e", action, Verb.CANCEL_GOAL)
-    return json.loads(client.get(key, payload=json.dumps({"goal_info": {"goal_id": goal_id.hex()}}).encode()))
-
-
-def test_goal_of_ros_is_canceled_over_json(live, ros):
-    """By its id, and ROS's result says so."""
-    goal = ros(live).action("/wall_e/wait").wait().send(LONG)
-    result = goal.begin_result()
-    with Client(live) as client:
-        answer = cancel_over_json(client, "wait", goal.id)
-
-    assert (0, goal.id.hex()) == (answer["return_code"], answer["goals_canceling"][0]["goal_id"])
-    assert CANCELED == result.result(PATIENCE)["status"]
-
-
-def test_goal_of_json_is_watched_and_canceled_by_ros(live, ros):
-    """It is in ROS's status, and a cancel of it is obeyed."""
-    wait = ros(live).action("/wall_e/wait").wait()
-    with Client(live) as client:
-        goal = client.action_client("wall_e", registry()["wait"]).send_goal(Wait.Goal(time=Duration(sec=100_000)))
-        goal_id = bytes.fromhex(goal.goal_id)
-        wait.wait_for_status(goal_id, EXECUTING)
-        answer = wait.cancel(goal_id)
-        goal.result(PATIENCE)
-
-        assert (0, [goal_id]) == answer
-        assert GoalStatus.CANCELED == goal.status
-    wait.wait_for_status(goal_id, CANCELED)
-
-
 def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
-    """The command says that it was canceled."""
     wait = ros(live).action("/wall_e/wait").wait()
     words = ("action", "send-goal", "/wall_e/wait", "{time: {sec: 100000}}", "--connect", live.connect[0])
     command = subprocess.Popen(
@@ -269,8 +227,7 @@ def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
     assert 1 == command.returncode
 
 
-def test_goal_of_json_takes_the_robot_from_ros(serve, ros):
-    """The older goal ends, as if both had been sent the same way."""
+def test_a_goal_of_json_preempts_one_of_ros(serve, ros):
     options = serve(clock="lockstep", participants=("nobody",))
     drive = ros(options).action("/wall_e/navigate_to_pose").wait()
     older = drive.send(goal_to(9, 2))
@@ -284,8 +241,7 @@ def test_goal_of_json_takes_the_robot_from_ros(serve, ros):
     drive.wait_for_status(bytes.fromhex(newer["goal_id"]), EXECUTING)
 
 
-def test_goal_of_ros_takes_the_robot_from_json(live, ros):
-    """And the other way around."""
+def test_a_goal_of_ros_preempts_one_of_json(live, ros):
     with Client(live) as client:
         older = client.action_client("wall_e", registry()["wait"]).send_goal(Wait.Goal(time=Duration(sec=100_000)))
         older.wait_accepted(PATIENCE)
@@ -296,38 +252,6 @@ def test_goal_of_ros_takes_the_robot_from_json(live, ros):
         assert GoalStatus.ABORTED == older.status
 
 
-def test_late_joiner_has_the_last_status(live, ros):
-    """A subscriber that joins after the last change gets it nevertheless."""
-    early = ros(live).action("/wall_e/wait").wait()
-    goal = early.send(LONG)
-    # The answer to the goal may come before its status is published.
-    early.wait_for_status(goal.id, EXECUTING)
-    late = ros(live, "lyrical", node="late").action("/wall_e/wait").wait()
-
-    assert {goal.id: EXECUTING} == statuses(late.status.next())
-
-
-def test_a_client_that_has_gone_is_not_waited_for(monkeypatch):
-    """Its request for a result is withdrawn, so that those of many clients don't heap up."""
-    withdraw, withdrawn = Dispatcher.withdraw, threading.Event()
-
-    def told(dispatcher, command):
-        withdraw(dispatcher, command)
-        withdrawn.set()
-
-    monkeypatch.setattr(Dispatcher, "withdraw", told)
-    with hosting() as host:
-        host.start()
-        with RosClient(host.endpoints[0]) as ros:
-            goal = ros.action("/wall_e/wait").wait().send(LONG)
-            goal.begin_result()
-            # What is sent behind it is answered after it was read.
-            goal.client.cancel(bytes(range(16)))
-
-        assert withdrawn.wait(PATIENCE)
-        assert not host.simulator.dispatcher.servers.goal("wall_e", "wait", goal.id.hex()).waiting
-
-
 # --- commands and time -------------------------------------------------------------------------------------------
 
 
@@ -336,20 +260,17 @@ GOALS = {"wall_e": ("door", 5.0, 2.0), "eve": ("home", 1.0, 2.0), "cart": ("shel
 
 @contextlib.contextmanager
 def hosting(path=None, **settings):
-    """A host of the small world that has not been started, traced to a file if one is given."""
+    """Return a host of the small world that has not started, traced to a file if one is given."""
     loaded = SimpleNamespace(world=World.model_validate(SMALL_WORLD), hash="", warnings=(), path=None)
     options = SessionOptions(listen=("tcp/127.0.0.1:0",))
     chosen = RunSettings(**settings)
     trace = TraceFile(path, loaded.world, chosen)
-    with (
-        Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host,
-        trace.opened(host.simulator),
-    ):
+    with Host(loaded, options, chosen, wires=(RmwZenoh(),), sinks=trace.sinks) as host, trace.opened(host.simulator):
         yield host
 
 
 def run_in_lockstep(path, send):
-    """Serve the small world in lockstep, have goals sent while time stands, let it pass, and return the trace."""
+    """Serve the small world in lockstep, send goals while time is stopped, run it, and return the trace."""
     with hosting(path, clock="lockstep", participants=("nurse",), seed=7) as host:
         host.start()
         there = SessionOptions(connect=host.endpoints)
@@ -361,7 +282,7 @@ def run_in_lockstep(path, send):
 
 
 def send_by_ros(options):
-    """Send a goal to each robot, of a distribution each."""
+    """Send one goal to each robot, each from another distribution."""
     for distro, (robot, (_, x, y)) in zip(FEEDBACK_HASHES, GOALS.items(), strict=True):
         with RosClient(options.connect[0], distro) as ros:
             drive = ros.action(f"/{robot}/navigate_to_pose").wait()
@@ -369,7 +290,6 @@ def send_by_ros(options):
 
 
 def send_by_json(options):
-    """Send the same goals."""
     with Client(options, clock="realtime") as client:
         for robot, (_, x, y) in GOALS.items():
             goal = NavigateToPose.Goal.model_validate_json(json.dumps(goal_to(x, y)))
@@ -377,8 +297,8 @@ def send_by_json(options):
             drive.send_goal(goal, goal_id=robot.encode().ljust(16).hex()).wait_accepted(PATIENCE)
 
 
-def test_commands_of_ros_can_be_repeated(tmp_path):
-    """Equal commands while time stands give equal traces, whichever wire they come by."""
+def test_equal_commands_at_stopped_time_give_equal_traces(tmp_path):
+    """The wire does not matter."""
     first, second = (run_in_lockstep(tmp_path / name, send_by_ros) for name in ("first", "second"))
     third = run_in_lockstep(tmp_path / "third", send_by_json)
 

@@ -1,4 +1,4 @@
-"""Which node has which publishers and services, and what the tokens of these say to others."""
+"""Publishers and services of each node, and the contents of their tokens."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ JAZZY = RmwZenoh(distros=("jazzy",))
 
 
 def owned(names: Names, wire: Wire = JAZZY) -> list[Owned]:
-    """Return all that there is on a wire."""
+    """Return all endpoints on a wire."""
     endpoints = Endpoints(wire, actions(), services())
     return [one for part in Parts(names).all for one in endpoints.of(part)]
 
@@ -35,12 +35,12 @@ def nodes_of(names: Names, robot: str) -> set[str]:
 
 @pytest.fixture(scope="module")
 def small() -> Names:
-    """Return what the small world serves."""
+    """Return the endpoints of the small world."""
     return names_of(Simulator(World.model_validate(SMALL_WORLD)))
 
 
 def test_endpoints_of_an_action() -> None:
-    """An action is three services and two publishers of the node that Nav2 has it in, with the official hashes."""
+    """An action is three services and two publishers, in the node and with the hashes of Nav2."""
     expected = [
         (Kind.SERVICE, "send_goal", "RIHS01_a4fcb3bee1bf32e21a0e541a943b221aa0826996e2c98f079b47022b256f48b5"),
         (Kind.SERVICE, "cancel_goal", "RIHS01_573d8b0a534451d7bc2ac8c5ffde8ac14b8593b7001175d0cd6516dcbeb8689a"),
@@ -58,72 +58,64 @@ def test_endpoints_of_an_action() -> None:
     assert expected == found
 
 
-def test_each_layout_has_a_publisher_of_its_own() -> None:
-    """Feedback that lyrical has otherwise is published twice; what all have the same, once."""
+def test_each_layout_has_its_publisher() -> None:
+    """Feedback that all distributions share is published once."""
     found = [one.name for _, one in owned(NAVIGATE, RmwZenoh())]
 
     assert 2 == found.count("/wall_e/navigate_to_pose/_action/feedback")
     assert 1 == found.count("/wall_e/navigate_to_pose/_action/send_goal")
 
 
-def test_one_layout_where_keys_have_no_hash() -> None:
-    """Where the key is the name alone there is one endpoint of each name."""
+def test_keys_without_a_hash_have_one_layout() -> None:
     found = [one.name for _, one in owned(NAVIGATE, Ros2Dds())]
 
     assert len(found) == len(set(found))
 
 
 def test_status_is_latched() -> None:
-    """The token of a status says that late subscribers get the last list."""
     (status,) = [one for _, one in owned(NAVIGATE) if one.name.endswith("status")]
 
     assert LATCHED_QOS == status.qos
 
 
-def test_nodes_have_something(small: Names) -> None:
-    """A robot without a claw has no node for it."""
+def test_nodes_without_endpoints_are_left_out(small: Names) -> None:
     assert "move_group" in nodes_of(small, "wall_e")
     assert "move_group" not in nodes_of(small, "cart")
 
 
-def test_active_nodes() -> None:
-    """Those of Nav2's nodes that are there say that they are active, and so does the localisation."""
+def test_nav2_nodes_and_localization_are_active() -> None:
     found = {one.name for _, one in owned(NAVIGATE) if one.type == "lifecycle_msgs::srv::dds_::GetState_"}
 
     assert {"/wall_e/bt_navigator/get_state", "/wall_e/amcl/get_state"} == found
 
 
 @pytest.mark.parametrize("topic", ["battery_state", "detections"])
-def test_topics_that_some_have(topic: str) -> None:
-    """A robot with a battery has the battery's topic, and so with sensors."""
+def test_only_robots_with_a_battery_or_sensor_have_its_topic(topic: str) -> None:
     names = Names({"wall_e": [], "eve": []}, powered=frozenset({"eve"}), seeing=frozenset({"eve"}))
 
     assert [f"/eve/{topic}"] == [one.name for _, one in owned(names) if one.name.endswith(topic)]
 
 
-def test_pose_is_localisation_s() -> None:
-    """Where a robot is, is published by amcl, and latched."""
+def test_the_pose_is_latched_and_published_by_amcl() -> None:
     (found,) = [one for one in owned(NAVIGATE) if one.endpoint.name == "/wall_e/amcl_pose"]
 
     assert (Node("/wall_e", "amcl"), LATCHED_QOS) == (found.node, found.endpoint.qos)
 
 
-def test_further_names(small: Names) -> None:
-    """A further name of an action has all that the action has, in the node of the robot."""
+def test_an_alias_of_an_action_has_all_its_endpoints(small: Names) -> None:
     found = [node for node, one in owned(small) if one.name == "/navigate_to_pose/wall_e/_action/send_goal"]
 
     assert [Node("/wall_e", "bt_navigator")] == found
 
 
-def test_nav2_s_name_of_backing_up(small: Names) -> None:
-    """Backing up has the name of its type and that of Nav2's server."""
+def test_back_up_has_the_name_of_its_type_and_that_of_nav2(small: Names) -> None:
     found = {one.name for _, one in owned(small) if one.name.startswith("/eve/back") and one.name.endswith("status")}
 
     assert {"/eve/back_up/_action/status", "/eve/backup/_action/status"} == found
 
 
-def test_names_of_an_action() -> None:
-    """An action is called by its own names first, then by the world's aliases for it, but for names that are taken."""
+def test_an_action_has_its_own_names_before_aliases() -> None:
+    """Aliases that are taken are left out."""
     aliases = {"retreat": "eve/back_up", "eve/wait": "eve/back_up", "eve/backup": "eve/back_up", "x": "eve/spin"}
     names = Names({"eve": ["back_up", "wait"]}, aliases)
 
@@ -131,8 +123,7 @@ def test_names_of_an_action() -> None:
     assert [] == names.called("eve", "spin")
 
 
-def test_world_has_the_services_that_ros_has(small: Names) -> None:
-    """The services of simulation_interfaces are there under their usual names, and those that ROS lacks are not."""
+def test_the_world_has_the_services_of_simulation_interfaces_only(small: Names) -> None:
     found = {one.name: one.type for node, one in owned(small) if node == Node("/", "hmrsim")}
 
     assert "simulation_interfaces::srv::dds_::SpawnEntity_" == found["/spawn_entity"]
@@ -141,8 +132,7 @@ def test_world_has_the_services_that_ros_has(small: Names) -> None:
     assert "/simulate_steps/_action/send_goal" in found
 
 
-def test_what_is_needed_first_comes_first(small: Names) -> None:
-    """The world, then of all robots the goals to drive, nodes, topics, other actions, and nodes' services."""
+def test_endpoints_are_declared_in_the_order_of_need(small: Names) -> None:
     found = [(part.robot, bool(part.actions), bool(part.nodes), bool(part.topics)) for part in Parts(small).all]
 
     robots = ["wall_e", "eve", "cart"]
@@ -159,7 +149,7 @@ def test_what_is_needed_first_comes_first(small: Names) -> None:
 
 @pytest.mark.parametrize("robots", [10, 300, 1000])
 def test_large_fleets_have_few_standing_tokens(robots: int) -> None:
-    """All robots can be driven unasked, and the tokens beyond that are limited; a small fleet has all."""
+    """All robots can be driven without a lookup, and a small fleet has all tokens."""
     fleet = Names({f"r{number}": ["navigate_to_pose", "spin", "wait", "follow_path"] for number in range(robots)})
     parts, endpoints = Parts(fleet), Endpoints(RmwZenoh(), actions(), services())
     standing = parts.all[: parts.standing(endpoints.tokens)]
@@ -170,8 +160,7 @@ def test_large_fleets_have_few_standing_tokens(robots: int) -> None:
     assert sum(map(endpoints.tokens, standing)) <= max(MAX_STANDING, 7 * robots + 50)
 
 
-def test_part_of_a_name(small: Names) -> None:
-    """Each endpoint is found in the part that declares it."""
+def test_each_endpoint_is_found_in_the_part_that_declares_it(small: Names) -> None:
     endpoints, parts = Endpoints(RmwZenoh(), actions(), services()), Parts(small)
 
     for part in parts.all:
@@ -180,8 +169,7 @@ def test_part_of_a_name(small: Names) -> None:
     assert parts.of("/wall_e/nothing/_action/status") is None
 
 
-def test_no_endpoints_of_a_lost_robot(small: Names) -> None:
-    """A robot to which the connection is lost has no endpoints."""
+def test_a_lost_robot_has_no_endpoints(small: Names) -> None:
     assert "eve" not in {part.robot for part in Parts(small, {"eve"}).all}
 
 
@@ -190,8 +178,7 @@ def test_no_endpoints_of_a_lost_robot(small: Names) -> None:
     st.sampled_from(sorted(name for name, action in actions().items() if not action.of_world)),
     st.integers(0, 232),
 )
-def test_others_read_our_tokens(robot: str, action: str, domain: int) -> None:
-    """A third-party parser reads from our tokens what they were made of, whatever the robot's name."""
+def test_an_independent_parser_reads_our_tokens(robot: str, action: str, domain: int) -> None:
     endpoints = Endpoints(RmwZenoh(domain), actions(), services())
     part = Part(robot, ((f"/{robot}/{action}", action),), ("odom", "amcl_pose"))
 

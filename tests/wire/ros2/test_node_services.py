@@ -1,4 +1,4 @@
-"""Nodes' own services as ROS's tools call them: ``ros2 param``, ``ros2 lifecycle``, a lifecycle manager."""
+"""Services of nodes as called by ``ros2 param``, ``ros2 lifecycle`` and a lifecycle manager."""
 
 from __future__ import annotations
 
@@ -22,14 +22,13 @@ NODES = [
 
 
 class Tool:
-    """A ROS node that calls the services of another node, each once its server is seen."""
+    """A ROS node that calls the services of another node once their servers are visible."""
 
     def __init__(self, client, node):
         self._client, self._node = client, node
         self._services = {}
 
     def call(self, service, **fields):
-        """Return the response of a service."""
         kind = NODE_SERVICES[service]
         if service not in self._services:
             name = f"{self._node}/{service}"
@@ -37,17 +36,16 @@ class Tool:
         return self._services[service].call(self._services[service].type.request.encode(kind.request(**fields)))
 
     def change(self, number=0, label=""):
-        """Ask for a transition; return whether the state has changed."""
+        """Request a transition; return whether the state has changed."""
         return self.call("change_state", transition=Transition(id=number, label=label))["success"]
 
     def state(self):
-        """Return the name of the state."""
         return self.call("get_state")["current_state"]["label"]
 
 
 @pytest.fixture
 def tool(fast, ros):
-    """Return the function that makes tools for a node."""
+    """Return the function that creates tools for a node."""
     return lambda node, **options: Tool(ros(fast, **options), node)
 
 
@@ -56,7 +54,7 @@ def tool(fast, ros):
 
 @pytest.mark.parametrize("node", [*(f"/wall_e/{name}" for name in NODES), "/hmrsim"])
 def test_all_nodes_have_parameters(tool, node):
-    """``ros2 param list`` waits for the six services of every node, and asks each for the types of what it lists."""
+    """``ros2 param list`` waits for six services of each node, and requests the types of the listed names."""
     tool = tool(node)
     names = tool.call("list_parameters")["result"]["names"]
     descriptors = tool.call("describe_parameters", names=names)["descriptors"]
@@ -70,8 +68,7 @@ def test_all_nodes_have_parameters(tool, node):
 
 
 @pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
-def test_values_are_the_robot_s(tool, distro):
-    """Under the names that Nav2 has for them."""
+def test_parameters_have_the_names_of_nav2_and_the_values_of_the_robot(tool, distro):
     tool = tool("/wall_e/controller_server", distro=distro)
     speed, ids = tool.call("get_parameters", names=["FollowPath.max_vel_x", "controller_plugins"])["values"]
 
@@ -79,8 +76,7 @@ def test_values_are_the_robot_s(tool, distro):
     assert (ParameterValue.STRING_ARRAY, ["FollowPath"]) == (ids["type"], ids["string_array_value"])
 
 
-def test_parameters_can_not_be_set(tool):
-    """The outcome says why, and the value stays."""
+def test_setting_a_parameter_fails_with_a_reason(tool):
     tool = tool("/wall_e/controller_server")
     new = [{"name": name, "value": {"type": 3, "double_value": 2.0}} for name in ("FollowPath.max_vel_x", "nothing")]
     each = tool.call("set_parameters", parameters=new)["results"]
@@ -97,7 +93,7 @@ def test_parameters_can_not_be_set(tool):
 
 
 def test_unknown_parameters_have_no_values(tool):
-    """As with rclcpp, whose reply is empty if one of the names is unknown."""
+    """Like rclcpp, the reply is empty if one of the names is unknown."""
     tool = tool("/wall_e/amcl")
     names = ["use_sim_time", "nothing"]
 
@@ -106,8 +102,8 @@ def test_unknown_parameters_have_no_values(tool):
     assert [] == tool.call("describe_parameters", names=names)["descriptors"]
 
 
-def test_parameters_by_prefix_and_depth(tool):
-    """A prefix is whole parts of a name; the depth counts the parts beyond it."""
+def test_parameters_are_listed_by_prefix_and_depth(tool):
+    """The depth counts the parts of a name after the prefix."""
     tool = tool("/wall_e/controller_server")
     of_plugin = tool.call("list_parameters", prefixes=["FollowPath"])["result"]
     top = tool.call("list_parameters", depth=1)["result"]
@@ -121,8 +117,7 @@ def test_parameters_by_prefix_and_depth(tool):
 # --- lifecycle ---------------------------------------------------------------------------------------------------
 
 
-def test_a_deactivated_navigator_rejects_goals(tool, fast, ros):
-    """Until it is activated again; its goal is aborted, and those of other nodes are served meanwhile."""
+def test_a_deactivated_navigator_rejects_goals_until_it_is_activated(tool, fast, ros):
     tool, node = tool("/wall_e/bt_navigator"), ros(fast)
     drive, wait = (node.action(f"/wall_e/{name}").wait() for name in ("navigate_to_pose", "wait"))
     before = tool.state()
@@ -137,8 +132,7 @@ def test_a_deactivated_navigator_rejects_goals(tool, fast, ros):
     assert drive.send({}).accepted
 
 
-def test_goals_end_with_their_node(tool, live, ros):
-    """As by Nav2's action servers."""
+def test_goals_end_when_their_node_is_deactivated(tool, live, ros):
     tool = Tool(ros(live), "/wall_e/behavior_server")
     goal = ros(live).action("/wall_e/wait").wait().send(LONG)
     result = goal.begin_result()
@@ -149,8 +143,7 @@ def test_goals_end_with_their_node(tool, live, ros):
     assert tool.change(label="activate")
 
 
-def test_states_and_transitions(tool):
-    """``ros2 lifecycle list``: those from the current state, and all of rcl_lifecycle's machine."""
+def test_available_and_all_transitions_are_listed(tool):
     tool = tool("/wall_e/planner_server")
     states = [(one["id"], one["label"]) for one in tool.call("get_available_states")["available_states"]]
     now = [one["transition"]["label"] for one in tool.call("get_available_transitions")["available_transitions"]]
@@ -167,8 +160,7 @@ def test_states_and_transitions(tool):
     assert "shuttingdown" == ends["active", "shutdown"]
 
 
-def test_transitions_from_another_state_fail(tool):
-    """By number and by label; the state stays."""
+def test_invalid_transitions_fail_and_keep_the_state(tool):
     tool = tool("/wall_e/waypoint_follower")
 
     assert [False, False, False] == [tool.change(ACTIVATE), tool.change(label="configure"), tool.change(99)]
@@ -176,7 +168,6 @@ def test_transitions_from_another_state_fail(tool):
 
 
 def test_a_lifecycle_manager_takes_a_robot_down_and_up(tool):
-    """Each of its nodes by its own clients, at once: deactivate, clean up, configure, activate."""
     tools = [tool(f"/wall_e/{name}") for name in NODES[:7]]
     steps = ("deactivate", "cleanup", "configure", "activate")
     with ThreadPoolExecutor() as pool:

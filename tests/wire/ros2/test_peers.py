@@ -1,4 +1,4 @@
-"""Other nodes in our domain, and the warnings about them."""
+"""Other nodes in the domain, and the warnings about them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ NODE = Node("/", "nav_client")
 
 
 def _until(condition):
-    """Wait until something holds, or patience has an end."""
+    """Wait until *holds* returns true, or fail after the patience."""
     end = time.monotonic() + PATIENCE
     while not condition() and time.monotonic() < end:
         time.sleep(0.01)
 
 
 class Network:
-    """Our session with peers watched on it, and another's that declares tokens."""
+    """Our session, whose peers are watched, and another session that declares tokens."""
 
     def __init__(self, ours, theirs, caplog):
         self.ours = ours
@@ -46,7 +46,6 @@ class Network:
         self._tokens = []
 
     def watch(self, gone=None):
-        """Return peers that are watched."""
         return Peers(
             self.ours,
             DOMAIN,
@@ -57,7 +56,7 @@ class Network:
         )
 
     def declare(self, kind=Kind.CLIENT, name=NAME, type_=TYPE, hash_=KILTED, session=None):
-        """Declare an endpoint in the other's session, or in another one; return its text and its token."""
+        """Declare an endpoint in the other session, or in a further one; return its text and its token."""
         session = session or self._session
         ids = (0, len(self._tokens) + 1)
         text = keys.endpoint_token(DOMAIN, str(session.info.zid()), ids, NODE, Endpoint(kind, name, type_, hash_))
@@ -70,12 +69,12 @@ class Network:
         return token
 
     def warned(self, count):
-        """Return what was logged, once it is that many lines."""
+        """Return the logged lines, once there are that many."""
         _until(lambda: len(self._caplog.records) >= count)
         return self.told()
 
     def told(self):
-        """Return what was logged by the time that a token, declared now, has come and gone."""
+        """Return the lines logged by the time that a token, declared now, has come and gone."""
         text, token = self.declare(name="/last")
         token.undeclare()
         while self.gone.get(timeout=PATIENCE) != keys.gid(text):
@@ -85,7 +84,6 @@ class Network:
 
 @pytest.fixture
 def network(caplog):
-    """Return a network of two sessions."""
     caplog.set_level(logging.WARNING, "hmrsim_zenoh")
     ours, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
     with ours, open_client(SessionOptions(connect=endpoints)) as theirs:
@@ -95,14 +93,12 @@ def network(caplog):
 
 
 def test_client_of_the_same_type_is_not_reported(network):
-    """A client with the same type is not logged."""
     network.declare()
 
     assert [] == network.told()
 
 
-def test_client_of_another_distribution(network):
-    """The warning has both hashes, the nodes, and how to serve the client."""
+def test_a_client_of_another_distribution_is_reported_with_a_remedy(network):
     network.declare(hash_=JAZZY)
 
     (told,) = network.warned(1)
@@ -113,7 +109,7 @@ def test_client_of_another_distribution(network):
 
 
 def test_the_same_warning_comes_once(network):
-    """A program with many clients of a type causes one warning."""
+    """A program may have many clients of a type."""
     network.served["/eve/x"] = {(TYPE, KILTED)}
     network.declare(hash_=JAZZY)
     network.declare(hash_=JAZZY)
@@ -123,8 +119,7 @@ def test_the_same_warning_comes_once(network):
     assert 1 == len(network.warned(1))
 
 
-def test_a_client_from_before_the_name_is_reported_on_a_second_look(network):
-    """A client may have waited for a server before that was there."""
+def test_a_client_that_waits_for_a_later_server_is_reported(network):
     network.served.clear()
     network.declare(hash_=JAZZY)
     before = network.told()
@@ -134,8 +129,7 @@ def test_a_client_from_before_the_name_is_reported_on_a_second_look(network):
     assert (0, 1) == (len(before), len(network.told()))
 
 
-def test_subscriber_of_another_type(network):
-    """A subscriber is reported likewise; another type is named as ROS names it."""
+def test_a_subscriber_of_another_type_is_reported_with_the_ros_name(network):
     network.served["/wall_e/odom"] = {("nav_msgs::msg::dds_::Odometry_", OTHER)}
     network.declare(Kind.SUBSCRIBER, "/wall_e/odom", "geometry_msgs::msg::dds_::Pose_", OTHER)
 
@@ -146,8 +140,7 @@ def test_subscriber_of_another_type(network):
     ) == told
 
 
-def test_second_server_of_a_name(network):
-    """Two simulators on one domain, or a simulator and a robot, get in each other's way."""
+def test_a_second_server_of_an_action_is_reported(network):
     network.declare()
     network.declare(Kind.SERVICE)
     network.declare(Kind.SERVICE)
@@ -160,8 +153,7 @@ def test_second_server_of_a_name(network):
 
 
 @pytest.mark.parametrize("name", ["/get_entities", "/simulate_steps/_action/send_goal"])
-def test_second_server_of_the_world(network, name):
-    """What belongs to the world has no robot's name in it."""
+def test_a_second_server_of_a_world_service_is_reported_without_a_robot(network, name):
     network.served[name] = {(TYPE, KILTED)}
     network.declare()
     network.declare(Kind.SERVICE, name)
@@ -171,7 +163,7 @@ def test_second_server_of_the_world(network, name):
 
 
 def test_sessions_that_have_gone_do_not_count(network, monkeypatch):
-    """As each ``ros2`` command has a session of its own: their number is limited."""
+    """Each ``ros2`` command has a session, and the number of sessions is limited."""
     monkeypatch.setattr("hmrsim_zenoh.ros2.peers._MAX_SESSIONS", 1)
     others = f"@ros2_lv/{DOMAIN}/{'ab' * 16}/0/1/SC/%/%/x/%x/a::srv::dds_::X_/{OTHER}/::,10:,:,:,,"
     for token in [network.token(text) for text in (others, others.replace("/0/1/", "/0/2/"))]:
@@ -184,7 +176,7 @@ def test_sessions_that_have_gone_do_not_count(network, monkeypatch):
 
 
 def test_names_that_are_not_new_are_not_looked_at_again(network):
-    """Each robot that comes to a large fleet would take time for all clients of the others."""
+    """Otherwise each robot that joins a large fleet would cost a scan of all clients."""
     network.declare()
     network.declare(name="/eve/x")
     network.told()
@@ -194,8 +186,7 @@ def test_names_that_are_not_new_are_not_looked_at_again(network):
     assert ["/eve/x"] == network.came
 
 
-def test_name_of_a_client(network):
-    """It is its node's if its token is known, else its id, shortened."""
+def test_a_client_is_named_by_its_node_or_its_shortened_id(network):
     text, _ = network.declare()
     network.told()
 
@@ -205,7 +196,6 @@ def test_name_of_a_client(network):
 
 
 def test_request_of_a_reported_client_is_not_reported_again(network):
-    """A client that was reported by its token is not reported again by its request."""
     text, _ = network.declare(hash_=JAZZY)
     network.told()
     network.peers.wrong_hash(Address(NAME, TYPE, JAZZY), keys.gid(text).hex())
@@ -213,8 +203,7 @@ def test_request_of_a_reported_client_is_not_reported_again(network):
     assert 1 == len(network.warned(1))
 
 
-def test_request_of_a_client_without_a_token(network):
-    """A client without a token is reported once, when it sends a request."""
+def test_a_client_without_a_token_is_reported_at_its_first_request(network):
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
     network.peers.wrong_hash(Address(NAME, TYPE, OTHER), "10.0.0.7")
 
@@ -223,8 +212,7 @@ def test_request_of_a_client_without_a_token(network):
     assert told.endswith("build the client's workspace against nav2_msgs of kilted or lyrical")
 
 
-def test_id_of_a_client_that_goes(network):
-    """It is the hash of the token as it was declared, chunk 14 and all."""
+def test_the_id_of_a_client_that_goes_is_the_hash_of_its_declared_token(network):
     text, token = network.declare()
     token.undeclare()
     with_memory = network.token(f"{text}/backends:cpu:")
@@ -233,8 +221,7 @@ def test_id_of_a_client_that_goes(network):
     assert [keys.gid(text), keys.gid(f"{text}/backends:cpu:")] == [network.gone.get(timeout=PATIENCE) for _ in range(2)]
 
 
-def test_other_endpoints_go_unnoticed(network):
-    """Subscribers and servers, and clients of our own, wait for no result."""
+def test_only_other_clients_are_reported_as_gone(network):
     for kind, session in ((Kind.SUBSCRIBER, None), (Kind.SERVICE, None), (Kind.CLIENT, network.ours)):
         network.declare(kind, name="/x", session=session)[1].undeclare()
     text, token = network.declare()
@@ -244,7 +231,6 @@ def test_other_endpoints_go_unnoticed(network):
 
 
 def test_tokens_from_before_the_watch_are_seen(network):
-    """Tokens that are older than the watch count, too."""
     network.declare(hash_=JAZZY)
     gone = queue.Queue()
     later = network.watch(gone.put)
@@ -257,7 +243,7 @@ def test_tokens_from_before_the_watch_are_seen(network):
 
 
 def test_names_of_clients_and_subscribers_are_reported(network):
-    """So that what they look for is declared, in a fleet that does not declare all."""
+    """A large fleet declares their servers only when asked."""
     network.declare()
     network.declare(Kind.SUBSCRIBER, "/wall_e/odom")
     network.declare(Kind.PUBLISHER, "/wall_e/cmd_vel")
@@ -268,7 +254,6 @@ def test_names_of_clients_and_subscribers_are_reported(network):
 
 
 def test_own_tokens_are_ignored(network):
-    """The simulator does not warn of itself."""
     network.declare(hash_=JAZZY, session=network.ours)
 
     assert [] == network.told()
@@ -277,8 +262,7 @@ def test_own_tokens_are_ignored(network):
 @pytest.mark.parametrize(
     "tail", ["/1/2/3/SC", "/s/0/0/NN/%/%/n/more", "/s/0/1/SC/%/%/n/%a/t/h", f"/1/2/3/SC{'/ü' * 300}"]
 )
-def test_garbage_is_logged_and_ignored(network, tail):
-    """One bad token is logged in one line, and the next good one is read."""
+def test_a_malformed_token_is_logged_and_skipped(network, tail):
     text = f"@ros2_lv/{DOMAIN}{tail}"
     network.token(text)
     (told,) = network.warned(1)
@@ -286,16 +270,14 @@ def test_garbage_is_logged_and_ignored(network, tail):
     assert f"ROS domain 7: ignored {text[:200]!r}, which is not a token of rmw_zenoh" == told
 
 
-def test_much_garbage_is_not_logged(network):
-    """A client that declares thousands of them does not fill the log."""
+def test_thousands_of_malformed_tokens_do_not_fill_the_log(network):
     for number in range(50):
         network.token(f"@ros2_lv/{DOMAIN}/{number}/0/1/SC")
 
     assert 20 == len(network.warned(20))
 
 
-def test_invented_sessions_are_not_logged(network):
-    """A client that declares incompatible ones in the name of ever new sessions does not fill the log either."""
+def test_thousands_of_invented_sessions_do_not_fill_the_log(network):
     for number in range(50):
         ids = (0, number)
         network.token(keys.endpoint_token(DOMAIN, f"{number:x}", ids, NODE, Endpoint(Kind.CLIENT, NAME, TYPE, JAZZY)))
@@ -303,13 +285,11 @@ def test_invented_sessions_are_not_logged(network):
     assert 20 == len(network.warned(20))
 
 
-def test_hashes_of_a_type():
-    """Two distributions may have the same type."""
+def test_distributions_can_share_a_type():
     assert {JAZZY: ("jazzy",), KILTED: ("kilted", "lyrical")} == known()[TYPE]
 
 
-def test_distributions_that_are_spoken():
-    """A distribution is spoken where all its types are."""
+def test_a_distribution_is_served_if_all_its_types_are():
     feedback = "nav2_msgs::action::dds_::NavigateThroughPoses_FeedbackMessage_"
     (kilteds,) = (hash_ for hash_, distros in known()[feedback].items() if distros == ("kilted",))
 
@@ -319,7 +299,7 @@ def test_distributions_that_are_spoken():
 
 
 def test_humble_is_not_served():
-    """Its keys have no hash at all."""
+    """Its keys have no hash."""
     assert (
         "humble is not supported; use jazzy, kilted or lyrical" == difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
     )
@@ -328,6 +308,5 @@ def test_humble_is_not_served():
 @pytest.mark.parametrize(
     ("type_", "name"), [(TYPE, "nav2_msgs/action/NavigateThroughPoses_SendGoal"), ("", ""), ("a::b", "a::b")]
 )
-def test_type_as_ros_names_it(type_, name):
-    """A type is shown as ROS's tools do; what is none is shown as it is."""
+def test_types_are_shown_as_ros_tools_show_them(type_, name):
     assert name == ros_name(type_)

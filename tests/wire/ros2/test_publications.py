@@ -1,4 +1,4 @@
-"""What a simulation publishes in ROS, as received by other nodes."""
+"""ROS topics of a simulation, as other nodes receive them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FEEDBACK = actions()["navigate_to_pose"].feedback().model_dump()
 
 
 class Heard:
-    """What a subscriber of a topic receives, in order."""
+    """The samples that a subscriber of a topic receives, in order."""
 
     def __init__(self, type_: MessageType) -> None:
         self._type = type_
@@ -52,22 +52,17 @@ class Heard:
         return self._type.decode(self.sample().payload.to_bytes())
 
     def sample(self) -> zenoh.Sample:
-        """Return the next as it came."""
         return self._samples.get(timeout=PATIENCE)
 
     def until(self, wanted: Callable[[Any], bool]) -> Any:
-        """Return the first message of some kind."""
+        """Return the first message that fulfills a condition."""
         while not wanted(message := self.next()):
             pass
         return message
 
 
 class Stage:
-    """Publications of the small world, and another session on the network.
-
-    Args:
-        wire: How they are spelled.
-    """
+    """Publications of the small world, and another session on the network."""
 
     def __init__(self, wire: Wire) -> None:
         self.wire = wire
@@ -91,18 +86,16 @@ class Stage:
         self._subscribers: list[Any] = []
 
     def odom(self, robot: str) -> Sampled:
-        """Return where a robot is."""
         return self.simulator.readings.odom(self.simulator.robots[robot])
 
     def start(self) -> None:
-        """Have everything declared."""
         self.publications.start()
         thread = self.publications._declarations._thread
         assert thread is not None
         self.token("/cart/amcl/get_state")
 
     def token(self, name: str, kind: zenoh.SampleKind = zenoh.SampleKind.PUT) -> str:
-        """Return the token of an endpoint, once it is there; or once it is gone."""
+        """Return the token of an endpoint once it is declared, or once it is gone."""
         while True:
             sample = self._tokens.get(timeout=PATIENCE)
             read = read_token(str(sample.key_expr))
@@ -135,7 +128,6 @@ class Stage:
         return heard
 
     def close(self) -> None:
-        """End."""
         self.publications.close()
         self.other.close()
         self.session.close()
@@ -143,22 +135,20 @@ class Stage:
 
 @pytest.fixture
 def stage() -> Iterator[Stage]:
-    """Return publications on rmw_zenoh's wire that have not begun."""
+    """Return publications on rmw_zenoh's wire that have not started."""
     made = Stage(RmwZenoh())
     yield made
     made.close()
 
 
 def statuses(message: Any) -> list[int]:
-    """Return the statuses of a list."""
     return [each["status"] for each in message["status_list"]]
 
 
 STATUS = "/wall_e/navigate_to_pose/_action/status"
 
 
-def test_subscriber_that_was_there_before(stage):
-    """A subscriber from before the publisher gets the list, which is empty, and all later ones."""
+def test_a_subscriber_from_before_the_publisher_gets_every_status_list(stage):
     heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
     stage.start()
     first = heard.next()
@@ -167,16 +157,14 @@ def test_subscriber_that_was_there_before(stage):
     assert [[], [1]] == [statuses(first), statuses(heard.until(statuses))]
 
 
-def test_subscriber_that_comes_later(stage):
-    """A late subscriber gets the last list, though nothing is published any more."""
+def test_a_late_subscriber_gets_the_last_status_list(stage):
     stage.start()
     stage.publications.emit(ACCEPTED)
 
     assert [1] == statuses(stage.hear_latched(STATUS, stage.endpoints.status_type).next())
 
 
-def test_status_before_the_publisher_is_there(stage):
-    """A goal that begins before its action is declared in ROS is in the first list that ROS gets."""
+def test_the_first_status_list_has_goals_from_before_the_publisher(stage):
     stage.publications._declarations.want = lambda *_parts: None
     stage.publications.start()
     stage.publications.emit(ACCEPTED)
@@ -186,8 +174,7 @@ def test_status_before_the_publisher_is_there(stage):
     assert [1] == statuses(stage.hear_latched(STATUS, stage.endpoints.status_type).next())
 
 
-def test_attachment(stage):
-    """A message has its publisher's id, which is that of the token, and a number from 1."""
+def test_the_attachment_has_the_id_of_the_token_and_counts_from_1(stage):
     heard = stage.hear_latched(STATUS, stage.endpoints.status_type)
     stage.publications.start()
     token = stage.token(STATUS)
@@ -197,16 +184,14 @@ def test_attachment(stage):
     assert (1, gid(token)) == (read_attachment(attached.to_bytes()).sequence, read_attachment(attached.to_bytes()).gid)
 
 
-def test_pose_is_latched(stage):
-    """A late subscriber gets the robot's first pose, even if the topic had no subscriber before."""
+def test_a_late_subscriber_gets_the_first_pose(stage):
     stage.start()
     pose = stage.hear_latched("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose")).next()
 
     assert {"x": 9.0, "y": 2.0, "z": 0.0} == pose["pose"]["pose"]["position"]
 
 
-def test_pose_needs_odometry(stage):
-    """If the pose has a subscriber, the simulation samples odometry."""
+def test_a_subscriber_of_the_pose_turns_on_odometry(stage):
     stage.start()
     before = stage.publications.wants(Topic.ODOM)
     stage.hear("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose"))
@@ -214,8 +199,7 @@ def test_pose_needs_odometry(stage):
     assert (False, True) == (before, stage.publications.wants(Topic.ODOM))
 
 
-def test_layouts_apart(stage):
-    """Each layout with a subscriber is published on its own key, in its own bytes."""
+def test_each_layout_with_a_subscriber_is_published_on_its_key(stage):
     stage.start()
     kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
     name = "/wall_e/navigate_to_pose/_action/feedback"
@@ -230,7 +214,6 @@ def test_layouts_apart(stage):
 
 
 def test_layout_without_a_subscriber_is_not_encoded(stage, monkeypatch):
-    """If only one layout has a subscriber, no other is encoded."""
     stage.start()
     kilted, lyrical = stage.endpoints.feedback_types("navigate_to_pose")
     monkeypatch.setitem(vars(lyrical), "encode", lambda _values: pytest.fail("encoded"))
@@ -241,7 +224,6 @@ def test_layout_without_a_subscriber_is_not_encoded(stage, monkeypatch):
 
 
 def test_feedback_without_a_subscriber_is_not_encoded(stage, monkeypatch):
-    """Without a subscriber, no message is made at all."""
     stage.start()
     for type_ in stage.endpoints.feedback_types("navigate_to_pose"):
         monkeypatch.setitem(vars(type_), "encode", lambda _values: pytest.fail("encoded"))
@@ -251,8 +233,7 @@ def test_feedback_without_a_subscriber_is_not_encoded(stage, monkeypatch):
     assert wanted is False
 
 
-def test_feedback_that_can_not_be_put_in_bytes(stage, caplog):
-    """A message that can't be encoded is logged, and the simulation goes on."""
+def test_feedback_that_can_not_be_encoded_is_logged(stage, caplog):
     stage.start()
     stage.hear("/wall_e/navigate_to_pose/_action/feedback", stage.endpoints.feedback_types("navigate_to_pose")[0])
     stage.publications.emit(FeedbackSent("wall_e", "navigate_to_pose", GOAL, {}))
@@ -260,8 +241,7 @@ def test_feedback_that_can_not_be_put_in_bytes(stage, caplog):
     assert "not published in ROS" in caplog.text
 
 
-def test_transforms_of_all(stage):
-    """Among all robots a robot's frame has the robot's name, as its odometry says."""
+def test_frames_of_all_robots_have_the_robots_names(stage):
     stage.start()
     heard = stage.hear("/tf", stage.endpoints.message_type("tf"))
     stage.publications.emit(stage.odom("eve"))
@@ -271,8 +251,7 @@ def test_transforms_of_all(stage):
     assert {"x": 9.0, "y": 2.0, "z": 0.0} == transform["transform"]["translation"]
 
 
-def test_transforms_of_one(stage):
-    """A robot's own transforms lead from the map to its base without its name, as Nav2's do."""
+def test_the_transforms_of_one_robot_have_no_prefix(stage):
     stage.start()
     heard = stage.hear("/eve/tf", stage.endpoints.message_type("tf"))
     stage.publications.emit(stage.odom("eve"))
@@ -282,8 +261,7 @@ def test_transforms_of_one(stage):
 
 
 @pytest.mark.parametrize(("topic", "robot"), [(Topic.CLOCK, ""), (Topic.ODOM, "eve")])
-def test_sample(stage, topic, robot):
-    """A sample is published as it is, under its usual name."""
+def test_a_sample_is_published_unchanged(stage, topic, robot):
     stage.start()
     sample = stage.odom("eve") if robot else stage.simulator.readings.clock()
     type_ = stage.endpoints.message_type(topic.value)
@@ -293,8 +271,7 @@ def test_sample(stage, topic, robot):
     assert type_.decode(type_.encode(sample.message)) == heard.next()
 
 
-def test_lost_robot(stage):
-    """A robot to which the connection is lost is not there in ROS, and is again when it is back."""
+def test_a_lost_robot_disappears_until_it_is_back(stage):
     stage.start()
     stage.publications.follow(names_of(stage.simulator), {"eve"})
     stage.token("/eve/navigate_to_pose/_action/status", zenoh.SampleKind.DELETE)
@@ -303,15 +280,13 @@ def test_lost_robot(stage):
     assert stage.token("/eve/navigate_to_pose/_action/status")
 
 
-def test_served(stage):
-    """All types and hashes of a name are known, also before the network knows of it."""
+def test_served_types_are_known_before_they_are_declared(stage):
     served = stage.publications.served("/wall_e/navigate_to_pose/_action/feedback")
 
     assert {"9d1f6fa2", "2c1b4ec1"} == {hash_.removeprefix("RIHS01_")[:8] for _, hash_ in served}
 
 
-def test_served_of_a_lost_robot(stage):
-    """What a robot had is not served any more once it is lost, and is again when it is back."""
+def test_a_lost_robot_serves_nothing_until_it_is_back(stage):
     names = names_of(stage.simulator)
     before = stage.publications.served("/eve/odom")
     stage.publications.follow(names, {"eve"})
@@ -324,7 +299,6 @@ def test_served_of_a_lost_robot(stage):
 
 
 def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
-    """What is not standing has no token until its name is asked for, and is published from then on."""
     monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
     stage.publications.start()
     stage.token("/cart/navigate_to_pose/_action/status")
@@ -338,8 +312,7 @@ def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
     assert stage.token("/cart/wait/_action/status")
 
 
-def test_names_of_robots_that_have_come(stage):
-    """Those alone are new, until others come."""
+def test_only_names_of_new_robots_are_new(stage):
     stage.start()
     names = names_of(stage.simulator)
     seen = []
@@ -350,16 +323,14 @@ def test_names_of_robots_that_have_come(stage):
     assert [[False, False, False], [True, False, False]] == seen
 
 
-def test_nothing_changes(stage):
-    """The same robots again are no change."""
+def test_the_same_robots_are_no_change(stage):
     names = names_of(stage.simulator)
     found = [stage.publications.follow(names, lost) for lost in ((), ("eve",), ("eve",))]
 
     assert [False, True, False] == found
 
 
-def test_feedback_before_anything_is_declared_where_there_are_no_tokens():
-    """Where clients don't wait for tokens, the feedback of the first instants is not lost."""
+def test_feedback_before_the_declaration_is_kept_without_tokens():
     stage = Stage(Ros2Dds())
     try:
         stage.publications._declarations.want = lambda *_parts: None
@@ -374,8 +345,7 @@ def test_feedback_before_anything_is_declared_where_there_are_no_tokens():
     assert list(bytes.fromhex(GOAL)) == list(found["goal_id"]["uuid"])
 
 
-def test_bridge_s_wire():
-    """On zenoh-bridge-ros2dds's wire the key is the name, and nothing goes with a message."""
+def test_on_the_bridges_wire_the_key_is_the_name():
     stage = Stage(Ros2Dds())
     try:
         stage.publications.start()
@@ -388,8 +358,7 @@ def test_bridge_s_wire():
     assert ("wall_e/navigate_to_pose/_action/status", None) == (str(sample.key_expr), sample.attachment)
 
 
-def test_latched_that_opens_again():
-    """A publisher that is opened again counts from the start, beginning with the last message."""
+def test_a_reopened_latched_publisher_starts_with_the_last_message():
     said: list[tuple[bytes, int]] = []
 
     def put(payload: bytes, attachment: bytes) -> None:
@@ -408,7 +377,7 @@ def test_latched_that_opens_again():
 
 @pytest.mark.parametrize("kind", [Publisher, LatchedPublisher])
 def test_shut_waits_for_a_put_that_is_running(kind):
-    """A publisher is undeclared after its last put has returned: Zenoh refuses to undeclare it during one."""
+    """Zenoh refuses to undeclare a publisher during a put."""
     publisher = kind()
     waited: list[bool] = []
     shutting = threading.Thread(target=publisher.close)

@@ -1,4 +1,4 @@
-"""Queries of ROS clients as commands, and answers as their replies: the rules, without a network."""
+"""Queries of ROS clients as commands, and answers as their replies, without a network."""
 
 from __future__ import annotations
 
@@ -39,14 +39,13 @@ SECOND = 1_000_000_000
 
 
 def wait_type(distro="jazzy", action="wait"):
-    """Return the type of an action."""
     found = all_actions()[action]
     return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
 
 
 @dataclass
 class Query:
-    """A query, and what was done with it."""
+    """A query and its replies."""
 
     key_expr: str
     payload: zenoh.ZBytes | None
@@ -55,12 +54,10 @@ class Query:
     drops: int = 0
 
     def reply(self, key, payload, *, attachment):
-        """Keep a reply."""
         assert not self.drops
         self.replies.append((key, payload, attachment))
 
     def drop(self):
-        """Count."""
         self.drops += 1
 
 
@@ -71,19 +68,17 @@ def key(verb, distro="jazzy", action="wait", robot="wall_e"):
 
 
 def attached(gid):
-    """Return what a client attaches."""
+    """Return the attachment of a client."""
     return struct.pack("<qqB16s", 7, 1, 16, gid)
 
 
 def query(key_, payload=b"", attachment=None):
-    """Return a query as rmw_zenoh makes it."""
+    """Return a query like those of rmw_zenoh."""
     signed = attached(GID) if attachment is None else attachment
     return Query(key_, zenoh.ZBytes(payload), zenoh.ZBytes(signed) if signed else None)
 
 
 class Desk:
-    """Requests, and what they report."""
-
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
         self.waiting = PendingResults()
         self.wrong = []
@@ -101,7 +96,6 @@ class Desk:
         )
 
     def one(self, query_):
-        """Return the one command of a query."""
         (command,) = self.requests.decode(query_)
         assert not query_.replies
         assert not query_.drops
@@ -109,7 +103,7 @@ class Desk:
 
 
 def reply_of(query_, type_):
-    """Return the one reply, read; and nothing comes after it."""
+    """Return the decoded reply, and check that there is only one."""
     ((_, payload, _),) = query_.replies
     assert 1 == query_.drops
     return type_.response.decode(payload)
@@ -119,18 +113,14 @@ SEND = CDR + ID + struct.pack("<iI", 3, 500)
 
 
 class TestGoals:
-    """send_goal."""
-
-    def test_a_goal(self):
-        """Its bytes become a message, and its id 32 hex digits."""
+    def test_a_goal_is_decoded_with_its_id(self):
         command = Desk().one(query(key("send_goal"), SEND))
 
         goal = Wait.Goal(time=Duration(sec=3, nanosec=500))
         assert ("wall_e", "wait", goal, "000102030405060708090a0b0c0d0e0f") == command[:4]
         assert isinstance(command, SendGoal)
 
-    def test_the_answer(self):
-        """It has our stamp, the request's sequence and id, and the wall clock's time."""
+    def test_the_answer_has_the_stamp_and_the_attachment_of_the_request(self):
         asked = query(key("send_goal"), SEND)
         command = Desk().one(asked)
         command.reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=9 * SECOND + 10))
@@ -143,7 +133,7 @@ class TestGoals:
         assert stamp > 1_700_000_000 * SECOND
 
     def test_each_distribution_is_answered_in_its_layout(self):
-        """Jazzy's Spin goal lacks a field that kilted's has."""
+        """Jazzy's Spin goal lacks a field of kilted's."""
         jazzy, kilted = (
             Desk().one(query(key("send_goal", distro, "spin"), CDR + ID + tail))
             for distro, tail in (
@@ -156,7 +146,7 @@ class TestGoals:
         assert (1.5, True) == (kilted.goal.target_yaw, kilted.goal.disable_collision_checks)
 
     def test_a_truncated_goal_is_not_accepted(self, caplog):
-        """It is answered, and the log says once which field is missing, however often it comes."""
+        """The missing field is logged once, however often the goal comes."""
         desk, asked = Desk(), [query(key("send_goal"), SEND[:-2]) for _ in range(3)]
         found = [desk.requests.decode(each) for each in asked]
 
@@ -166,8 +156,7 @@ class TestGoals:
         assert said.startswith("ROS 2: client 6465: /wall_e/wait/_action/send_goal: ")
         assert "goal.time.nanosec" in said
 
-    def test_not_a_number(self, caplog):
-        """A goal that makes no sense is not accepted, and the log says why."""
+    def test_a_goal_with_nan_is_rejected_and_logged(self, caplog):
         type_ = wait_type(action="navigate_to_pose").send_goal
         pose = {"position": {"x": float("nan"), "y": 0.0, "z": 0.0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
         header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
@@ -182,8 +171,7 @@ class TestGoals:
         assert caplog.messages[0].endswith("pose.pose.position.x: Input should be a finite number")
 
     @pytest.mark.parametrize("payload", [bytes(1001), b"\xff" * 300, b""])
-    def test_malformed_goals(self, payload, caplog):
-        """Requests that are too long, garbage or empty are answered, too."""
+    def test_malformed_goals_are_answered(self, payload, caplog):
         asked = query(key("send_goal"), payload)
         found = Desk().requests.decode(asked)
 
@@ -191,8 +179,7 @@ class TestGoals:
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
         assert 1 == len(caplog.messages)
 
-    def test_each_mistake_is_logged(self, caplog):
-        """A client that makes another mistake gets another warning."""
+    def test_each_kind_of_error_of_a_client_is_logged(self, caplog):
         desk = Desk()
         for size in (1001, 1002, 1001):
             desk.requests.decode(query(key("send_goal"), bytes(size)))
@@ -201,14 +188,12 @@ class TestGoals:
             message.split(": ")[3].partition(";")[0] for message in caplog.messages
         ]
 
-    def test_too_large(self, caplog):
-        """The log says how much is taken."""
+    def test_a_goal_that_is_too_large_is_logged_with_the_limit(self, caplog):
         Desk().requests.decode(query(key("send_goal"), bytes(1001)))
 
         assert "payload of 1001 bytes; 1 to 1000 are taken" in caplog.text
 
-    def test_without_an_attachment(self, caplog):
-        """A goal without a client's GID is taken all the same, and answered with zeros."""
+    def test_a_goal_without_an_attachment_is_answered_with_zeros(self, caplog):
         asked = query(key("send_goal"), SEND, attachment=b"")
         command = Desk().one(asked)
         command.reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
@@ -217,8 +202,7 @@ class TestGoals:
         assert (0, 16, bytes(16)) == (sequence, length, gid)
         assert "has no attachment" in caplog.text
 
-    def test_an_attachment_that_is_none(self, caplog):
-        """Likewise."""
+    def test_a_goal_with_a_malformed_attachment_is_answered_with_zeros(self, caplog):
         asked = query(key("send_goal"), SEND, attachment=b"rubbish")
         Desk().one(asked)
 
@@ -226,8 +210,6 @@ class TestGoals:
 
 
 class TestOthersKeys:
-    """Keys in the domain that are not ours."""
-
     @pytest.mark.parametrize(
         "key_",
         [
@@ -239,15 +221,14 @@ class TestOthersKeys:
             "1/wall_e/wait/_action/send_goal/x/y",
         ],
     )
-    def test_a_name_that_is_not_ours(self, key_):
-        """Another node serves it: the query is dropped, without a reply and without a warning."""
+    def test_a_query_of_another_node_is_dropped_silently(self, key_):
         asked = query(key_, SEND)
         found = Desk().requests.decode(asked)
 
         assert ([], [], 1) == (found, asked.replies, asked.drops)
 
-    def test_a_wrong_hash(self):
-        """The mismatch is reported, and answered as not accepted, so that the client does not wait for ever."""
+    def test_a_goal_with_a_wrong_hash_is_reported_and_rejected(self):
+        """Without an answer the client would wait forever."""
         desk = Desk()
         asked = query(f"0/wall_e/wait/_action/send_goal/{wait_type().send_goal.dds_name}/RIHS01_0", SEND)
         found = desk.requests.decode(asked)
@@ -259,8 +240,6 @@ class TestOthersKeys:
 
 
 class TestCancels:
-    """cancel_goal."""
-
     @pytest.mark.parametrize(
         ("goal_id", "stamp", "expected"),
         [
@@ -269,15 +248,13 @@ class TestCancels:
             (ID, (1, 0), (ID.hex(), SECOND)),
         ],
     )
-    def test_a_request(self, goal_id, stamp, expected):
-        """Id and stamp are the command's."""
+    def test_a_cancel_has_the_id_and_stamp_of_the_request(self, goal_id, stamp, expected):
         command = Desk().one(query(key("cancel_goal"), CDR + goal_id + struct.pack("<iI", *stamp)))
 
         assert isinstance(command, CancelGoal)
         assert ("wall_e", "wait", *expected) == command[:4]
 
-    def test_the_answer(self):
-        """The answer lists the goals that are canceled."""
+    def test_the_answer_lists_the_canceled_goals(self):
         asked = query(key("cancel_goal"), CDR + bytes(24))
         Desk().one(asked).reply_to.answer(CancelResponse(0, (GoalEntry(ID.hex(), SECOND, GoalStatus.CANCELING),)))
 
@@ -285,15 +262,13 @@ class TestCancels:
         assert 0 == reply["return_code"]
         assert [(list(ID), 1)] == [(list(g["goal_id"]["uuid"]), g["stamp"]["sec"]) for g in reply["goals_canceling"]]
 
-    def test_unreadable(self):
-        """Nothing is canceled: 1."""
+    def test_a_malformed_cancel_is_rejected_with_code_1(self):
         asked = query(key("cancel_goal"), CDR + bytes(5))
         Desk().requests.decode(asked)
 
         assert {"return_code": 1, "goals_canceling": []} == reply_of(asked, wait_type().cancel_goal)
 
-    def test_refused(self):
-        """A robot that can't be reached cancels nothing: 1."""
+    def test_a_cancel_for_an_unreachable_robot_is_rejected_with_code_1(self):
         asked = query(key("cancel_goal"), CDR + bytes(24))
         Desk().one(asked).reply_to.answer(Refused("robot", "wall_e", "no connection"))
 
@@ -301,17 +276,13 @@ class TestCancels:
 
 
 class TestResults:
-    """get_result."""
-
-    def test_a_request(self):
-        """It waits for the answer."""
+    def test_a_result_request_waits_for_its_answer(self):
         command = Desk().one(query(key("get_result"), CDR + ID))
 
         assert isinstance(command, GetResult)
         assert ("wall_e", "wait", ID.hex()) == command[:3]
 
-    def test_the_answer(self):
-        """Status and result."""
+    def test_the_answer_has_status_and_result(self):
         asked = query(key("get_result"), CDR + ID)
         result = Wait.Result(total_elapsed_time=Duration(sec=3))
         Desk().one(asked).reply_to.answer(ResultResponse(GoalStatus.SUCCEEDED, result))
@@ -319,15 +290,13 @@ class TestResults:
         reply = reply_of(asked, wait_type().get_result)
         assert (4, 3) == (reply["status"], reply["result"]["total_elapsed_time"]["sec"])
 
-    def test_unreadable(self):
-        """The goal is unknown: 0, with an empty result."""
+    def test_a_malformed_result_request_gets_status_0(self):
         asked = query(key("get_result"), CDR + ID[:7])
         Desk().requests.decode(asked)
 
         assert 0 == reply_of(asked, wait_type().get_result)["status"]
 
-    def test_requests_of_a_client_that_has_gone(self):
-        """These are withdrawn, and no others."""
+    def test_only_requests_of_a_client_that_has_gone_are_withdrawn(self):
         desk = Desk()
         mine = desk.one(query(key("get_result"), CDR + ID))
         other = struct.pack("<qqB16s", 1, 1, 16, bytes(15) + b"\1")
@@ -338,8 +307,7 @@ class TestResults:
         assert (mine.reply_to,) == withdraw.reply_tos
         assert [] == desk.waiting.gone(GID.hex())
 
-    def test_what_was_answered_is_not_taken_back(self):
-        """It is forgotten."""
+    def test_an_answered_request_is_not_withdrawn(self):
         desk = Desk()
         command = desk.one(query(key("get_result"), CDR + ID))
         desk.waiting.answered(command.reply_to)
@@ -347,8 +315,7 @@ class TestResults:
         assert [] == desk.waiting.gone(GID.hex())
 
     @pytest.mark.parametrize("bound", ["MAX_WAITING", "MAX_PER_CLIENT"])
-    def test_no_more_than_so_many_wait(self, monkeypatch, bound):
-        """To make room for another request, the oldest is answered with the goal's current status."""
+    def test_the_oldest_request_makes_room_with_the_current_status(self, monkeypatch, bound):
         monkeypatch.setattr(requests_module, bound, 1)
         desk = Desk()
         first = desk.one(query(key("get_result"), CDR + ID))
@@ -358,7 +325,7 @@ class TestResults:
         assert [second.reply_to] == [asked for each in desk.waiting.gone(GID.hex()) for asked in each.reply_tos]
 
     def test_the_client_with_most_requests_makes_room(self, monkeypatch):
-        """If all clients have too many, a client with few requests keeps them."""
+        """A client with few requests keeps them."""
         monkeypatch.setattr(requests_module, "MAX_WAITING", 3)
         desk, other = Desk(), bytes(range(16, 32))
         modest = desk.one(query(key("get_result"), CDR + ID, attachment=struct.pack("<qqB16s", 1, 1, 16, other)))
@@ -369,8 +336,7 @@ class TestResults:
         assert (first.reply_to,) == withdraw.reply_tos
         assert [(modest.reply_to,)] == [each.reply_tos for each in desk.waiting.gone(other.hex())]
 
-    def test_clients_without_an_id(self, monkeypatch):
-        """The number of clients without an id that wait for a goal is limited."""
+    def test_waiting_clients_without_an_id_are_limited(self, monkeypatch):
         monkeypatch.setattr(requests_module, "MAX_ANONYMOUS", 1)
         desk, other = Desk(Ros2Dds()), bytes(range(16, 32))
         for goal_id in (ID, other):
@@ -381,7 +347,7 @@ class TestResults:
 
 
 class TestServices:
-    """The world's, and those of Nav2's nodes."""
+    """Services of the world and of Nav2's nodes."""
 
     ENTITIES = all_services()["get_entities"]
 
@@ -391,23 +357,20 @@ class TestServices:
     def _query(self, payload):
         return query(f"0/get_entities/{self._type().dds_name}/{self._type().hash}", payload)
 
-    def test_a_request(self):
-        """It is a call."""
+    def test_a_service_request_is_a_call(self):
         command = Desk().one(self._query(self._type().request.encode(GetEntities.Request())))
 
         assert isinstance(command, CallService)
         assert ("get_entities", GetEntities.Request()) == command[:2]
 
-    def test_the_answer(self):
-        """It is the service's own."""
+    def test_the_answer_is_the_response_of_the_service(self):
         asked = self._query(self._type().request.encode(GetEntities.Request()))
         Desk().one(asked).reply_to.answer(GetEntities.Response(result=Result(result=1), entities=["wall_e"]))
 
         assert ["wall_e"] == reply_of(asked, self._type())["entities"]
 
     @pytest.mark.parametrize("refuse", [True, False])
-    def test_refused_or_unreadable(self, refuse):
-        """The result says that it failed, and why."""
+    def test_a_rejected_or_malformed_request_fails_with_a_reason(self, refuse):
         asked = self._query(self._type().request.encode(GetEntities.Request()) if refuse else b"\0\1\0\0\1")
         commands = Desk().requests.decode(asked)
         for command in commands:
@@ -417,8 +380,7 @@ class TestServices:
         assert Result.RESULT_OPERATION_FAILED == result["result"]
         assert ("the simulation has ended" if refuse else "filters") in result["error_message"]
 
-    def test_what_ros_does_not_have(self):
-        """Services of our own types are on the JSON wire alone."""
+    def test_services_of_our_own_types_are_not_served_to_ros(self):
         assert Desk().catalog.find("/inject_fault") is None
 
     @pytest.mark.parametrize(
@@ -426,13 +388,12 @@ class TestServices:
         [("bt_navigator", True), ("amcl", True), ("behavior_server", True), ("move_group", False), ("nobody", False)],
     )
     def test_nodes_of_nav2_are_active(self, node, there):
-        """3, active: Nav2's clients wait for that."""
+        """Nav2's clients wait for state 3."""
         offer = Desk().catalog.find(f"/wall_e/{node}/get_state")
 
         assert there == (offer is not None)
 
-    def test_the_state(self):
-        """Its number and its label."""
+    def test_the_state_has_number_and_label(self):
         desk = Desk()
         type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
         asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
@@ -443,16 +404,12 @@ class TestServices:
 
 
 class TestNames:
-    """Further names."""
-
-    def test_backup(self):
-        """Nav2's name of back_up is served as that."""
+    def test_nav2s_backup_is_served_as_back_up(self):
         offer = Desk().catalog.find("/wall_e/backup/_action/send_goal")
 
         assert ("wall_e", "back_up") == (offer.robot, offer.action.name)
 
-    def test_an_alias_of_the_world_file(self):
-        """It is served as what it stands for."""
+    def test_an_alias_of_the_world_file_is_served(self):
         names = Names({"wall_e": ["wait"]}, {"rest/wall_e": "wall_e/wait"})
         offer = Desk(names=names).catalog.find("/rest/wall_e/_action/get_result")
 
@@ -467,8 +424,8 @@ class TestNames:
             ("get_result", b"rubbish", {"status": 0}),
         ],
     )
-    def test_a_lost_robot(self, verb, payload, expected, caplog):
-        """A request for a robot that has left is answered: neither the robot nor its goals are known."""
+    def test_requests_for_a_lost_robot_are_answered(self, verb, payload, expected, caplog):
+        """Neither the robot nor its goals are known."""
         desk, asked = Desk(), query(key(verb), payload)
         desk.catalog.follow(Names({"eve": ["wait"]}))
         found = desk.requests.decode(asked)
@@ -477,8 +434,7 @@ class TestNames:
         assert expected.items() <= reply_of(asked, getattr(wait_type(), verb)).items()
         assert caplog.messages[0].endswith(f"/wall_e/wait/_action/{verb}: no longer served: its robot is gone")
 
-    def test_node_of_a_lost_robot(self):
-        """Its state is unknown: 0."""
+    def test_the_node_of_a_lost_robot_has_state_0(self):
         desk = Desk()
         type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
         asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
@@ -487,8 +443,7 @@ class TestNames:
 
         assert 0 == reply_of(asked, type_)["current_state"]["id"]
 
-    def test_a_robot_that_has_come_back(self):
-        """Its endpoints are served as before."""
+    def test_a_robot_that_is_back_is_served_as_before(self):
         catalog = Desk().catalog
         catalog.follow(Names({"eve": ["wait"]}))
         lost = [catalog.find(f"/{robot}/wait/_action/send_goal").lost for robot in ("wall_e", "eve")]
@@ -497,8 +452,7 @@ class TestNames:
         assert [True, False] == lost
         assert not catalog.find("/wall_e/wait/_action/send_goal").lost
 
-    def test_number_of_lost_robots(self, monkeypatch):
-        """The oldest ones are forgotten."""
+    def test_the_oldest_lost_robots_are_forgotten(self, monkeypatch):
         monkeypatch.setattr(catalog_module, "_MAX_LOST", 1)
         catalog = Desk(names=Names({"a": ["wait"], "b": ["wait"]})).catalog
         catalog.follow(Names({"b": ["wait"]}))
@@ -509,17 +463,15 @@ class TestNames:
 
 
 class TestRos2Dds:
-    """The wire of zenoh-bridge-ros2dds: keys are names."""
+    """The wire of zenoh-bridge-ros2dds, whose keys are names."""
 
-    def test_a_goal(self):
-        """It needs no attachment, and its answer has none."""
+    def test_a_goal_needs_no_attachment(self):
         asked = query("wall_e/wait/_action/send_goal", SEND, attachment=b"")
         Desk(Ros2Dds()).one(asked).reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
 
         assert [None] == [attachment for _, _, attachment in asked.replies]
 
-    def test_an_attachment(self):
-        """What came goes back."""
+    def test_an_attachment_is_returned_unchanged(self):
         asked = query("wall_e/wait/_action/send_goal", SEND, attachment=b"who knows")
         Desk(Ros2Dds()).one(asked).reply_to.answer(GoalResponse(accepted=True, goal_id=ID.hex(), stamp=1))
 
@@ -527,10 +479,7 @@ class TestRos2Dds:
 
 
 class TestAnswers:
-    """Exactly one reply, whatever happens."""
-
-    def test_a_session_that_was_closed(self):
-        """The query is dropped all the same."""
+    def test_a_query_is_dropped_when_its_session_is_closed(self):
 
         class Closed(Query):
             def reply(self, *_args, **_options):
@@ -541,16 +490,14 @@ class TestAnswers:
 
         assert 1 == asked.drops
 
-    def test_an_answer_that_can_not_be_encoded(self, caplog):
-        """The bug is logged, and the client gets an answer that it can read."""
+    def test_an_answer_that_can_not_be_encoded_is_replaced_and_logged(self, caplog):
         asked = query(key("cancel_goal"), CDR + bytes(24))
         Desk().one(asked).reply_to.answer(CancelResponse(1000))
 
         assert 1 == reply_of(asked, wait_type().cancel_goal)["return_code"]
         assert logging.ERROR == caplog.records[-1].levelno
 
-    def test_a_bug_while_reading(self, monkeypatch):
-        """It is answered, too."""
+    def test_a_bug_while_decoding_is_answered(self, monkeypatch):
         asked = query(key("send_goal"), SEND)
         monkeypatch.setattr("hmrsim_zenoh.ros2.requests.handlers._goal_id", lambda _request: 1 / 0)
         found = Desk().requests.decode(asked)
@@ -558,8 +505,8 @@ class TestAnswers:
         assert [] == found
         assert not reply_of(asked, wait_type().send_goal)["accepted"]
 
-    def test_complaints_of_a_minute(self, caplog):
-        """A client that invents a thousand ids fills no disk, and others are logged again a minute later."""
+    def test_warnings_are_limited_per_minute(self, caplog):
+        """A client that invents a thousand ids must not fill the disk."""
         now = [0.0]
         rejections = RejectionLog(clock=lambda: now[0])
         for number in range(1100):
@@ -571,8 +518,7 @@ class TestAnswers:
         assert "rubbish of 19" == caplog.messages[19]
         assert ["ROS 2: suppressed 1080 more warnings in a minute", "somebody else's"] == caplog.messages[20:]
 
-    def test_complaints_are_forgotten(self, caplog):
-        """A warning that has not recurred for long is logged again; one that goes on is not."""
+    def test_a_warning_that_has_not_recurred_for_long_is_logged_again(self, caplog):
         minutes = itertools.count(step=60.0)
         rejections = RejectionLog(clock=lambda: next(minutes))
         for number in range(1000):
@@ -583,8 +529,7 @@ class TestAnswers:
         assert ["new", "1"] == caplog.messages[1000:]
 
     @pytest.mark.parametrize("distro", DISTROS)
-    def test_every_service_of_every_action_can_be_refused(self, distro):
-        """Each layout can say that it came to nothing."""
+    def test_every_service_of_every_action_has_a_rejection(self, distro):
         actions = {action.name for action in all_actions().values()}
         catalog = Desk(names=Names({"wall_e": sorted(actions)})).catalog
         offers = [

@@ -1,4 +1,4 @@
-"""A client that speaks as Open-RMF's free_fleet does to robots behind zenoh-bridge-ros2dds drives simulated robots."""
+"""A client like Open-RMF's free_fleet drives simulated robots as if they were behind zenoh-bridge-ros2dds."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ SOON = 0.3
 
 
 class FreeFleet:
-    """What free_fleet's adapter of one robot sends and subscribes to, with a session as plain as its own.
+    """The requests and subscriptions of free_fleet's adapter for one robot, with a default session.
 
     Args:
         options: Where the simulator is.
@@ -62,11 +62,9 @@ class FreeFleet:
         self._watch("navigate_to_pose/_action/feedback", ros_action("navigate_to_pose").feedback)
 
     def __enter__(self):
-        """Return it."""
         return self
 
     def __exit__(self, *_error):
-        """Leave."""
         self.session.close()
 
     def _watch(self, topic, type_):
@@ -84,7 +82,7 @@ class FreeFleet:
             return list(self.heard[topic])
 
     def ask(self, service, payload, **options):
-        """Return the payload of the one reply, None if it does not come in time; free_fleet can't stand errors."""
+        """Return the payload of the one reply, or None after a timeout; free_fleet can't handle errors."""
         replies = list(self.session.get(f"{self.robot}/{service}", payload=payload, **options))
         errors = [reply.err.payload.to_string() for reply in replies if not reply.ok]
         assert set(errors) <= {"Timeout"}
@@ -93,7 +91,7 @@ class FreeFleet:
         return found[0] if found else None
 
     def send(self, action, goal, goal_id):
-        """Return whether a goal is accepted."""
+        """Send a goal; return whether it was accepted."""
         service = ros_action(action).send_goal
         payload = service.request.encode({"goal_id": {"uuid": list(goal_id)}, "goal": goal})
         answer = self.ask(f"{action}/_action/send_goal", payload)
@@ -106,7 +104,7 @@ class FreeFleet:
         return goal_id
 
     def status(self, goal_id, action="navigate_to_pose", **options):
-        """Return what get_result says of a goal; of the reply free_fleet reads no more than the status."""
+        """Return the status from get_result, the only field that free_fleet reads."""
         answer = self.ask(f"{action}/_action/get_result", CDR + goal_id, **options)
         return answer and answer[4]
 
@@ -119,7 +117,7 @@ class FreeFleet:
 
 @contextmanager
 def serving(**settings):
-    """Have a robot that free_fleet can drive; as its adapter does, wait for a transform before anything else."""
+    """Serve a robot and wait for its transform, as free_fleet's adapter does first."""
     with served_world(WORLD, wires=(Ros2Dds(),), **settings) as options, FreeFleet(options) as client:
         client.wait("tf")
         yield client
@@ -127,20 +125,20 @@ def serving(**settings):
 
 @pytest.fixture
 def fleet():
-    """Have one in real time."""
+    """Return a robot in real time."""
     with serving() as client:
         yield client
 
 
 @pytest.fixture
 def fast():
-    """Have one whose goals take little wall time."""
+    """Return a robot whose goals take little wall time."""
     with serving(real_time_factor=20) as client:
         yield client
 
 
-def test_a_goal_is_what_pycdr2_makes_of_it():
-    """The bytes are those that free_fleet's own types have, by pycdr2 1.0."""
+def test_a_goal_has_the_bytes_of_pycdr2():
+    """The bytes come from free_fleet's types and pycdr2 1.0."""
     goal = goal_to(1.5, -2.25)
     goal["pose"]["header"]["stamp"] = {"sec": 1, "nanosec": 2}
 
@@ -155,32 +153,29 @@ def test_a_goal_is_what_pycdr2_makes_of_it():
     )
 
 
-def test_a_goal_is_reached(fast):
-    """It is accepted and SUCCEEDED, and the robot is there by its own transforms."""
+def test_a_goal_succeeds_and_the_transforms_show_the_robot_there(fast):
     assert SUCCEEDED == fast.status(fast.navigate(5.0, 2.0))
 
     assert fast.wait("tf", lambda all_: all_ and 5.0 == place(all_[-1])["x"])
 
 
 def test_a_goal_that_was_sent_before_is_rejected(fast):
-    """The reply says so; there is no error."""
+    """The reply is not an error."""
     goal_id = fast.navigate(5.0, 2.0)
 
     assert not fast.send("navigate_to_pose", goal_to(1.0, 2.0), goal_id)
 
 
 def test_a_goal_that_can_not_be_reached_is_aborted(fast):
-    """What free_fleet replans for."""
+    """free_fleet then plans again."""
     assert ABORTED == fast.status(fast.navigate(100.0, 2.0))
 
 
 def test_an_unknown_goal_has_no_status(fast):
-    """As in ROS."""
     assert UNKNOWN == fast.status(bytes(range(16)))
 
 
 def test_feedback_has_the_remaining_distance(fast):
-    """The feedback has the goal's id, and falls to zero."""
     goal_id = fast.navigate(5.0, 2.0)
 
     told = fast.wait(
@@ -191,8 +186,7 @@ def test_feedback_has_the_remaining_distance(fast):
     assert {"sec": 0, "nanosec": 0} == told[-1]["feedback"]["estimated_time_remaining"]
 
 
-def test_a_result_can_be_asked_for_again_and_again(fleet):
-    """A client that gives up and asks again, over and over, waits until the goal has ended."""
+def test_a_result_request_can_be_repeated_until_the_goal_ends(fleet):
     goal_id = fleet.navigate(5.0, 2.0)
 
     early = [fleet.status(goal_id, timeout=SOON) for _ in range(3)]
@@ -201,8 +195,8 @@ def test_a_result_can_be_asked_for_again_and_again(fleet):
     assert SUCCEEDED == fleet.status(goal_id, timeout=PATIENCE)
 
 
-def test_all_goals_are_canceled(fleet):
-    """By an id and a stamp of zero, as free_fleet stops a robot."""
+def test_a_zero_id_and_stamp_cancels_all_goals(fleet):
+    """This is how free_fleet stops a robot."""
     goal_id = fleet.navigate(5.0, 2.0)
 
     assert (0, 1) == fleet.cancel_all()
@@ -210,13 +204,12 @@ def test_all_goals_are_canceled(fleet):
     assert CANCELED == fleet.status(goal_id)
 
 
-def test_there_is_nothing_to_cancel(fleet):
-    """A cancel without goals is not an error."""
+def test_a_cancel_without_goals_is_not_an_error(fleet):
     assert (0, 0) == fleet.cancel_all()
 
 
-def test_transforms_come_though_the_robot_stands_still(fleet):
-    """Frames have no namespace, as free_fleet adds it: the map, the footprint and the base."""
+def test_transforms_are_published_at_rest_without_a_namespace(fleet):
+    """free_fleet adds the namespace."""
     (footprint, base) = fleet.wait("tf")[0]["transforms"]
 
     assert ("map", "base_footprint") == (footprint["header"]["frame_id"], footprint["child_frame_id"])
@@ -225,13 +218,11 @@ def test_transforms_come_though_the_robot_stands_still(fleet):
     assert {"x": 0.0, "y": 0.0, "z": 0.0} == base["transform"]["translation"]
 
 
-def test_a_battery_publishes_its_charge(fleet):
-    """The charge is a number from 0 to 1."""
+def test_a_battery_publishes_its_charge_between_0_and_1(fleet):
     assert 0.25 == pytest.approx(fleet.wait("battery_state")[0]["percentage"], abs=0.01)
 
 
-def test_a_robot_docks_as_free_fleet_asks(fast):
-    """A goal of the real layout is read; there is no such dock."""
+def test_a_docking_goal_of_the_real_layout_is_read(fast):
     goal = {
         "use_dock_id": True,
         "dock_id": "nowhere",
@@ -247,8 +238,7 @@ def test_a_robot_docks_as_free_fleet_asks(fast):
 
 
 @pytest.mark.parametrize("attached", [b"", b"rqh", bytes(33)])
-def test_what_bridges_attach_makes_no_difference(fast, attached):
-    """They have ids of DDS's, which say nothing here."""
+def test_attachments_of_bridges_are_ignored(fast, attached):
     answer = fast.ask("navigate_to_pose/_action/get_result", CDR + bytes(range(16)), attachment=attached)
 
     assert UNKNOWN == answer[4]
@@ -258,22 +248,19 @@ def test_what_bridges_attach_makes_no_difference(fast, attached):
     ("verb", "refused"), [("send_goal", b"\0"), ("cancel_goal", b"\1"), ("get_result", bytes([UNKNOWN]))]
 )
 @pytest.mark.parametrize("payload", [b"", b"\0", CDR, CDR + bytes(3), b"\xff" * 400])
-def test_what_can_not_be_read_is_refused(fast, verb, refused, payload):
-    """By a reply that can be read, and never by an error."""
+def test_malformed_requests_are_rejected_without_an_error(fast, verb, refused, payload):
     answer = fast.ask(f"navigate_to_pose/_action/{verb}", payload)
 
     assert CDR + refused == answer[:5]
 
 
 def test_a_node_is_active(fleet):
-    """A lifecycle node reports it through the mapping, too."""
     answer = fleet.ask("bt_navigator/get_state", CDR + b"\0")
 
     assert {"current_state": {"id": 3, "label": "active"}} == get_state().response.decode(answer)
 
 
-def test_a_real_robot_behind_a_bridge_is_left_alone(fast):
-    """A robot with another name answers for itself; the simulator does not interfere."""
+def test_the_simulator_does_not_answer_for_a_real_robot_behind_a_bridge(fast):
     bridge = open_client(fast.options)
     handler = zenoh.handlers.Callback(lambda query: query.reply(query.key_expr, b"real"), indirect=False)
     with bridge:
@@ -286,8 +273,7 @@ def test_a_real_robot_behind_a_bridge_is_left_alone(fast):
     assert b"real" == told
 
 
-def test_both_wires_share_goals():
-    """A goal that free_fleet sent is watched and canceled by a ROS node."""
+def test_a_ros_node_watches_and_cancels_a_goal_of_free_fleet():
     with (
         served_world(WORLD, wires=(RmwZenoh(), Ros2Dds())) as options,
         FreeFleet(options) as client,
@@ -302,7 +288,7 @@ def test_both_wires_share_goals():
         assert CANCELED == client.status(goal_id)
 
 
-def test_a_robot_that_is_called_as_the_prefix_is_refused():
+def test_a_robot_named_like_the_prefix_is_refused():
     """Its keys would be those of the JSON wire."""
     world = {**SMALL_WORLD, "robots": {"hmrsim": {"type": "nurse", "at": "home"}}, "remap": {}}
 
@@ -314,5 +300,5 @@ def test_a_robot_that_is_called_as_the_prefix_is_refused():
 
 
 def place(message):
-    """Return where a robot is by its transforms."""
+    """Return a robot's position by its transforms."""
     return message["transforms"][0]["transform"]["translation"]

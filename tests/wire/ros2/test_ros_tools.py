@@ -1,4 +1,4 @@
-"""What ROS's tools do on the wire, as they do it: nav2_simple_commander and py_trees_ros."""
+"""ROS tools on the wire: nav2_simple_commander and py_trees_ros."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ACTIVE = {"id": 3, "label": "active"}
 
 
 class BasicNavigator:
-    """What nav2_simple_commander's does, in its order, with its waits."""
+    """Makes the requests of nav2_simple_commander's BasicNavigator, in its order and with its waits."""
 
     def __init__(self, ros, namespace):
         self._ros, self._namespace = ros, namespace
@@ -36,7 +36,7 @@ class BasicNavigator:
         return service.wait().call(b"\0\1\0\0\0")["current_state"]
 
     def go_to_pose(self, x, y):
-        """Send the goal, and ask for its result at once."""
+        """Send the goal, and request its result at once."""
         self.goal = self._drive.wait().send(goal_to(x, y))
         self._result = self.goal.begin_result()
         return self.goal.accepted
@@ -51,23 +51,21 @@ class BasicNavigator:
 
     @property
     def feedback(self):
-        """The latest."""
         return self._drive.feedback_of(self.goal.id)[-1:]
 
     @property
     def status(self):
-        """Of the result."""
         return self._result.result(0)["status"]
 
 
 @pytest.fixture(params=["jazzy", "kilted", "lyrical"])
 def navigator(request, serve, ros):
-    """Nav2's client of one robot, of each distribution; a lane takes half a second there."""
+    """Return Nav2's client of one robot, for each distribution; a lane takes half a second."""
     return BasicNavigator(ros(serve(real_time_factor=8.0), request.param), "wall_e")
 
 
 def test_nav2_is_active(navigator):
-    """Localization and navigator say so, and the robot's pose is known though it does not move."""
+    """The robot's pose is known although it does not move."""
     localization, pose, navigation = navigator.wait_until_nav2_active()
 
     assert (ACTIVE, ACTIVE) == (localization, navigation)
@@ -78,8 +76,7 @@ def test_nav2_is_active(navigator):
     )
 
 
-def test_nav2_s_client_drives(navigator):
-    """Nav2's client asks repeatedly whether the robot is there, and gets its feedback."""
+def test_nav2s_client_drives_and_gets_feedback(navigator):
     assert navigator.go_to_pose(9, 2)
     looks = 0
     while not navigator.is_task_complete():
@@ -89,8 +86,7 @@ def test_nav2_s_client_drives(navigator):
     assert 0 < len(navigator.feedback)
 
 
-def test_nav2_s_client_cancels(navigator):
-    """The robot stops on its way."""
+def test_nav2s_client_stops_the_robot_on_its_route(navigator):
     navigator.go_to_pose(9, 2)
     navigator.goal.client.wait_for_feedback(navigator.goal.id)
     code, ended = navigator.goal.cancel()
@@ -101,15 +97,15 @@ def test_nav2_s_client_cancels(navigator):
     assert CANCELED == navigator.status
 
 
-def test_nav2_s_name_for_backing_up(navigator):
-    """It is not the name of the type."""
+def test_nav2s_client_backs_up(navigator):
+    """Nav2's name is not that of the type."""
     status, _ = navigator.backup.wait().do({"target": {"x": -0.5}, "speed": 0.5})
 
     assert SUCCEEDED == status
 
 
 def test_behaviour_tree_of_ros_drives(serve, ros):
-    """py_trees_ros waits for the server, sends, and looks at each tick whether result or feedback have come."""
+    """py_trees_ros waits for the server, sends, and checks for result and feedback at each tick."""
     drive = ros(serve(real_time_factor=8.0)).action("/wall_e/navigate_to_pose").wait()
     goal = drive.send(goal_to(9, 2))
     result = goal.begin_result()
@@ -124,7 +120,7 @@ def test_behaviour_tree_of_ros_drives(serve, ros):
 
 
 def test_behaviour_tree_of_ros_is_interrupted(serve, ros):
-    """It cancels by the goal's id and the time of its acceptance, and sends the next goal without waiting."""
+    """It cancels by id and time of acceptance, and sends the next goal without waiting."""
     drive = ros(serve(real_time_factor=1.0)).action("/wall_e/navigate_to_pose").wait()
     first = drive.send(goal_to(9, 2))
     code, ended = drive.cancel(first.id, (0, 0))

@@ -1,10 +1,9 @@
-"""A served world and a ROS client over Zenoh: goals, cancels and results, and the JSON wire beside it."""
+"""A served world and a ROS client over Zenoh: goals, cancels and results, beside the JSON wire."""
 
 from __future__ import annotations
 
 import functools
 import json
-import struct
 import threading
 import time
 import uuid
@@ -12,7 +11,6 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
-import zenoh
 
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.services import registry as all_services
@@ -27,17 +25,7 @@ from hmrsim_zenoh.wire.session import SessionOptions
 from tests.patience import PATIENCE
 from tests.served_world import served_world
 from tests.simulation import SMALL_WORLD
-from tests.wire.ros2.client import (
-    ABORTED,
-    CANCELED,
-    CDR,
-    SUCCEEDED,
-    UNKNOWN,
-    RosClient,
-    get_state,
-    goal_to,
-    ros_action,
-)
+from tests.wire.ros2.client import ABORTED, CANCELED, CDR, SUCCEEDED, UNKNOWN, RosClient, get_state, goal_to, ros_action
 
 SMALL = World.model_validate(SMALL_WORLD)
 LOADED = SimpleNamespace(world=SMALL, hash=world_hash(SMALL), warnings=(), path=None)
@@ -47,21 +35,20 @@ LONG = {"time": {"sec": 3600}}
 
 @pytest.fixture(scope="module")
 def world():
-    """Return where a world is served, in real time."""
+    """Return the endpoint of a world that is served in real time."""
     with served_world(wires=(RmwZenoh(), Ros2Dds())) as options:
         yield options.connect[0]
 
 
 @pytest.fixture
 def client(world):
-    """Return a ROS client."""
     with RosClient(world) as made:
         yield made
 
 
 @pytest.fixture
 def wait(client):
-    """Return a client of an action that takes as long as one likes; what it has sent is canceled at the end."""
+    """Return a client of `wait`, and cancel its goals at the end."""
     made = client.action(WAIT).wait()
     yield made
     made.cancel()
@@ -74,24 +61,7 @@ def ask_json(client, key, payload):
 
 
 class TestGoals:
-    """What becomes of goals."""
-
-    def test_done(self, client):
-        """A goal is accepted, and its result comes when it has ended."""
-        navigate = client.action("/wall_e/navigate_to_pose").wait()
-
-        assert (SUCCEEDED, {"error_code": 0, "error_msg": ""}) == navigate.do(goal_to(1.0, 2.0))
-
-    def test_aborted(self, client):
-        """What can't be reached is aborted, and the result says why."""
-        status, result = client.action("/wall_e/navigate_to_pose").wait().do(goal_to(15.0, 8.0))
-
-        assert ABORTED == status
-        assert result["error_code"] > 0
-        assert result["error_msg"]
-
-    def test_feedback_and_status(self, wait):
-        """A client that subscribes and then sends a goal gets all of it."""
+    def test_a_subscriber_gets_all_feedback_and_statuses_of_its_next_goal(self, wait):
         goal = wait.send(LONG)
         feedback = wait.wait_for_feedback(goal.id)
         wait.wait_for_status(goal.id, 2)
@@ -99,87 +69,44 @@ class TestGoals:
         assert feedback["time_left"]["sec"] >= 3599
 
     @pytest.mark.parametrize("goal_id", [bytes(16), b"duplicate goal id"[:16]])
-    def test_rejected(self, wait, goal_id):
-        """A zero id, and one that was there before."""
+    def test_a_zero_id_and_a_used_id_are_rejected(self, wait, goal_id):
         wait.send(LONG, b"duplicate goal i")
         goal = wait.send(LONG, goal_id)
 
         assert not goal.accepted
 
     def test_rejections_are_logged(self, wait, caplog):
-        """ROS's reply can't say why, so the log does."""
+        """ROS's reply can't carry the reason."""
         wait.send(LONG, bytes(16))
 
         assert any("rejected: the goal id is zero" in message for message in caplog.messages)
 
-    def test_truncated(self, wait):
-        """It is not accepted, and the client is not left waiting."""
-        assert not wait.send_goal.call(CDR + bytes(18))["accepted"]
-
-    def test_unknown(self, wait):
-        """Nothing is known of a goal that never was: 0."""
-        assert UNKNOWN == wait.get_result.call(CDR + uuid.uuid4().bytes)["status"]
-
-    def test_several_ask_for_one_result(self, wait):
-        """All are answered when it has ended."""
-        goal = wait.send(LONG)
-        asked = [goal.begin_result() for _ in range(3)]
-        goal.cancel()
-
-        assert [CANCELED] * 3 == [each.result(PATIENCE)["status"] for each in asked]
-
 
 class TestCancels:
-    """The four forms of cancel_goal, and its codes."""
-
-    def test_by_id(self, wait):
-        """That one: 0."""
+    def test_a_goal_is_canceled_by_id(self, wait):
         goal = wait.send(LONG)
 
         assert (0, [goal.id]) == goal.cancel()
         assert CANCELED == goal.result()[0]
 
-    def test_all(self, wait):
-        """No id and no time: whatever runs."""
+    def test_all_goals_are_canceled_without_id_and_time(self, wait):
         goal = wait.send(LONG)
 
         assert (0, [goal.id]) == wait.cancel()
 
-    def test_up_to_a_time(self, wait):
-        """What was accepted at that time or before, and nothing later."""
+    def test_goals_accepted_up_to_a_time_are_canceled(self, wait):
         goal = wait.send(LONG)
         early = wait.cancel(stamp=(0, 1))
 
         assert (0, []) == early
         assert (0, [goal.id]) == wait.cancel(stamp=goal.stamp)
 
-    def test_by_id_and_time(self, wait):
-        """The one, and those up to the time; here there are only those."""
-        goal = wait.send(LONG)
-
-        assert (0, [goal.id]) == wait.cancel(uuid.uuid4().bytes, goal.stamp)
-
-    def test_unknown(self, wait):
-        """2."""
-        assert (2, []) == wait.cancel(uuid.uuid4().bytes)
-
-    def test_ended(self, wait):
-        """3."""
-        goal = wait.send({"time": {"sec": 0}})
-        goal.result()
-
-        assert (3, []) == goal.cancel()
-
-    def test_unreadable(self, wait):
-        """1."""
+    def test_a_malformed_cancel_is_code_1(self, wait):
         assert 1 == wait.cancel_goal.call(CDR + bytes(3))["return_code"]
 
 
 class TestBothWires:
-    """One dispatcher, one goal id."""
-
-    def test_json_cancels_what_ros_sent(self, client, wait):
-        """And ROS gets the result."""
+    def test_json_cancels_a_goal_of_ros(self, client, wait):
         goal = wait.send(LONG)
         result = goal.begin_result()
         answer = ask_json(client, "wall_e/wait/_action/cancel_goal", {"goal_info": {"goal_id": goal.id.hex()}})
@@ -187,24 +114,21 @@ class TestBothWires:
         assert [goal.id.hex()] == [each["goal_id"] for each in answer["goals_canceling"]]
         assert CANCELED == result.result(PATIENCE)["status"]
 
-    def test_ros_cancels_what_json_sent(self, client, wait):
-        """And JSON gets the result."""
+    def test_ros_cancels_a_goal_of_json(self, client, wait):
         goal_id = uuid.uuid4()
         ask_json(client, "wall_e/wait/_action/send_goal", {"goal_id": goal_id.hex, "goal": LONG})
 
         assert (0, [goal_id.bytes]) == wait.cancel(goal_id.bytes)
         assert CANCELED == ask_json(client, "wall_e/wait/_action/get_result", {"goal_id": goal_id.hex})["status"]
 
-    def test_ros_watches_what_json_sent(self, client, wait):
-        """Feedback and status."""
+    def test_ros_watches_a_goal_of_json(self, client, wait):
         goal_id = uuid.uuid4()
         ask_json(client, "wall_e/wait/_action/send_goal", {"goal_id": goal_id.hex, "goal": LONG})
         wait.wait_for_status(goal_id.bytes, 2)
 
         assert wait.wait_for_feedback(goal_id.bytes)["time_left"]["sec"] >= 3599
 
-    def test_the_bridge_s_wire(self, client):
-        """A goal of free_fleet's is the same goal; its key is its name."""
+    def test_the_bridges_wire_shares_goals(self, client):
         type_ = ros_action("wait")
         goal_id = uuid.uuid4().bytes
         payload = type_.send_goal.request.encode({"goal_id": {"uuid": goal_id}, "goal": Wait.Goal()})
@@ -215,55 +139,8 @@ class TestBothWires:
         assert SUCCEEDED == type_.get_result.response.decode(result.ok.payload.to_bytes())["status"]
 
 
-class TestOthers:
-    """Other requests."""
-
-    @pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
-    def test_distributions(self, world, distro):
-        """Each is served in its own layout, whose results differ."""
-        with RosClient(world, distro) as client:
-            through = client.action("/wall_e/navigate_through_poses").wait()
-            goal = {"poses": {"goals": [goal_to(1.0, 2.0)["pose"]]}}
-            status, result = through.do(goal)
-
-        assert SUCCEEDED == status
-        assert ("waypoint_statuses" in result) == (distro != "jazzy")
-
-    def test_a_service_of_the_world(self, client):
-        """simulation_interfaces' are at the root."""
-        found = all_services()["get_entities"]
-        service = client.service("/get_entities", service_type(found.ros_type, found.request, found.response, "jazzy"))
-
-        assert {"wall_e", "eve", "cart"} <= set(
-            service.wait().call(service.type.request.encode(found.request()))["entities"]
-        )
-
-    def test_nav2_is_active(self, client):
-        """nav2_simple_commander waits for it."""
-        answer = client.service("/wall_e/amcl/get_state", get_state()).wait().call(CDR + b"\0")
-
-        assert {"id": 3, "label": "active"} == answer["current_state"]
-
-    def test_a_wrong_hash(self, wait):
-        """It is answered, and not accepted."""
-        wait.send_goal.key = wait.send_goal.key.rpartition("/")[0] + "/RIHS01_0"
-
-        assert not wait.send(LONG).accepted
-
-    def test_without_an_attachment(self, client, wait):
-        """A goal is taken all the same."""
-        payload = wait.type.send_goal.request.encode({"goal_id": {"uuid": uuid.uuid4().bytes}, "goal": Wait.Goal()})
-        (reply,) = client.session.get(
-            wait.send_goal.key, payload=payload, target=zenoh.QueryTarget.ALL_COMPLETE, timeout=PATIENCE
-        )
-
-        assert wait.type.send_goal.response.decode(reply.ok.payload.to_bytes())["accepted"]
-        assert (0, bytes(16)) == struct.unpack("<q9x16s", reply.ok.attachment.to_bytes())
-
-
 @contextmanager
 def serving(**settings):
-    """Yield a host that runs."""
     with Host(
         LOADED, SessionOptions(listen=("tcp/127.0.0.1:0",)), RunSettings(**settings), wires=(RmwZenoh(),)
     ) as host:
@@ -272,15 +149,14 @@ def serving(**settings):
 
 
 def until(condition):
-    """Return when a condition holds."""
     end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.01)
 
 
-def test_a_client_that_has_gone_is_not_waited_for():
-    """Its request for a result is withdrawn from the dispatcher; the goal goes on, and other clients wait for it."""
+def test_the_result_request_of_a_client_that_has_gone_is_withdrawn():
+    """Its goal continues, and other clients get the result."""
     with serving() as host, RosClient(host.endpoints[0]) as watcher:
         watched = watcher.action(WAIT).wait()
         with RosClient(host.endpoints[0]) as leaver:
@@ -297,8 +173,8 @@ def test_a_client_that_has_gone_is_not_waited_for():
 
 
 @pytest.mark.parametrize("settings", [{}, {"clock": "lockstep"}, {"real_time_factor": 0.0}])
-def test_a_cancel_right_behind_its_goal(settings):
-    """It never overtakes it, however the simulation sleeps; and JSON's requests in between are answered, too."""
+def test_a_cancel_does_not_overtake_its_goal(settings):
+    """JSON requests in between are answered as well."""
     with serving(**settings) as host, RosClient(host.endpoints[0]) as client:
         wait = client.action(WAIT).wait()
         ids = [uuid.uuid4().bytes for _ in range(50)]
@@ -313,8 +189,7 @@ def test_a_cancel_right_behind_its_goal(settings):
         assert {0} == codes
 
 
-def test_a_robot_that_comes():
-    """A robot that is spawned by ROS is driven by ROS."""
+def test_a_robot_that_ros_spawns_is_driven_by_ros():
     spawn = all_services()["spawn_entity"]
     with serving() as host, RosClient(host.endpoints[0]) as client:
         service = client.service("/spawn_entity", service_type(spawn.ros_type, spawn.request, spawn.response, "jazzy"))
@@ -327,8 +202,7 @@ def test_a_robot_that_comes():
         assert SUCCEEDED == navigate.do(goal_to(15.0, 8.0))[0]
 
 
-def test_a_robot_without_a_connection():
-    """Its tokens go and come again; in between its goals are not accepted, and its nodes' states are unknown."""
+def test_an_unreachable_robot_has_no_tokens_rejects_goals_and_has_unknown_states():
     with serving() as host, RosClient(host.endpoints[0]) as client:
         wait = client.action(WAIT).wait()
         state = client.service("/wall_e/amcl/get_state", get_state()).wait()
@@ -342,8 +216,7 @@ def test_a_robot_without_a_connection():
         assert (True, 3) == (wait.send(LONG).accepted, state.call(CDR + b"\0")["current_state"]["id"])
 
 
-def test_the_end():
-    """A client that waits for a result when the simulation ends gets it: aborted, with the reason."""
+def test_a_client_that_waits_at_the_end_gets_an_aborted_result():
     with serving() as host:
         client = RosClient(host.endpoints[0])
         wait = client.action(WAIT).wait()
@@ -357,8 +230,7 @@ def test_the_end():
     assert "the simulator was stopped" == answer["result"]["error_msg"]
 
 
-def test_after_the_end():
-    """What comes when the simulation has ended is answered, too: not accepted, and unknown."""
+def test_requests_after_the_end_are_answered():
     with serving(duration=0.1) as host, RosClient(host.endpoints[0]) as client:
         wait = client.action(WAIT)
         assert host.wait(PATIENCE)
@@ -369,7 +241,7 @@ def test_after_the_end():
 
 
 def test_no_thread_is_left():
-    """A thread in Zenoh when Python ends would abort the process."""
+    """A Zenoh thread that outlives Python's end would abort the process."""
     before = set(threading.enumerate())
     with serving() as host:
         during = {thread.name for thread in set(threading.enumerate()) - before}
@@ -380,7 +252,7 @@ def test_no_thread_is_left():
     assert not {"hmrsim-queries", "hmrsim-ros2-tokens"} & left
 
 
-def test_a_prefix_that_is_a_domain():
+def test_a_prefix_that_is_a_domain_is_refused():
     """The keys of both wires would begin alike."""
     options = SessionOptions(listen=("tcp/127.0.0.1:0",), prefix="7/robots")
     with pytest.raises(BadOptions, match="--prefix '7/robots' collides with the keys of ROS domain 7; use another"):

@@ -1,4 +1,4 @@
-"""A secured simulator with a ledger of all commands that it has executed, and what strangers have."""
+"""A secured simulator with a ledger of the commands that it has executed, and sessions of strangers."""
 
 from __future__ import annotations
 
@@ -61,14 +61,12 @@ class Ledger:
         self.commands: list[str] = []
 
     def emit(self, output: Output) -> None:
-        """Ignore what happens."""
+        pass
 
     def wants(self, _topic: Topic) -> bool:
-        """Want nothing."""
         return False
 
     def commanded(self, command: Command, _by: str, _now: float) -> None:
-        """Remember a command."""
         changes = isinstance(command, (SendGoal, CancelGoal))
         if changes or (isinstance(command, CallService) and registry()[command.service].changes_world):
             self.commands.append(type(command).__name__)
@@ -79,8 +77,8 @@ class Secured:
     """A simulator that enforces the policy of a keystore, in which `former` has been revoked.
 
     Attributes:
-        options: What a client connects with; without an enclave.
-        ledger: What it has executed.
+        options: The options of a client, without an enclave.
+        ledger: The executed commands.
     """
 
     store: Keystore
@@ -88,11 +86,10 @@ class Secured:
     ledger: Ledger = field(default_factory=Ledger)
 
     def of(self, name: str) -> SessionOptions:
-        """Return the options of a member."""
         return replace(self.options, secure=self.store.path, role=name)
 
     def brief(self, folder: Path, use: Callable[[], object]) -> Enclave:
-        """Return an operator whose certificate is soon over: 3 s, and 20 times as long as *use* of one takes here."""
+        """Return an operator whose certificate expires after 20 times the duration of one *use*, but at least 3 s."""
         begin = time.monotonic()
         use()
         return self.store.stranger("operator", (3.0 + 20.0 * (time.monotonic() - begin)) / 86_400, folder)
@@ -113,7 +110,7 @@ def secured(tmp_path_factory):
 
 
 def strangers(secured: Secured, folder: Path) -> dict[str, SessionOptions]:
-    """Return the sessions of all who may command nothing, or not this robot, by what is wrong with them."""
+    """Return the sessions of clients without the right to command, or not this robot, by their defect."""
     store, options = secured.store, replace(secured.options, timeout=0.5)
 
     def configured(name: str, days: float, authority: Authority | None = None) -> SessionOptions:
@@ -137,7 +134,7 @@ def strangers(secured: Secured, folder: Path) -> dict[str, SessionOptions]:
 
 
 def over_json(options: SessionOptions) -> list[str]:
-    """Execute a goal, send one, cancel all and inject a fault on the JSON keys; return the keys that answered."""
+    """Execute and send a goal, cancel all, and inject a fault over JSON; return the keys that answered."""
     try:
         with open_client(options) as session:
             return [key for key, body in REQUESTS.items() if _answers(session, key, body)]
@@ -167,7 +164,7 @@ def over_ros(options: SessionOptions) -> list[str]:
 
 
 def of_node(options: SessionOptions) -> dict[str, Any]:
-    """Return the configuration of a ROS node's session, as its file says, for `RosClient`."""
+    """Return the configuration of a ROS node's session, from its file, for `RosClient`."""
     file = options.zenoh_config
     if file is None and options.secure is not None:
         file = options.secure / "enclaves" / str(options.role) / SESSION

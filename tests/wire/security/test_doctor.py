@@ -1,4 +1,4 @@
-"""`hmrsim doctor` under access control: denied is not the same as that no simulator answers."""
+"""`hmrsim doctor` under access control distinguishes denied access from a missing simulator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from tests.wire.security.conftest import of_node
 
 @pytest.fixture(autouse=True)
 def _no_ros(monkeypatch):
-    """Remove the ROS variables of the environment that the tests are run in."""
     for name in list(os.environ):
         if name.startswith(("ROS_", "RMW_", "ZENOH_")):
             monkeypatch.delenv(name)
@@ -28,7 +27,7 @@ def _no_ros(monkeypatch):
 
 @pytest.fixture
 def doctor(secured, capsys):
-    """Return the function that runs the command as a member: exit code and what it says as JSON."""
+    """Return the function that runs the command as a member and returns its exit code and JSON."""
 
     def run(*words, endpoint="", timeout=PATIENCE):
         there = endpoint or secured.options.connect[0]
@@ -38,8 +37,7 @@ def doctor(secured, capsys):
     return run
 
 
-def test_a_viewer_sees_what_is_there(secured, doctor):
-    """Simulator, robots, ROS, and who is connected."""
+def test_a_viewer_sees_simulator_robots_ros_and_members(secured, doctor):
     with Client(secured.of("nurses")):
         code, found = doctor("--secure", str(secured.store.path))
 
@@ -50,7 +48,7 @@ def test_a_viewer_sees_what_is_there(secured, doctor):
 
 
 def test_a_ros_node_that_is_denied_a_robot_is_named_with_its_certificate(secured, doctor):
-    """What its goal waits for in vain is an error, with the rule and with those who may."""
+    """The error has the rule and the members that may drive the robot."""
     options = secured.of("porters")
     with RosClient(options.connect[0], node="nav", **of_node(options)) as ros:
         ros.action("/wall_e/wait")
@@ -64,8 +62,7 @@ def test_a_ros_node_that_is_denied_a_robot_is_named_with_its_certificate(secured
         assert "use the enclave of simulator or nurses or fleet or operator" in denials[0]["remedy"]
 
 
-def test_denied_is_not_nobody_there(secured, doctor):
-    """Each has its kind, its remedy and its exit code."""
+def test_denied_access_has_its_kind_remedy_and_exit_code(secured, doctor):
     plain = secured.options.connect[0].replace("tls", "tcp")
     former = ("--secure", str(secured.store.path.with_name("former")))
     for words, endpoint, expected in (
@@ -86,16 +83,14 @@ def test_denied_is_not_nobody_there(secured, doctor):
             assert expected[2] in f"{problem['text']}; {problem['remedy']}"
 
 
-def test_a_certificate_that_expires_soon_is_a_warning(secured, doctor, tmp_path):
-    """With the command that renews it."""
+def test_a_certificate_that_expires_soon_is_a_warning_with_the_command_that_renews_it(secured, doctor, tmp_path):
     soon = secured.store.stranger("viewer", 3.0, tmp_path / "soon")
     code, found = doctor("--secure", str(soon.folder))
 
     assert (0, ["certificate_expires"]) == (code, [one["kind"] for one in found["problems"]])
 
 
-def test_the_simulator_logs_once_who_has_no_rights(secured, caplog):
-    """Its log names the revoked certificate."""
+def test_the_simulator_logs_a_revoked_certificate_once(secured, caplog):
     there = SessionOptions(listen=("tls/127.0.0.1:0",), secure=secured.store.path)
     with served_world(options=there) as options:
         for _ in range(2):

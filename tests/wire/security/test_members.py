@@ -1,4 +1,4 @@
-"""What members do with their certificates, and what they are told when they may not."""
+"""Rights of members with certificates, and the errors for denied commands."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ from tests.wire.security.conftest import GOAL, Ledger, of_node, strangers
 WAIT = Wait.Goal(time=Duration(sec=0, nanosec=10_000_000))
 
 
-def test_a_controller_is_told_who_may_drive_a_robot(secured):
-    """A denied goal ends at once, with the name on the certificate, the key and those who may."""
+def test_a_denied_goal_ends_at_once_and_names_who_may_drive_the_robot(secured):
     with Client(secured.of("nurses")) as client:
         assert client.action_client("wall_e", registry()["wait"]).send_goal(WAIT).result(PATIENCE).error_code == 0
         goal = client.action_client("eve", registry()["wait"]).send_goal(WAIT)
@@ -39,8 +38,7 @@ def test_a_controller_is_told_who_may_drive_a_robot(secured):
             goal.result(PATIENCE)
 
 
-def test_a_viewer_reads_and_is_told_who_may_call_a_service(secured):
-    """Values and services that read are answered; topics arrive."""
+def test_a_viewer_reads_but_may_not_call_services_with_effects(secured):
     with Client(secured.of("viewer")) as client:
         assert client.info()["robots"]
         assert client.get("hmrsim/_world/get_entities", payload=b"{}")
@@ -49,7 +47,7 @@ def test_a_viewer_reads_and_is_told_who_may_call_a_service(secured):
 
 
 def test_a_ros_node_drives_as_over_plain_tcp(secured):
-    """Its graph, goals, feedback, status and results; nothing of its configuration is left out."""
+    """Graph, goals, feedback, status and results all work."""
     options = secured.of("nurses")
     with RosClient(options.connect[0], **of_node(options)) as ros:
         client = ros.action("/wall_e/navigate_to_pose").wait()
@@ -62,7 +60,6 @@ def test_a_ros_node_drives_as_over_plain_tcp(secured):
 
 
 def test_controllers_of_some_robots_take_part_in_lockstep(secured):
-    """They join time, and it advances as they allow."""
     there = SessionOptions(listen=("tls/127.0.0.1:0",), secure=secured.store.path)
     with served_world(options=there, clock="lockstep") as options:
         mine = replace(options, secure=secured.store.path, role="nurses")
@@ -73,7 +70,7 @@ def test_controllers_of_some_robots_take_part_in_lockstep(secured):
 
 
 def test_goals_in_lockstep_are_for_a_controllers_own_robots(secured):
-    """A client is told so, and its other goals go on; the simulator reads no commands that the member may not give."""
+    """The client's other goals continue, and the simulator executes no command that the member may not give."""
     there = SessionOptions(listen=("tls/127.0.0.1:0",), secure=secured.store.path)
     ledger = Ledger()
     with served_world(options=there, clock="lockstep", sinks=(ledger,)) as options:
@@ -103,7 +100,7 @@ def test_goals_in_lockstep_are_for_a_controllers_own_robots(secured):
 
 
 def _advanced(session, topic, name, command):
-    """Join, advance with a command and leave; return of each reply to the advance whether the command was taken."""
+    """Join, advance with a command and leave; return for each reply whether the command was accepted."""
 
     def ask(topic, **request):
         return list(session.get(f"hmrsim/_world/{topic}", payload=json.dumps(request), timeout=PATIENCE))
@@ -117,7 +114,7 @@ def _advanced(session, topic, name, command):
 
 
 def test_a_second_simulator_of_the_prefix_is_refused(secured):
-    """It sees the first one's claim, whether it listens itself or not; a client can't make one up."""
+    """It sees the first one's claim whether it listens or not, and a client can't forge one."""
     there = SessionOptions(connect=secured.options.connect, secure=secured.store.path)
     for options in (there, replace(there, listen=("tls/127.0.0.1:0",))):
         with (
@@ -134,7 +131,7 @@ def test_a_second_simulator_of_the_prefix_is_refused(secured):
 
 
 def test_the_certificate_of_a_client_does_not_make_a_simulator(secured):
-    """A member that listens where the simulator did gets nothing from clients, and they believe nothing of it."""
+    """A member that listens at the simulator's endpoint gets no requests, and clients ignore its answers."""
     store = secured.store
     fake = SessionOptions(listen=("tls/127.0.0.1:0",), secure=store.path, role="operator")
     session, endpoints = open_server(fake)
@@ -150,8 +147,7 @@ def test_the_certificate_of_a_client_does_not_make_a_simulator(secured):
     assert [] == asked
 
 
-def test_who_is_not_let_in_is_told_why(secured, tmp_path):
-    """Denied is not the same as that no simulator answers."""
+def test_a_client_that_is_not_let_in_gets_the_reason(secured, tmp_path):
     known, plain = (
         replace(secured.options, timeout=0.5),
         tuple(each.replace("tls", "tcp") for each in secured.options.connect),
@@ -168,7 +164,6 @@ def test_who_is_not_let_in_is_told_why(secured, tmp_path):
 
 
 def test_a_certificate_of_another_authority_is_named_as_the_reason(secured, tmp_path):
-    """As far as TLS says it."""
     found = strangers(secured, tmp_path)["another authority"].zenoh_config
     options = replace(secured.options, timeout=0.5, secure=found.parent)
 
@@ -178,15 +173,14 @@ def test_a_certificate_of_another_authority_is_named_as_the_reason(secured, tmp_
         open_client(options)
 
 
-def test_who_is_revoked_sees_no_simulator_and_is_told_that_it_may_be_so(secured):
-    """Its certificate is valid, so that it gets in, and may do nothing."""
+def test_a_revoked_member_sees_no_simulator_and_a_hint(secured):
+    """Its certificate is valid, so it gets in but may do nothing."""
     options = replace(secured.options, secure=secured.store.path.with_name("former"))
     with Client(options) as client, pytest.raises(SimulatorNotFound, match="hidden from 'former', who may be revoked"):
         client.wait_for_simulator(0.3)
 
 
 def test_a_connection_ends_when_its_certificate_expires(secured, tmp_path):
-    """What was let in is not for ever; before, it commanded."""
     key, payload = "hmrsim/wall_e/wait/_action/cancel_goal", b"{}"
 
     def cancel(options):
@@ -207,8 +201,7 @@ def test_a_connection_ends_when_its_certificate_expires(secured, tmp_path):
     assert ["CancelGoal"] == secured.ledger.commands
 
 
-def test_a_simulator_without_tls_is_not_mistaken_for_one(secured):
-    """The client says that no TLS is spoken there."""
+def test_a_simulator_without_tls_is_reported(secured):
     with served_world() as options:
         there = tuple(each.replace("tcp", "tls") for each in options.connect)
         mine = replace(secured.of("viewer"), connect=there, timeout=0.5)
@@ -217,8 +210,7 @@ def test_a_simulator_without_tls_is_not_mistaken_for_one(secured):
             open_client(mine)
 
 
-def test_endpoints_that_can_not_be_secure_are_refused(secured):
-    """Before anything is opened; the error says what would do."""
+def test_insecure_endpoints_are_refused_before_connecting(secured):
     for options, text in (
         (
             replace(secured.of("viewer"), connect=("tcp/10.0.0.7:7447",)),
@@ -232,8 +224,7 @@ def test_endpoints_that_can_not_be_secure_are_refused(secured):
             open_client(options)
 
 
-def test_the_policy_is_proven_at_the_simulator(secured):
-    """Members and strangers; nothing is executed by that."""
+def test_the_policy_check_passes_at_the_simulator_and_executes_nothing(secured):
     secured.ledger.commands.clear()
     found = list(attempts(secured.store, secured.options))
 
@@ -248,7 +239,7 @@ def test_the_policy_is_proven_at_the_simulator(secured):
 
 
 def test_a_policy_that_is_not_enforced_is_found(secured):
-    """The simulator has not been restarted since a member was revoked, or lost a right."""
+    """The simulator has not been restarted since a member was revoked or lost a right."""
     found = secured.store.access_control
     weaker = {**found.rules, "fleet": found.rules["viewer"]}
 
@@ -261,8 +252,7 @@ def test_a_policy_that_is_not_enforced_is_found(secured):
     assert all(one.done for one in wrong)
 
 
-def test_who_has_no_certificate_does_not_try_for_the_whole_timeout(secured, monkeypatch):
-    """It can't be let in, so that Zenoh is not even asked."""
+def test_a_client_without_a_certificate_fails_without_a_connection(secured, monkeypatch):
     monkeypatch.setattr(zenoh, "open", lambda _config: pytest.fail("it was tried"))
 
     with pytest.raises(ConnectionDenied, match="a certificate is required"):

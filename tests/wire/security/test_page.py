@@ -1,4 +1,4 @@
-"""The page by HTTPS: strangers command nothing, and visitors with a certificate what it allows."""
+"""The page over HTTPS: strangers command nothing, and visitors with a certificate what it allows."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ def served(secured, role, **where):
 
 @pytest.fixture(scope="module")
 def of_operator(secured):
-    """Return the page's server, which could command everything."""
+    """Return the page's server, with an operator's rights."""
     with served(secured, "operator") as server:
         yield server
 
 
 def context(secured, folder=None):
-    """Return what a visitor needs for TLS: the authority, and a certificate if *folder* has one."""
+    """Return a visitor's TLS context: the authority, and a certificate if *folder* has one."""
     found = ssl.create_default_context(cafile=str(secured.store.path / "public" / "ca.cert.pem"))
     if folder is not None:
         found.load_cert_chain(folder / "cert.pem", folder / "key.pem")
@@ -62,7 +62,6 @@ def commands(url, tls):
 
 
 def test_strangers_command_nothing_over_https(secured, of_operator, tmp_path):
-    """Without a certificate, with a viewer's, one of another robot, of no member, revoked, or expired."""
     secured.ledger.commands.clear()
     folder = secured.store.path / "enclaves"
     for what, certificate in {"none": None, "viewer": folder / "viewer", "porters": folder / "porters"}.items():
@@ -83,8 +82,7 @@ def test_strangers_command_nothing_over_https(secured, of_operator, tmp_path):
     assert ["SendGoal", "CallService"] == secured.ledger.commands
 
 
-def test_a_controller_drives_its_robot_by_the_page(secured, of_operator):
-    """Its certificate gives it the rights that it has elsewhere."""
+def test_a_controller_drives_only_its_robot_on_the_page(secured, of_operator):
     secured.ledger.commands.clear()
     first, second = commands(of_operator.url, context(secured, secured.store.path / "enclaves" / "nurses"))
 
@@ -93,8 +91,7 @@ def test_a_controller_drives_its_robot_by_the_page(secured, of_operator):
     assert ["SendGoal"] == secured.ledger.commands
 
 
-def test_a_page_of_a_viewer_has_no_more_than_its_rights(secured):
-    """Not even an operator commands by it: the error says how to serve another one."""
+def test_an_operator_can_not_command_by_the_page_of_a_viewer(secured):
     secured.ledger.commands.clear()
     with served(secured, "viewer") as server:
         errors = commands(server.url, context(secured, secured.store.path / "enclaves" / "operator"))
@@ -103,8 +100,7 @@ def test_a_page_of_a_viewer_has_no_more_than_its_rights(secured):
     assert [] == secured.ledger.commands
 
 
-def test_visitors_read_without_a_certificate(secured, of_operator):
-    """The page, the scene and the topics, as a viewer does; what is not HTTPS is no page."""
+def test_visitors_without_a_certificate_read_but_only_over_https(secured, of_operator):
     assert of_operator.url.startswith("https://127.0.0.1:")
     connection = http.client.HTTPSConnection(
         urlsplit(of_operator.url).netloc, timeout=PATIENCE, context=context(secured)
@@ -125,7 +121,7 @@ def test_visitors_read_without_a_certificate(secured, of_operator):
 
 
 def test_a_visitor_commands_until_its_certificate_expires(secured, of_operator, tmp_path):
-    """Then its connection is closed, and with it what it has subscribed to."""
+    """The connection is then closed, with all its subscriptions."""
 
     def command(folder):
         with opened(of_operator.url, ssl=context(secured, folder)) as page:
@@ -142,8 +138,7 @@ def test_a_visitor_commands_until_its_certificate_expires(secured, of_operator, 
     assert ["SendGoal"] == secured.ledger.commands
 
 
-def test_a_page_that_came_in_plain_text_is_another_one(secured, of_operator):
-    """It would use the visitor's certificate."""
+def test_a_page_from_plain_http_may_not_use_the_visitors_certificate(secured, of_operator):
     own, tls = of_operator.url.rstrip("/"), context(secured)
     with opened(of_operator.url, ssl=tls, origin=own) as page:
         assert page.get("_world/scene")["replies"]
@@ -152,7 +147,7 @@ def test_a_page_that_came_in_plain_text_is_another_one(secured, of_operator):
 
 
 def test_beyond_this_machine_the_token_is_needed_too(secured):
-    """A certificate of the server is no permission to see."""
+    """The server's certificate does not give visitors permission to read."""
     with served(secured, "viewer", host="0.0.0.0") as server:
         port = urlsplit(server.url).port
         connection = http.client.HTTPSConnection(f"127.0.0.1:{port}", timeout=PATIENCE, context=context(secured))

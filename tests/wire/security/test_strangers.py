@@ -1,4 +1,4 @@
-"""Commands of those who may not give them are not executed; each with its control."""
+"""Commands without permission are not executed, each compared with a permitted one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EXECUTED = ["SendGoal", "SendGoal", "CancelGoal", "CallService"]
 
 @pytest.mark.parametrize("wire", [over_json, over_ros])
 def test_strangers_execute_nothing(secured, tmp_path, wire):
-    """Neither without a certificate, nor with one of another authority, expired, revoked, or of another role."""
+    """Strangers have no certificate, or one that is expired, revoked, of another authority, or of another role."""
     secured.ledger.commands.clear()
     for what, options in strangers(secured, tmp_path).items():
         with case(what):
@@ -31,7 +31,7 @@ def test_strangers_execute_nothing(secured, tmp_path, wire):
 @pytest.mark.parametrize("name", ["nurses", "fleet"])
 @pytest.mark.parametrize("wire", [over_json, over_ros])
 def test_a_controller_drives_its_robots_and_commands_no_world(secured, wire, name):
-    """The same requests as a stranger's: goals are executed, the fault is not injected."""
+    """This is the control: the strangers' requests execute goals here, and inject no fault."""
     secured.ledger.commands.clear()
     # ROS declares services a moment after a node has come.
     end = time.monotonic() + PATIENCE
@@ -44,7 +44,7 @@ def test_a_controller_drives_its_robots_and_commands_no_world(secured, wire, nam
 
 @pytest.mark.parametrize("name", ["viewer", "porters", "operator"])
 def test_queries_for_earlier_values_command_nothing(secured, name):
-    """All members may ask for earlier values of any key; requests for actions and services are not served there."""
+    """All members may query earlier values of any key, so requests must not be served there."""
     secured.ledger.commands.clear()
     with open_client(secured.of(name)) as session:
         for key, body in REQUESTS.items():

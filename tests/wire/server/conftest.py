@@ -1,4 +1,4 @@
-"""A served world, and an outside tester of it: a plain Zenoh client that knows JSON and nothing of hmrsim."""
+"""A served world, and an outside tester: a plain Zenoh client that knows JSON and nothing of hmrsim."""
 
 from __future__ import annotations
 
@@ -49,35 +49,31 @@ def _reply(reply: zenoh.Reply) -> Reply:
 
 
 class Heard:
-    """What came in, in order; `wait` waits until it is what the test waits for."""
+    """Received replies or samples, in order."""
 
     def __init__(self) -> None:
         self.items: list[Reply] = []
         self._changed = threading.Condition()
 
     def add(self, item: Reply) -> None:
-        """Take one more."""
         with self._changed:
             self.items.append(item)
             self._changed.notify_all()
 
     def on_reply(self, reply: zenoh.Reply) -> None:
-        """Take a reply."""
         self.add(_reply(reply))
 
     def on_sample(self, sample: zenoh.Sample) -> None:
-        """Take a sample."""
         put = sample.kind == zenoh.SampleKind.PUT
         body = json.loads(sample.payload.to_string()) if put and sample.payload else None
         self.add(Reply(put, str(sample.key_expr), body, str(sample.encoding)))
 
     @property
     def bodies(self) -> list[Any]:
-        """The messages alone."""
         return [item.body for item in self.items]
 
     def wait(self, until: Callable[[list[Any]], bool]) -> list[Any]:
-        """Return the messages, once *until* says so of them."""
+        """Return the messages, once *until* holds for them."""
         with self._changed:
             assert self._changed.wait_for(lambda: until(self.bodies), PATIENCE), self.bodies[-5:]
             return self.bodies
@@ -93,7 +89,7 @@ def statuses(body: Any) -> list[tuple[str, int]]:
 
 
 class Pending:
-    """A request whose replies are not waited for yet."""
+    """A request whose replies are still to come."""
 
     def __init__(self, replies: Any) -> None:
         self._replies = replies
@@ -109,13 +105,6 @@ class Pending:
 
 
 class Tester:
-    """One Zenoh client of the world.
-
-    Args:
-        endpoint: Where to connect.
-        prefix: What all keys begin with.
-    """
-
     def __init__(self, endpoint: str, prefix: str = "hmrsim") -> None:
         config = zenoh.Config()
         for key, value in {
@@ -130,24 +119,23 @@ class Tester:
         self._subscribers: list[Any] = []
 
     def key(self, key: str) -> str:
-        """Return a full key."""
         return f"{self._prefix}/{key}"
 
     def begin(self, key: str, payload: Any = None) -> Pending:
-        """Ask, and don't wait; bytes are sent as they are, all else as JSON."""
+        """Send a query without waiting; bytes are sent unchanged, everything else as JSON."""
         raw = payload if payload is None or isinstance(payload, bytes) else json.dumps(payload).encode()
         return Pending(self.session.get(self.key(key), payload=raw, timeout=PATIENCE))
 
     def ask(self, key: str, payload: Any = None) -> list[Reply]:
-        """Ask, and return all replies."""
+        """Send a query, and return all replies."""
         return self.begin(key, payload).all()
 
     def one(self, key: str, payload: Any = None) -> Any:
-        """Ask, and return the body of the one reply."""
+        """Send a query, and return the body of the only reply."""
         return self.begin(key, payload).one()
 
     def hear(self, *keys: str, into: Heard | None = None) -> Heard:
-        """Subscribe to keys; what comes is added in the order in which it arrives."""
+        """Subscribe to keys; samples are stored in the order in which they arrive."""
         heard = into or Heard()
         handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
         self._subscribers += [self.session.declare_subscriber(self.key(key), handler) for key in keys]
@@ -168,7 +156,6 @@ class Tester:
         return self.result(name, answer["goal_id"])
 
     def cancel(self, name: str, goal_id: str | None = None, stamp: Any = None) -> Any:
-        """Cancel; return the answer."""
         info = ({"goal_id": goal_id} if goal_id else {}) | ({"stamp": stamp} if stamp else {})
         return self.one(f"{name}/_action/cancel_goal", {"goal_info": info})
 
@@ -177,12 +164,10 @@ class Tester:
         return statuses(self.one(f"{name}/_action/status"))
 
     def where(self, robot: str) -> tuple[float, float]:
-        """Return a robot's position."""
         position = self.one(f"{robot}/odom")["pose"]["pose"]["position"]
         return position["x"], position["y"]
 
     def close(self) -> None:
-        """Leave."""
         self.session.close()
 
 
@@ -192,12 +177,11 @@ def to(x: float, y: float, frame: str = "") -> Any:
 
 
 def seconds(number: int) -> Any:
-    """Return the goal to wait."""
     return {"time": {"sec": number}}
 
 
 class Served:
-    """Hosts that were started and testers that are connected to them; all are closed at the end."""
+    """Hosts and the testers connected to them, all closed at the end."""
 
     def __init__(self) -> None:
         self.hosts: list[Host] = []
@@ -216,13 +200,11 @@ class Served:
         return self._testers[-1]
 
     def __call__(self, world: Any = None, **settings: Any) -> Tester:
-        """Serve a world; return a client of it."""
         host = self.host(world, **settings)
         host.start()
         return self.tester(host)
 
     def close(self) -> None:
-        """Close all."""
         for tester in self._testers:
             tester.close()
         for host in self.hosts:
@@ -239,19 +221,19 @@ def serve() -> Iterator[Served]:
 
 @pytest.fixture
 def fast(serve: Served) -> Tester:
-    """A client of the small world at the greatest speed: what is asked is over at once."""
+    """Return a client of the small world at the greatest speed."""
     return serve(real_time_factor=0)
 
 
 @pytest.fixture
 def live(serve: Served) -> Tester:
-    """A client of the small world in real time: a wait of 1000 s outlasts every test."""
+    """Return a client of the small world in real time, where a wait of 1000 s outlasts every test."""
     return serve(real_time_factor=1.0)
 
 
 @pytest.fixture(scope="module")
 def shared() -> Iterator[Tester]:
-    """A client of a small world that all tests of a module share, because they change nothing in it."""
+    """Return a client that the tests of a module share, because they change nothing in its world."""
     served = Served()
     yield served(real_time_factor=0)
     served.close()

@@ -1,4 +1,4 @@
-"""Batteries and docks, seen from outside."""
+"""Batteries and docks, as an outside client sees them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,11 @@ WORLD = {
 
 @pytest.fixture
 def tester(serve):
-    """A client of a world with a robot that lasts half a minute, and of one without a battery."""
+    """Return a client of a world with a robot that lasts half a minute, and one without a battery."""
     return serve(WORLD, real_time_factor=0)
 
 
 def test_the_latest_battery_state_can_be_got(tester, wait):
-    """After 10 s of 30."""
     tester.do("eve/wait", wait(10))
     (reply,) = tester.ask("eve/battery_state")
 
@@ -35,15 +34,13 @@ def test_the_latest_battery_state_can_be_got(tester, wait):
     assert ("eve", True, 7) == (reply.body["serial_number"], reply.body["present"], len(reply.body["cell_voltage"]))
 
 
-def test_a_robot_without_a_battery_says_so(tester):
-    """As an error reply."""
+def test_reading_a_missing_battery_is_an_error(tester):
     (reply,) = tester.ask("cart/battery_state")
 
     assert (False, "cart has no battery") == (reply.ok, reply.body["error"])
 
 
-def test_a_query_for_all_batteries_gets_those_that_there_are(tester):
-    """There is no error for the other robots."""
+def test_a_query_for_all_batteries_skips_robots_without_one(tester):
     replies = tester.ask("*/battery_state")
 
     assert [(True, "hmrsim/eve/battery_state")] == [(reply.ok, reply.key) for reply in replies]
@@ -61,21 +58,7 @@ def test_a_subscriber_gets_a_message_each_second_and_at_each_event(tester, wait)
     assert any(body["percentage"] == pytest.approx(0.2) and body["header"]["stamp"]["sec"] == 10 for body in bodies)
 
 
-def test_an_empty_robot_is_not_ready(tester, wait, go):
-    """The goal that ran is aborted with the place, the next one rejected."""
-    ended = tester.do("eve/wait", wait(60))
-    answer = tester.send("eve/navigate_to_pose", go(20, 0))
-
-    assert (ABORTED, "battery empty at (0, 0)") == (ended["status"], ended["result"]["error_msg"])
-    assert (False, "not_ready", "battery empty at (0, 0)") == (
-        answer["accepted"],
-        answer["reason"],
-        answer["error_msg"],
-    )
-
-
-def test_it_docks_charges_and_undocks(tester):
-    """With the keys and fields of Nav2."""
+def test_a_robot_docks_charges_and_undocks(tester):
     docked = tester.do("eve/dock_robot", {"dock_id": "charger"})
     state = tester.one("eve/battery_state")
     tags = tester.one("_world/get_entity_info", {"entity": "charger"})["info"]["tags"]

@@ -27,7 +27,7 @@ def sessions():
 
 
 def compete(session, start):
-    """Claim the prefix together with the others; return the token of the one that has it."""
+    """Claim the prefix at the same time as others; return the token of the winner."""
     start.wait()
     try:
         return Claim(session, Keys())
@@ -35,8 +35,8 @@ def compete(session, start):
         return None
 
 
-def test_one_of_them_stays(sessions):
-    """Whichever; later ones are refused, until it has ended."""
+def test_one_of_several_simulators_stays(sessions):
+    """Later ones are refused until it has ended."""
     for _ in range(10):
         with ThreadPoolExecutor() as pool:
             tokens = list(pool.map(compete, sessions, [Barrier(len(sessions))] * len(sessions)))
@@ -50,12 +50,10 @@ def test_one_of_them_stays(sessions):
 
 
 def test_simulators_of_other_prefixes_do_not_compete(sessions):
-    """Each has its own."""
     assert all(Claim(session, Keys(f"lab/{number}")) for number, session in enumerate(sessions))
 
 
-def test_one_gives_way_when_two_that_serve_meet():
-    """The one with the greater id; the other one stays."""
+def test_when_two_serving_simulators_meet_the_greater_id_ends():
     with ExitStack() as stack:
         first, endpoints = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))
         second, more = open_server(SessionOptions(listen=("tcp/127.0.0.1:0",)))

@@ -1,4 +1,4 @@
-"""Doors and lifts over Zenoh: their services, their states, and what external planners see of them."""
+"""Doors and lifts over Zenoh: their services, states, and route graph."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OK = {"result": 1, "error_message": ""}
 
 @pytest.fixture
 def tester(serve):
-    """A client of a world with a door and a lift, at the greatest speed."""
+    """Return a client of a world with a door and a lift, at the greatest speed."""
     return serve(WORLD, real_time_factor=0)
 
 
@@ -39,7 +39,6 @@ def without_stamps(bodies, *kinds):
 
 
 def test_a_robot_drives_through_a_door_and_takes_a_lift(tester):
-    """The events report it, in order."""
     heard = tester.hear("_world/events")
     ended = tester.do("eve/navigate_to_pose", to(100.0, 0.0))
     bodies = heard.wait(lambda bodies: any(body["kind"] == "lift_arrived" for body in bodies))
@@ -53,8 +52,7 @@ def test_a_robot_drives_through_a_door_and_takes_a_lift(tester):
     ] == without_stamps(bodies, "door_opening", "door_opened", "lift_departed", "lift_arrived")
 
 
-def test_a_door_is_locked_and_seen_to_be(tester):
-    """The answer has its type, and the entity its tags."""
+def test_a_locked_door_is_reported_by_the_answer_and_its_tags(tester):
     (reply,) = tester.ask("_world/set_door_state", {"name": "gate", "state": "locked"})
     info = tester.one("_world/get_entity_info", {"entity": "gate"})
 
@@ -62,8 +60,7 @@ def test_a_door_is_locked_and_seen_to_be(tester):
     assert ["door", "closed", "locked"] == info["info"]["tags"]
 
 
-def test_what_is_not_there_is_answered(tester):
-    """The error is in the result, as with all services of the world."""
+def test_an_unknown_door_is_an_error_in_the_response(tester):
     assert {"result": {"result": 2, "error_message": "no door 'gat'; did you mean 'gate'?"}} == tester.one(
         "_world/set_door_state", {"name": "gat", "state": "open"}
     )
@@ -72,8 +69,7 @@ def test_what_is_not_there_is_answered(tester):
     )
 
 
-def test_the_route_graph_follows_doors(tester):
-    """A subscriber gets the graph anew: without the lane of the locked door, and then with it again."""
+def test_the_route_graph_is_published_without_the_lane_of_a_locked_door(tester):
     heard = tester.hear("_world/route_graph")
     before = tester.one("_world/route_graph")
     for state in ("locked", "closed"):
@@ -92,8 +88,7 @@ def test_the_route_graph_has_rides(tester):
     assert {"length": 0.0, "lift": "lift", "ride": 9.0} == ride
 
 
-def test_all_that_is_there_has_a_state(tester):
-    """Doors and lifts are entities as robots and items are."""
+def test_doors_and_lifts_are_entities_with_states(tester):
     states = tester.one("_world/get_entities_states")
 
     assert ["eve", "gate", "lift"] == states["entities"]

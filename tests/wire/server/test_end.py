@@ -1,4 +1,4 @@
-"""The end of a simulation, wanted or not: every goal gets its verdict, and every pending request an answer."""
+"""The end of a simulation: every goal gets a terminal status, and every pending request an answer."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _no_result(robot, _goal, _report):
 
 @pytest.fixture
 def broken(serve, monkeypatch):
-    """Serve the small world with another process of ``wait``; return a client."""
+    """Serve the small world with another `wait` action; return a client."""
 
     def make(process, **settings):
         actions = {**registry(), "wait": replace(registry()["wait"], process=process)}
@@ -47,7 +47,7 @@ def broken(serve, monkeypatch):
 
 
 def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
-    """A client that waits for the result gets it, and the last status says so, too."""
+    """A waiting client gets the result, and the last status has it as well."""
     heard = live.hear(f"{WAIT}/_action/status")
     live.send(WAIT, wait(1000), A)
     held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(2)]
@@ -63,8 +63,8 @@ def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
 
 
 @pytest.mark.parametrize("factor", [0, 1.0])
-def test_it_ends_and_leaves_no_thread(serve, go, factor):
-    """With robots on their way, requests held and subscribers there."""
+def test_the_end_leaves_no_thread(serve, go, factor):
+    """Robots move, requests are held and subscribers are connected."""
     before = set(threading.enumerate())
     tester = serve(real_time_factor=factor)
     tester.hear("**")
@@ -80,8 +80,7 @@ def test_it_ends_and_leaves_no_thread(serve, go, factor):
     assert before >= set(threading.enumerate())
 
 
-def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
-    """The second time there is nothing to do."""
+def test_a_host_can_be_stopped_twice_and_before_its_start(serve):
     host = serve.host()
 
     host.stop()
@@ -90,16 +89,14 @@ def test_it_can_be_stopped_twice_and_before_it_has_begun(serve):
     assert host.error is None
 
 
-def test_a_request_after_the_end_is_not_held(live, serve, wait):
-    """The query ends without a reply."""
+def test_a_request_after_the_end_gets_no_reply(live, serve, wait):
     serve.hosts[0]._served.server.inbox.close()
     serve.hosts[0].wait(PATIENCE)
 
     assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
 
 
-def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
-    """A goal is rejected, a result is sent, a status is published; each request has its one reply."""
+def test_requests_that_wait_at_the_end_get_one_reply_each(serve, monkeypatch, wait):
     entered, leave = threading.Event(), threading.Event()
 
     def stall(*_arguments):
@@ -134,7 +131,7 @@ def test_what_waits_at_the_end_is_still_answered(serve, monkeypatch, wait):
 
 @pytest.mark.parametrize("process", [_process_raises, _no_result])
 def test_a_bug_in_an_action_aborts_its_goal_and_no_other(broken, serve, wait, go, process):
-    """Waiting clients get the end, the simulator serves on, and a subscriber of events is told."""
+    """The simulator continues, and a subscriber of events is informed."""
     tester = broken(process, strict=False)
     events = tester.hear("_world/events")
     tester.hear(f"{WAIT}/_action/feedback")
@@ -152,7 +149,7 @@ def test_a_bug_in_an_action_aborts_its_goal_and_no_other(broken, serve, wait, go
 
 @pytest.mark.parametrize("process", [_process_raises, _feedback_raises, _no_result])
 def test_a_bug_in_an_action_ends_a_strict_run_with_every_goal_aborted(broken, serve, wait, go, process):
-    """Waiting clients get the end, for this goal and for another robot's; the host has the error."""
+    """The host raises the error."""
     tester = broken(process)
     heard = tester.hear("**")
     tester.send("eve/navigate_to_pose", go(1, 2), B)
@@ -173,8 +170,8 @@ _WHY = ("accepted", "reason", "error_msg")
 _BOTH = {WAIT: A, "eve/navigate_to_pose": B}
 
 
-def test_a_simulation_that_has_died_is_seen_to_be_gone(broken, serve, wait):
-    """Its tokens disappear, and requests are not left hanging, although the server has not been closed yet."""
+def test_the_tokens_of_a_crashed_simulation_disappear(broken, serve, wait):
+    """Requests are not left hanging, although the server is not closed yet."""
     tester = broken(_process_raises)
     heard = Heard()
     tester.send(WAIT, wait(1000), A)
@@ -186,8 +183,7 @@ def test_a_simulation_that_has_died_is_seen_to_be_gone(broken, serve, wait):
     assert not heard.items
 
 
-def test_the_run_ends_after_its_duration(serve, wait):
-    """Goals that run then are aborted at that time."""
+def test_goals_are_aborted_at_the_duration_of_the_run(serve, wait):
     tester = serve(real_time_factor=50.0, duration=50.0)
     events = tester.hear("_world/events")
     tester.begin(f"{WAIT}/_action/send_goal", {"goal_id": A, "goal": wait(1000)})

@@ -1,7 +1,4 @@
-"""What clients do leaves nothing behind that only Python's garbage collector would find.
-
-It looks at old objects as rarely as once in hours, so that cycles among such objects are memory that grows.
-"""
+"""Clients leave no reference cycles behind, which only Python's rare full collections would free."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ TIMES = 5
 
 @pytest.fixture
 def ask():
-    """Ask a simulator that serves JSON and ROS 2, while a client listens to everything."""
+    """Send requests to a simulator that serves JSON and ROS 2, while a client listens to everything."""
     with (
         served_world(wires=(RmwZenoh(),), real_time_factor=0, keep_results=1) as options,
         Client(options, clock="realtime") as client,
@@ -31,7 +28,7 @@ def ask():
 
 
 def goal(ask, number):
-    """Have a goal carried out, and forgotten for the next one."""
+    """Execute a goal, which is forgotten for the next one."""
     goal_id = f"{number + 1:032x}"
     answer = ask("wall_e/wait/_action/send_goal", {"goal_id": goal_id, "goal": {"time": {"sec": 1}}})
     assert answer["accepted"], answer
@@ -39,7 +36,7 @@ def goal(ask, number):
 
 
 def guest(ask, number):
-    """Have a robot come and go."""
+    """Spawn and delete a robot."""
     name = f"guest_{number}"
     pose = {"pose": {"position": {"x": 3.5, "y": 0.1 + 0.01 * number}}}
     answer = ask("_world/spawn_entity", {"name": name, "uri": "robot_type:nurse", "initial_pose": pose})
@@ -48,19 +45,18 @@ def guest(ask, number):
 
 
 def fault(ask, number):
-    """Close a lane for a while, so that routes are planned anew."""
+    """Close a lane for a while, so that routes are planned again."""
     request = {"type": "breakdown", "name": f"fault_{number}", "robot": "wall_e", "duration": 0.5}
     assert ask("_world/inject_fault", request)["result"]["result"] == 1
 
 
 @pytest.mark.parametrize("deed", [goal, guest, fault])
-def test_it_leaves_no_cycles(ask, deed):
-    """Once all that is kept is there."""
+def test_requests_leave_no_reference_cycles(ask, deed):
     for number in range(TIMES):
         deed(ask, number)
     gc.collect()
     gc.disable()
-    # What threads of other tests in this process let go meanwhile is not looked at.
+    # Garbage from threads of other tests in this process does not count.
     gc.freeze()
     try:
         for number in range(TIMES, 3 * TIMES):

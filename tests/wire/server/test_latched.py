@@ -1,4 +1,4 @@
-"""What is latched: it answers a plain get, and Zenoh's advanced subscribers, with the latest."""
+"""Latched messages, which answer plain gets and Zenoh's advanced subscribers."""
 
 from __future__ import annotations
 
@@ -15,17 +15,11 @@ WAIT = "wall_e/wait"
 
 
 def test_info_describes_the_world(shared):
-    """The info message is the handshake."""
     (reply,) = shared.ask("_world/info")
 
     info = reply.body
     assert "application/json;hmrsim/WorldInfo" == reply.encoding
-    assert (1, "0.1.0", "realtime", 0) == (
-        info["contract"],
-        info["hmrsim"],
-        info["clock"],
-        info["real_time_factor"],
-    )
+    assert (1, "0.1.0", "realtime", 0) == (info["contract"], info["hmrsim"], info["clock"], info["real_time_factor"])
     assert ("small", 64) == (info["world"]["name"], len(info["world"]["hash"]))
     cart = {"name": "cart", "type": "carrier", "components": [], "planner": "graph", "tags": []}
     assert {**cart, "actions": ["navigate_to_pose", "wait"]} == {
@@ -36,8 +30,8 @@ def test_info_describes_the_world(shared):
     assert {"navigate_to_pose", "wait", "pickup", "place"} <= set(info["robots"][0]["actions"])
 
 
-def test_the_route_graph_is_that_of_nav2(shared):
-    """Points, and a MultiLineString with start and end for each direction of a lane."""
+def test_the_route_graph_has_nav2s_format(shared):
+    """It has points, and a MultiLineString for each direction of a lane."""
     (reply,) = shared.ask("_world/route_graph")
 
     nodes = {
@@ -56,8 +50,7 @@ def test_the_route_graph_is_that_of_nav2(shared):
     assert [("far", "island"), ("island", "far")] == lanes[4:]
 
 
-def test_the_clock_and_the_odometry_can_be_got(fast, wait):
-    """The simulated time, and where a robot is at it."""
+def test_clock_and_odometry_can_be_queried(fast, wait):
     fast.do(WAIT, wait(3))
 
     assert {"clock": {"sec": 3, "nanosec": 0}} == fast.one("_world/clock")
@@ -65,8 +58,7 @@ def test_the_clock_and_the_odometry_can_be_got(fast, wait):
     assert ({"sec": 3, "nanosec": 0}, 9.0) == (odom["header"]["stamp"], odom["pose"]["pose"]["position"]["x"])
 
 
-def test_the_status_can_be_got_before_and_after_a_goal(fast, wait):
-    """Empty first, then the goal's last status."""
+def test_the_status_can_be_queried_before_and_after_a_goal(fast, wait):
     before = fast.status(WAIT)
     fast.send(WAIT, wait(3), A)
     fast.result(WAIT, A)
@@ -87,15 +79,13 @@ def test_the_status_can_be_got_before_and_after_a_goal(fast, wait):
     ],
 )
 def test_a_get_with_wildcards_is_answered_once_for_each_latched_key(shared, pattern, keys):
-    """With the concrete keys; nothing else is."""
     replies = shared.ask(pattern)
 
     assert sorted(f"hmrsim/{key}" for key in keys) == sorted(reply.key for reply in replies)
     assert all(reply.ok for reply in replies)
 
 
-def test_a_get_of_everything_is_answered(shared):
-    """All that is latched, at once."""
+def test_a_get_of_everything_has_all_latched_messages(shared):
     keys = {reply.key for reply in shared.ask("**")}
 
     assert {
@@ -107,15 +97,13 @@ def test_a_get_of_everything_is_answered(shared):
 
 
 @pytest.mark.parametrize("key", ["hmrsim/_world/info", "hmrsim/_world/*", "hmrsim/**"])
-def test_an_advanced_subscriber_gets_the_info_as_history(shared, key):
-    """Also by wildcard."""
+def test_an_advanced_subscriber_gets_the_info_as_history_by_wildcard(shared, key):
     heard = history(shared, key)
 
     assert heard.wait(lambda bodies: any("contract" in body for body in bodies))
 
 
-def test_an_advanced_subscriber_gets_the_last_status_and_those_that_follow(fast, wait):
-    """The history comes first."""
+def test_an_advanced_subscriber_gets_the_last_status_before_later_ones(fast, wait):
     fast.send(WAIT, wait(3), A)
     fast.result(WAIT, A)
     heard = history(fast, "hmrsim/wall_e/wait/_action/status")
@@ -129,7 +117,6 @@ def test_an_advanced_subscriber_gets_the_last_status_and_those_that_follow(fast,
 
 
 def history(tester, key):
-    """Subscribe as zenoh.ext does, with history."""
     heard = Heard()
     subscriber = zenoh.ext.declare_advanced_subscriber(
         tester.session,
@@ -142,7 +129,6 @@ def history(tester, key):
 
 
 def test_json_is_utf8_and_one_object(shared):
-    """A client may read it with any JSON reader."""
     (reply,) = shared.session.get("hmrsim/_world/info")
 
     assert {"contract", "hmrsim", "world", "clock", "real_time_factor", "robots"} <= set(
@@ -151,7 +137,6 @@ def test_json_is_utf8_and_one_object(shared):
 
 
 def test_info_lists_the_services_of_the_world(shared):
-    """Each service has its key behind the prefix, and its type."""
     (reply,) = shared.ask("_world/info")
 
     assert {"name": "_world/route_graph", "type": "hmrsim/RouteGraph"} in reply.body["services"]

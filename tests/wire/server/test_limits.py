@@ -1,4 +1,4 @@
-"""The limits of what clients send."""
+"""Limits of messages from clients."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ GO = "wall_e/navigate_to_pose/_action/send_goal"
 
 
 def goal(text):
-    """Return a request that names a behaviour tree."""
+    """Return a request that names a behavior tree."""
     return {"goal_id": A, "goal": {"behavior_tree": text}}
 
 
 def test_a_text_that_is_too_long_is_refused(serve):
-    """It would come back in answers, in the log and in the trace."""
+    """It would be repeated in answers, the log and the trace."""
     tester = serve()
     (reply,) = tester.ask(GO, goal("x" * (MAX_TEXT + 1)))
 
@@ -29,7 +29,6 @@ def test_a_text_that_is_too_long_is_refused(serve):
 
 
 def test_a_text_of_the_greatest_length_is_taken(serve):
-    """Whatever else comes of it."""
     (reply,) = serve().ask(GO, goal("x" * MAX_TEXT))
 
     assert reply.ok
@@ -37,14 +36,12 @@ def test_a_text_of_the_greatest_length_is_taken(serve):
 
 @pytest.mark.parametrize("length", [MAX_TEXT + 1, 100_000])
 def test_the_text_of_a_world_may_be_longer(serve, length):
-    """It is a file."""
     (reply,) = serve().ask("_world/load_world", {"resource_string": "#" * length})
 
     assert reply.ok
 
 
-def test_a_message_that_is_far_too_large_is_dropped(serve):
-    """Nothing of it is kept, and others are answered."""
+def test_a_message_that_is_far_too_large_is_dropped_and_others_are_answered(serve):
     tester = serve()
     key = tester.key(GO)
 

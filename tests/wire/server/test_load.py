@@ -1,4 +1,4 @@
-"""Many requests, dying clients, and a simulator that has no time: nothing is lost and nothing stalls."""
+"""Many requests, dying clients and a busy simulator lose nothing and stall nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def send_all(tester, names, goal):
 
 @pytest.mark.parametrize("factor", [0, 100.0])
 def test_three_hundred_goals_for_one_robot_each_end_once(serve, wait, factor):
-    """Each is accepted with one reply; each has one verdict, and one terminal status on the wire."""
+    """Each has one reply, one result, and one terminal status on the wire."""
     tester = serve(real_time_factor=factor)
     events = tester.hear("_world/events")
 
@@ -40,7 +40,7 @@ def test_three_hundred_goals_for_one_robot_each_end_once(serve, wait, factor):
 
 @pytest.mark.parametrize("factor", [0, 100.0])
 def test_three_hundred_goals_for_a_hundred_robots_each_end_once(serve, go, factor):
-    """Each robot's last one succeeds."""
+    """The last goal of each robot succeeds."""
     tester = serve(MANY, real_time_factor=factor)
     names = [f"r{number % 100}/navigate_to_pose" for number in range(300)]
 
@@ -62,25 +62,9 @@ def _ended(events, count):
     return ends(events.wait(lambda bodies: len(ends(bodies)) >= count))
 
 
-def test_a_client_that_dies_with_held_requests_does_no_harm(serve, wait):
-    """Its goal goes on, and another client gets the result."""
-    tester = serve(real_time_factor=1.0)
-    dying = serve.tester(serve.hosts[0])
-    dying.send("wall_e/wait", wait(1000), A)
-    pending = [dying.begin("wall_e/wait/_action/get_result", {"goal_id": A}) for _ in range(50)]
-    dying.hear("**")
-
-    dying.close()
-
-    assert [(A, 2)] == tester.status("wall_e/wait")
-    tester.cancel("wall_e/wait", A)
-    assert 5 == tester.result("wall_e/wait", A)["status"]
-    assert 50 == len(pending)
-
-
 @pytest.mark.parametrize("factor", [0.01, 1.0, 1e6])
 def test_requests_are_answered_at_any_speed(serve, wait, factor):
-    """Also when time can't keep up, with samples to be taken all the time."""
+    """This includes a factor that the machine can't reach, with samples all the time."""
     tester = serve(real_time_factor=factor)
     heard = tester.hear("**")
     tester.send("wall_e/wait", wait(100_000_000), A)
@@ -91,8 +75,7 @@ def test_requests_are_answered_at_any_speed(serve, wait, factor):
     assert 5 == tester.result("wall_e/wait", A)["status"]
 
 
-def test_time_goes_on_while_many_ask(serve, wait):
-    """Requests that never cease do not hold up the simulation."""
+def test_time_advances_during_endless_requests(serve, wait):
     tester = serve(real_time_factor=0)
     tester.send("wall_e/wait", wait(1000), A)
     held = tester.begin("wall_e/wait/_action/get_result", {"goal_id": A})
@@ -104,8 +87,7 @@ def test_time_goes_on_while_many_ask(serve, wait):
     assert 600 == len([replies.one() for replies in pending])
 
 
-def test_a_subscriber_that_does_not_read_does_not_stop_the_simulation(serve, wait):
-    """Its channel holds one sample; others get theirs."""
+def test_a_blocked_subscriber_does_not_stop_the_simulation(serve, wait):
     import zenoh  # noqa: PLC0415
 
     tester = serve(real_time_factor=0)

@@ -1,4 +1,4 @@
-"""Answers that get lost on purpose over Zenoh, and requests that come twice."""
+"""Injected losses of answers over Zenoh, and injected repetitions of requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GOAL = b'{"goal": {"time": {"sec": 60}}}'
 
 @pytest.fixture
 def host():
-    """Serve the small world as fast as possible; nothing is lost before the test says so."""
+    """Serve the small world as fast as possible, without losses at first."""
     loaded = SimpleNamespace(world=World.model_validate(SMALL_WORLD), hash="", warnings=(), path=None)
     settings = RunSettings(clock="lockstep")
     with Host(loaded, SessionOptions(listen=("tcp/127.0.0.1:0",)), settings) as host:
@@ -32,6 +32,7 @@ def ask(host):
     session = open_client(SessionOptions(connect=host.endpoints))
 
     def ask(topic, payload=None):
+        """Return a function that returns the replies to a request: payloads, and None for an error."""
         replies = session.get(f"hmrsim/{topic}", payload=payload)
         return [reply.ok and reply.ok.payload.to_bytes() for reply in replies]
 
@@ -39,16 +40,14 @@ def ask(host):
     session.close()
 
 
-def test_an_answer_is_lost(host, ask):
-    """And not the one after it; a reading has its answer in any case."""
+def test_one_answer_is_lost_but_no_reading(host, ask):
     host.losses.lose_answers(1)
     reading, lost, there = ask("_world/info"), ask("_world/get_entities", b"{}"), ask("_world/get_entities", b"{}")
 
     assert (1, 0, 1) == (len(reading), len(lost), len(there))
 
 
-def test_a_request_comes_twice(host, ask):
-    """It is answered once, and is two goals."""
+def test_a_repeated_request_is_two_goals_with_one_answer(host, ask):
     host.losses.repeat_requests(1)
     replies = ask("eve/wait/_action/send_goal", GOAL)
     status = ask("eve/wait/_action/status")[0]
@@ -57,8 +56,8 @@ def test_a_request_comes_twice(host, ask):
     assert 2 == status.count(b'"goal_id"')
 
 
-def test_a_request_that_is_refused_at_once_comes_twice(host, ask):
-    """The second one can be read though the first one has ended."""
+def test_an_invalid_request_can_be_repeated(host, ask):
+    """The second one is decoded although the first query has ended."""
     host.losses.repeat_requests(1)
 
     assert [None] == ask("eve/wait/_action/send_goal", b"{")

@@ -1,4 +1,4 @@
-"""An external planner: any client's queryable, here that of a plain Zenoh client."""
+"""An external planner in a plain Zenoh client."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Planner:
 
     Args:
         tester: Whose session it uses.
-        answer: What it says; None to say nothing until it is let go, an error to answer with one.
+        answer: Its answer, an error to reply with, or None to hold requests until it leaves.
     """
 
     def __init__(self, tester, answer):
@@ -43,12 +43,10 @@ class Planner:
         self._queryable = tester.session.declare_queryable(key, self._on_query)
 
     def say(self, answer):
-        """Give the answer that is waited for."""
         self._answer = answer
         self._go.set()
 
     def leave(self):
-        """Plan no more."""
         self._go.set()
         self._queryable.undeclare()
 
@@ -66,18 +64,18 @@ class Planner:
 
 @pytest.fixture
 def world(serve):
-    """A client of a world with a robot that has an external planner."""
+    """Return a client of a world with a robot that has an external planner."""
     return serve(WORLD, real_time_factor=0)
 
 
 def ended(tester, goal):
-    """Send a goal; return its status, code and text at the end."""
+    """Send a goal; return its final status, code and text."""
     end = tester.do(EVE, goal)
     return end["status"], end["result"]["error_code"], end["result"]["error_msg"]
 
 
-def test_a_path_from_outside_is_driven(world, go):
-    """The goal waits for it; the planner gets the plain fields of ComputePathToPose's goal, and the robot's name."""
+def test_a_robot_follows_the_path_of_an_external_planner(world, go):
+    """The request has ComputePathToPose's fields and the robot."""
     planner = Planner(world, path((1, 2), (1, 6), (4, 6)))
     end = ended(world, go(4, 6))
     ((asked, encoding, robot),) = planner.asked
@@ -91,8 +89,7 @@ def test_a_path_from_outside_is_driven(world, go):
     assert asked["use_start"] is True
 
 
-def test_a_goal_is_rejected_after_the_planner_has_left(world, go):
-    """As before it came; other robots don't care."""
+def test_goals_are_rejected_without_a_planner(world, go):
     before = world.send(EVE, go(4, 6))
     planner = Planner(world, path((4, 6)))
     during = world.send(EVE, go(4, 6))
@@ -118,7 +115,6 @@ def test_a_goal_is_rejected_after_the_planner_has_left(world, go):
     ],
 )
 def test_an_answer_without_a_path_aborts_the_goal(world, go, answer, code, text):
-    """With the reason, and the robot stays."""
     planner = Planner(world, answer)
     status, error_code, error_msg = ended(world, go(4, 6))
 
@@ -128,8 +124,7 @@ def test_an_answer_without_a_path_aborts_the_goal(world, go, answer, code, text)
     assert (1.0, 2.0) == world.where("eve")
 
 
-def test_a_planner_that_says_nothing_aborts_the_goal(world, go):
-    """It drops the request, or is gone."""
+def test_a_planner_that_drops_the_request_aborts_the_goal(world, go):
     planner = Planner(world, None)
     accepted = world.send(EVE, go(4, 6))
     assert planner.heard.wait(PATIENCE)
@@ -140,7 +135,7 @@ def test_a_planner_that_says_nothing_aborts_the_goal(world, go):
 
 
 def test_a_planner_that_takes_too_long_aborts_the_goal(serve, go):
-    """After so many wall seconds; what it says then is dropped."""
+    """The timeout is in wall seconds, and a late answer is ignored."""
     tester = serve(WORLD, real_time_factor=0, planner_timeout=0.2)
     planner = Planner(tester, None)
 
@@ -151,7 +146,6 @@ def test_a_planner_that_takes_too_long_aborts_the_goal(serve, go):
 
 
 def test_a_goal_that_waits_for_its_path_can_be_canceled(world, go):
-    """At once."""
     planner = Planner(world, None)
     accepted = world.send(EVE, go(4, 6))
     world.cancel(EVE, accepted["goal_id"])
@@ -160,8 +154,8 @@ def test_a_goal_that_waits_for_its_path_can_be_canceled(world, go):
     planner.leave()
 
 
-def test_in_lockstep_time_stands_until_the_path_has_come(serve, go):
-    """The state of time names the participant that is waited for; then the grant goes on."""
+def test_lockstep_time_is_stopped_until_the_path_has_come(serve, go):
+    """The state of time names the participant."""
     tester = serve(WORLD, clock="lockstep")
     planner = Planner(tester, None)
     tester.one("_world/time/join", {"name": "nurse"})

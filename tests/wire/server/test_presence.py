@@ -1,4 +1,4 @@
-"""Presence on the network: liveliness tokens, a second simulator, a port that is taken."""
+"""Presence on the network: liveliness tokens, a second simulator, and a taken port."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ TOKENS = {"hmrsim/_world/alive", "hmrsim/wall_e/alive", "hmrsim/eve/alive", "hmr
 
 
 def watch(tester):
-    """Follow all liveliness tokens."""
     heard = Heard()
     handler = zenoh.handlers.Callback(heard.on_sample, indirect=False)
     heard.subscriber = tester.session.liveliness().declare_subscriber("hmrsim/*/alive", handler, history=True)
@@ -23,14 +22,12 @@ def watch(tester):
 
 
 def test_the_simulator_and_each_robot_have_a_token(shared):
-    """A plain liveliness query finds them."""
     tokens = {str(reply.ok.key_expr) for reply in shared.session.liveliness().get("hmrsim/**")}
 
     assert tokens == TOKENS
 
 
 def test_the_tokens_disappear_when_the_simulator_stops(serve):
-    """A liveliness subscriber sees them go."""
     router = serve.host({"robots": {}}, SessionOptions(listen=("tcp/127.0.0.1:0",), prefix="router"))
     host = serve.host(None, SessionOptions(connect=router.endpoints), real_time_factor=0)
     host.start()
@@ -45,7 +42,6 @@ def test_the_tokens_disappear_when_the_simulator_stops(serve):
 
 
 def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
-    """Its error names the prefix and what would do; the first one goes on."""
     tester = serve(real_time_factor=0)
 
     with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'; give another with --prefix"):
@@ -54,8 +50,8 @@ def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
     assert 1 == tester.one("_world/info")["contract"]
 
 
-def test_another_prefix_works_beside_the_first(serve, wait):
-    """Both are reached by one endpoint, and have no access to each other's goals."""
+def test_simulators_with_different_prefixes_do_not_interfere(serve, wait):
+    """Both are reached by one endpoint."""
     tester = serve(real_time_factor=0)
     other = serve.host(None, SessionOptions(connect=(tester.endpoint,), prefix="lab/two"), real_time_factor=0)
     other.start()
@@ -65,16 +61,14 @@ def test_another_prefix_works_beside_the_first(serve, wait):
     assert [1, 0] == [len(client.status("wall_e/wait")) for client in (second, tester)]
 
 
-def test_a_port_that_is_taken_is_named(serve):
-    """And the options that help."""
+def test_a_taken_port_is_named_with_the_options_that_help(serve):
     tester = serve(real_time_factor=0)
 
     with pytest.raises(PortTaken, match=f"{re.escape(tester.endpoint)} is in use; .*--listen.*--connect"):
         serve.host(None, SessionOptions(listen=(tester.endpoint,)))
 
 
-def test_a_prefix_is_free_again_when_its_simulator_has_stopped(serve):
-    """On the same port, too."""
+def test_a_prefix_and_port_are_free_when_the_simulator_has_stopped(serve):
     tester = serve(real_time_factor=0)
     tester.close()
     serve.hosts[0].stop()

@@ -1,4 +1,4 @@
-"""How time moves, by the keys below ``_world/time``."""
+"""Joining, advancing and clocks by the keys below ``_world/time``."""
 
 from __future__ import annotations
 
@@ -9,18 +9,16 @@ A = "a" * 32
 
 @pytest.fixture
 def steps(serve):
-    """A client of the small world in lockstep, which one participant awaits."""
+    """Return a client of the small world in lockstep, for one participant."""
     return serve(clock="lockstep")
 
 
 def advance(tester, name="nurse", epoch=0, until=None, **fields):
-    """Begin to ask to advance."""
     request = {"participant": name, "epoch": epoch, "until": until, "wake": ["result"], **fields}
     return tester.begin("_world/time/advance", request)
 
 
-def test_a_mission_in_lockstep(steps, go, wait):
-    """Join, advance with goals, be woken by each result, leave."""
+def test_a_participant_is_woken_by_each_result(steps, go, wait):
     joined = steps.one("_world/time/join", {"name": "nurse"})
     commands = [
         {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)},
@@ -52,8 +50,7 @@ def test_a_mission_in_lockstep(steps, go, wait):
 
 
 @pytest.mark.parametrize("others", [[], ["_world/time/state"]])
-def test_a_client_that_subscribes_and_then_advances_gets_all_of_it(steps, others):
-    """A subscriber gets what happens while simulated seconds pass in no time, whatever it subscribes to otherwise."""
+def test_a_subscriber_gets_every_message_of_an_advance(steps, others):
     steps.hear(*others)
     steps.one("_world/time/join", {"name": "nurse"})
     heard = steps.hear("_world/clock")
@@ -64,8 +61,7 @@ def test_a_client_that_subscribes_and_then_advances_gets_all_of_it(steps, others
     assert list(range(1, 51)) == sorted({*tenths} - {0})
 
 
-def test_goals_may_be_called_by_further_names_and_canceled(steps, go):
-    """An alias is as good as the real name; a cancel is answered as cancel_goal does."""
+def test_commands_can_use_aliases(steps, go):
     steps.one("_world/time/join", {"name": "nurse"})
     sent = {"robot": "navigate_to_pose", "action": "wall_e", "goal_id": A, "goal": go(5, 2)}
     granted = advance(steps, until=1.0, commands=[sent]).one()
@@ -77,8 +73,7 @@ def test_goals_may_be_called_by_further_names_and_canceled(steps, go):
     assert (5, 1.0) == (ended["events"][0]["status"], ended["now"])
 
 
-def test_feedback_is_granted_with_its_events(steps, go):
-    """A participant gets feedback as a wake-up, or in the report of another advance."""
+def test_feedback_is_granted_as_a_wake_up_or_in_a_later_report(steps, go):
     steps.one("_world/time/join", {"name": "nurse"})
     sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
     woken = advance(steps, wake=["feedback"], commands=[sent]).one()
@@ -88,8 +83,7 @@ def test_feedback_is_granted_with_its_events(steps, go):
     assert (2.0, 2.0) == (beside["now"], pytest.approx(beside["events"][0]["feedback"]["distance_remaining"]))
 
 
-def test_time_stops_for_a_condition(steps, go):
-    """It is set by a command, stays until it is met, and is told by its name; the same goes for several."""
+def test_time_stops_for_each_condition_by_name(steps, go):
     steps.one("_world/time/join", {"name": "nurse"})
     sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
     near = {
@@ -125,8 +119,7 @@ def test_time_stops_for_a_condition(steps, go):
         ({"key": "eve/odom", "robot": "eve"}, "robot", "Extra inputs are not permitted"),
     ],
 )
-def test_a_condition_that_makes_no_sense_has_its_error(steps, bad, field, text):
-    """In its place, and the participant learns of it at once."""
+def test_an_invalid_condition_is_an_error_in_its_place(steps, bad, field, text):
     steps.one("_world/time/join", {"name": "nurse"})
     granted = advance(steps, until=9.0, commands=[{"watch": "a", **bad}]).one()
     (error,) = granted["accepted"]
@@ -135,8 +128,8 @@ def test_a_condition_that_makes_no_sense_has_its_error(steps, bad, field, text):
     assert 0.0 == granted["now"]
 
 
-def test_ordinary_keys_work_while_time_stands(steps, wait):
-    """They are applied at this instant, and a result is held until time moves."""
+def test_ordinary_keys_work_while_time_is_stopped(steps, wait):
+    """A result is held until time advances."""
     accepted = steps.send("eve/wait", wait(3), A)
     result = steps.begin("eve/wait/_action/get_result", {"goal_id": A})
     steps.one("_world/time/join", {"name": "nurse"})
@@ -146,8 +139,7 @@ def test_ordinary_keys_work_while_time_stands(steps, wait):
     assert 4 == result.one()["status"]
 
 
-def test_two_participants_move_together(serve, wait):
-    """No time is granted before both have joined and asked."""
+def test_time_advances_when_all_expected_participants_have_asked(serve, wait):
     tester = serve(clock="lockstep", participants=2)
     tester.one("_world/time/join", {"name": "b"})
     held = advance(tester, "b", until=5.0)
@@ -162,8 +154,7 @@ def test_two_participants_move_together(serve, wait):
     assert granted["events"] == held.one()["events"]
 
 
-def test_an_answer_that_was_lost_comes_again(steps, wait):
-    """For the same epoch; nothing is done twice."""
+def test_a_repeated_request_of_an_epoch_gets_the_same_answer(steps, wait):
     steps.one("_world/time/join", {"name": "nurse"})
     command = {"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)}
     first = advance(steps, commands=[command]).one()
@@ -189,8 +180,7 @@ def test_an_answer_that_was_lost_comes_again(steps, wait):
         ("state", {"x": 1}, "x", "Extra inputs are not permitted"),
     ],
 )
-def test_a_request_that_makes_no_sense_gets_one_error(steps, key, request_, field, text):
-    """It says which field, and why; nothing is applied."""
+def test_an_invalid_request_applies_nothing_and_names_the_field(steps, key, request_, field, text):
     (reply,) = steps.ask(f"_world/time/{key}", request_)
 
     assert not reply.ok
@@ -214,8 +204,7 @@ def test_a_request_that_makes_no_sense_gets_one_error(steps, key, request_, fiel
         ({"action": "pickup", "goal": {"target_name": "x" * 5000}}, "goal.target_name", "a text of 5000 characters"),
     ],
 )
-def test_a_command_that_makes_no_sense_has_its_error_and_the_others_are_applied(steps, wait, bad, field, text):
-    """It is answered in its place, as on its own key; the participant learns of it before time moves."""
+def test_an_invalid_command_is_an_error_and_the_others_are_applied(steps, wait, bad, field, text):
     steps.one("_world/time/join", {"name": "nurse"})
     good = {"robot": "eve", "action": "wait", "goal": wait(3)}
     granted = advance(steps, commands=[{"robot": "eve", "action": "wait", **bad}, good]).one()
@@ -229,7 +218,6 @@ def test_a_command_that_makes_no_sense_has_its_error_and_the_others_are_applied(
 
 
 def test_a_command_is_answered_as_on_its_own_key(serve, steps, wait):
-    """The same answers to the same requests; what is no object at all is an error, too."""
     other = serve(clock="lockstep")
     steps.one("_world/time/join", {"name": "nurse"})
     asked = [
@@ -256,8 +244,8 @@ def test_a_command_is_answered_as_on_its_own_key(serve, steps, wait):
     assert "Input should be" in by_advance[-1]["error"]
 
 
-def test_a_wanted_result_wakes_when_it_is_there(steps, wait):
-    """Of a goal of earlier that has ended; of one that executes it comes as an event, and the answer is null."""
+def test_a_requested_result_wakes_its_participant(steps, wait):
+    """The result of an ended goal comes at once."""
     steps.one("_world/time/join", {"name": "nurse"})
     sent = [{"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)}]
     wanted = [{"robot": "eve", "action": "wait", "result": A}]
@@ -273,10 +261,9 @@ def test_a_wanted_result_wakes_when_it_is_there(steps, wait):
 
 
 class TestClocks:
-    """Changing how time moves."""
+    """Requests that change how time advances."""
 
-    def test_the_state_says_how_time_moves(self, steps):
-        """And so does the info."""
+    def test_state_and_info_have_the_clock(self, steps):
         info = steps.one("_world/info")
 
         assert {
@@ -291,14 +278,12 @@ class TestClocks:
         } == steps.one("_world/time/state")
         assert ("lockstep", 1.0) == (info["clock"], info["real_time_factor"])
 
-    def test_in_real_time_a_client_can_not_join(self, live):
-        """The error says what to do instead."""
+    def test_joining_in_real_time_is_an_error_with_a_remedy(self, live):
         (reply,) = live.ask("_world/time/join", {"name": "nurse"})
 
         assert "the clock is realtime; set it to lockstep first" == reply.body["error"]
 
-    def test_the_clock_can_be_set_while_it_runs(self, live, wait):
-        """In lockstep, time stands until a participant joins; in real time it goes on."""
+    def test_the_clock_can_be_changed_during_a_run(self, live, wait):
         live.one("_world/time/set", {"clock": "lockstep"})
         live.one("_world/time/join", {"name": "nurse"})
         granted = advance(live, commands=[{"robot": "eve", "action": "wait", "goal": wait(1000)}]).one()
@@ -307,8 +292,7 @@ class TestClocks:
         assert granted["now"] >= 1000.0
         assert 4 == live.do("eve/wait", wait(1000))["status"]
 
-    def test_the_factor_can_be_set_while_it_runs(self, live, wait):
-        """A wait of 1000 s is over at once when time moves as fast as possible."""
+    def test_the_factor_can_be_changed_during_a_run(self, live, wait):
         live.send("eve/wait", wait(1000), A)
         state = live.one("_world/time/set", {"real_time_factor": 0})
 
@@ -325,16 +309,14 @@ class TestClocks:
         assert [] == state["participants"]
         assert "end" == held.one()["reason"]
 
-    def test_changes_are_published(self, steps):
-        """A subscriber of the state of time gets each new participant."""
+    def test_the_state_is_published_for_each_new_participant(self, steps):
         heard = steps.hear("_world/time/state")
         steps.one("_world/time/join", {"name": "nurse"})
 
         assert heard.wait(lambda bodies: any(["nurse"] == body["participants"] for body in bodies))
 
 
-def test_no_steps_are_made_without_a_participant(steps):
-    """Time stands; the answer says why, at once."""
+def test_steps_without_a_participant_are_rejected(steps):
     steps.one("_world/set_simulation_state", {"state": {"state": 2}})
     answer = steps.one("_world/step_simulation", {"steps": 2})
 
@@ -343,8 +325,7 @@ def test_no_steps_are_made_without_a_participant(steps):
     assert steps.one("_world/time/state")["paused"]
 
 
-def test_the_end_of_the_simulator_answers_pending_requests(serve):
-    """A request gets exactly one answer, always."""
+def test_a_pending_advance_is_answered_once_at_the_end(serve):
     host = serve.host(clock="lockstep", participants=2)
     host.start()
     tester = serve.tester(host)
@@ -357,7 +338,7 @@ def test_the_end_of_the_simulator_answers_pending_requests(serve):
 
 
 def test_a_participant_that_stalls_is_dropped(serve):
-    """The others go on, and the dropped participant gets an error when it comes back."""
+    """The others continue, and the participant gets an error when it comes back."""
     tester = serve(clock="lockstep", participants=2, participant_timeout=0.2)
     tester.one("_world/time/join", {"name": "a"})
     # Before the other one has joined, so that it can't be late itself on a busy machine.
@@ -372,8 +353,7 @@ def test_a_participant_that_stalls_is_dropped(serve):
     )
 
 
-def test_a_participant_whose_token_goes_is_dropped(serve):
-    """At once, long before any timeout."""
+def test_a_participant_without_its_token_is_dropped_before_any_timeout(serve):
     tester, other = serve(clock="lockstep", participants=2), serve.tester(serve.hosts[0])
     token = other.session.liveliness().declare_token("hmrsim/_participant/b")
     for one, name in ((tester, "a"), (other, "b")):

@@ -1,4 +1,4 @@
-"""What can't be read gets exactly one error reply, which says where the mistake is."""
+"""Malformed messages get exactly one error reply, which locates the error."""
 
 from __future__ import annotations
 
@@ -60,8 +60,7 @@ X = '{"goal": {"pose": {"pose": {"position": {"x": %s}}}}}'
         (CANCEL, {"goal_info": {"stamp": 5}}, "goal_info.stamp", "an object", 5),
     ],
 )
-def test_a_mistake_is_named_with_its_field(shared, key, payload, field, message, value):
-    """One error reply of JSON; the field's path begins at the message's root."""
+def test_an_invalid_field_is_named_with_its_path(shared, key, payload, field, message, value):
     (reply,) = shared.ask(key, payload)
 
     (detail,) = reply.body["details"]
@@ -72,8 +71,7 @@ def test_a_mistake_is_named_with_its_field(shared, key, payload, field, message,
     assert field in reply.body["error"]
 
 
-def test_all_mistakes_are_named_at_once(shared):
-    """Two fields, two details."""
+def test_all_invalid_fields_are_named_at_once(shared):
     body = shared.one(SEND, {"goal": {"pose": {"pose": {"position": {"x": "a", "y": "b"}}}}})
 
     assert ["goal.pose.pose.position.x", "goal.pose.pose.position.y"] == [item["field"] for item in body["details"]]
@@ -81,22 +79,19 @@ def test_all_mistakes_are_named_at_once(shared):
 
 @pytest.mark.parametrize("key", [SEND, CANCEL, RESULT])
 @pytest.mark.parametrize("size", [1024 * 1024 + 1, 10_000_000])
-def test_a_payload_over_one_mebibyte_is_refused(shared, key, size):
-    """The answer has both sizes."""
+def test_a_payload_over_one_mebibyte_is_refused_with_both_sizes(shared, key, size):
     (reply,) = shared.ask(key, b"{" + b" " * (size - 2) + b"}")
 
     assert (False, f"payload of {size} bytes; at most 1048576 are taken") == (reply.ok, reply.body["error"])
 
 
 def test_a_payload_of_one_mebibyte_is_read(shared):
-    """Only a larger one is refused."""
     payload = json.dumps({"goal": {}}).encode().ljust(1024 * 1024)
 
     assert shared.one(SEND, payload)["accepted"]
 
 
-def test_the_greatest_payload_can_be_set(serve):
-    """One byte more than 100 is refused, 100 are read."""
+def test_the_maximum_payload_can_be_set(serve):
     tester = serve(real_time_factor=0, max_payload=100)
 
     replies = [*tester.ask(SEND, b'{"goal": {}}'.ljust(100)), *tester.ask(SEND, b'{"goal": {}}'.ljust(101))]
@@ -118,8 +113,7 @@ def test_the_greatest_payload_can_be_set(serve):
     ],
     ids=["digits", "digits in a list", "surrogate", "surrogate key", "long id", "long key", "many keys", "deep"],
 )
-def test_a_monstrous_message_gets_one_short_error_reply(shared, payload):
-    """It is refused like any other, without being sent back whole; the simulator goes on."""
+def test_a_deeply_nested_message_gets_one_short_error_reply(shared, payload):
     (reply,) = shared.ask(SEND, payload)
 
     assert not reply.ok
@@ -127,8 +121,7 @@ def test_a_monstrous_message_gets_one_short_error_reply(shared, payload):
     assert shared.one("_world/info")["contract"] == 1
 
 
-def test_an_id_as_long_as_a_book_is_not_sent_back_whole(shared):
-    """The goal is not accepted, and the answer is short."""
+def test_a_huge_id_is_abridged_in_the_answer(shared):
     (reply,) = shared.ask(SEND, {"goal_id": "x" * 1_000_000, "goal": {}})
 
     assert (True, "invalid_goal_id") == (reply.ok, reply.body["reason"])
@@ -139,8 +132,7 @@ def test_an_id_as_long_as_a_book_is_not_sent_back_whole(shared):
 @pytest.mark.parametrize(
     ("name", "field", "value"), [("nobody/wait", "robot", "nobody"), ("cart/pickup", "action", "pickup")]
 )
-def test_an_unknown_robot_can_only_be_sent_goals(shared, verb, name, field, value):
-    """A cancel or a request for a result there is an error that lists the robots."""
+def test_other_requests_to_an_unknown_robot_list_the_robots(shared, verb, name, field, value):
     (reply,) = shared.ask(f"{name}/_action/{verb}", {} if verb == "cancel_goal" else {"goal_id": A})
 
     (detail,) = reply.body["details"]
@@ -158,8 +150,7 @@ def test_an_unknown_robot_can_only_be_sent_goals(shared, verb, name, field, valu
         ("_world/weather", "the world has no 'weather' to get; there are: call_lift, clear_fault"),
     ],
 )
-def test_what_can_not_be_got_is_an_error(shared, key, text):
-    """The text says what there is."""
+def test_an_unknown_reading_lists_the_known_ones(shared, key, text):
     (reply,) = shared.ask(key)
 
     assert (False, True) == (reply.ok, text in reply.body["error"])
@@ -169,8 +160,8 @@ LATCHED = ["_world/info", "_world/route_graph", "_world/clock", "wall_e/odom", "
 
 
 @pytest.mark.parametrize("key", LATCHED)
-def test_a_reading_has_no_fields(shared, key):
-    """A field that would be ignored is refused, so that the client does not take it for done."""
+def test_a_reading_with_fields_is_refused(shared, key):
+    """The client must not take an ignored field for applied."""
     (reply,) = shared.ask(key, {"x": 3})
 
     (detail,) = reply.body["details"]
@@ -180,8 +171,7 @@ def test_a_reading_has_no_fields(shared, key):
 
 @pytest.mark.parametrize("payload", [None, b"", b"{}", b" { } "])
 @pytest.mark.parametrize("key", LATCHED)
-def test_a_reading_without_fields_is_answered(shared, key, payload):
-    """No payload, an empty one and an empty object are the same."""
+def test_a_reading_may_have_an_empty_payload_or_object(shared, key, payload):
     assert {True} == {reply.ok for reply in shared.ask(key, payload)}
 
 
@@ -194,8 +184,7 @@ def test_a_request_with_wildcards_is_an_error(shared, key, verb):
     assert (False, True) == (reply.ok, "without wildcards" in reply.body["error"])
 
 
-def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
-    """A request gets an answer; the text names the key."""
+def test_an_unknown_key_of_a_robot_is_named(shared):
     (reply,) = shared.ask("wall_e/wait/_action/fly", {"goal": {}})
 
     assert not reply.ok
@@ -203,13 +192,11 @@ def test_a_key_of_a_robot_that_means_nothing_is_refused(shared):
 
 
 @pytest.mark.parametrize("key", ["nothing", "one/two/three/four", "_planner/compute_path_to_pose", "_participant/me"])
-def test_a_key_that_is_not_ours_is_left_to_others(shared, key):
-    """A query on it ends at once without a reply."""
+def test_a_key_of_another_node_gets_no_reply(shared, key):
     assert [] == shared.ask(key, {"goal": {}})
 
 
-def test_garbage_on_any_key_does_no_harm(fast, wait):
-    """Random bytes get one error each, and the simulator goes on."""
+def test_random_bytes_on_any_key_get_one_error_each(fast, wait):
     random_bytes = random.Random(7)
     names = ("wall_e/wait", "eve/pickup", "navigate_to_pose/wall_e", "cart/fly", "nobody/wait")
     verbs = ("send_goal", "cancel_goal", "get_result", "execute")

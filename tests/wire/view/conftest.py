@@ -12,40 +12,37 @@ from tests.wire.view.pages import opened, viewed
 
 @pytest.fixture(scope="module")
 def simulator():
-    """A simulator of the small world; what a client connects with."""
+    """Return the options of a client of the small world."""
     with served_world() as options:
         yield options
 
 
 @pytest.fixture
 def server(simulator):
-    """The server of its page."""
     with viewed(simulator) as server:
         yield server
 
 
 @pytest.fixture
 def page(server):
-    """A page."""
     with opened(server.url) as page:
         yield page
 
 
 @pytest.fixture
 def open_page(server):
-    """Return what opens further pages."""
+    """Return the function that opens further pages."""
     return lambda: opened(server.url)
 
 
 @pytest.fixture
 def session(simulator):
-    """The session of another client."""
     with open_client(simulator) as session:
         yield session
 
 
 @pytest.fixture
 def wait_for_listener(session):
-    """Return the function that waits until a key has a subscriber, or has none any more."""
+    """Return the function that waits until a key has a subscriber, or has none."""
     listened = Listened(session)
     return listened.wait

@@ -1,4 +1,4 @@
-"""Pages that speak to a server as a browser's do."""
+"""Pages that exchange frames with a server as a browser does."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Page:
-    """What a page's script does with its WebSocket.
+    """A page's WebSocket, used like the page's script uses it.
 
     It reads and writes in one thread: OpenSSL allows no two at one connection, and with ``websockets.sync`` a request
     over TLS is lost once in a while.
@@ -32,11 +32,9 @@ class Page:
         self._runner = runner
 
     def say(self, op: str, **fields: Any) -> None:
-        """Send a frame."""
         self.send(json.dumps({"op": op, **fields}))
 
     def send(self, frame: str | bytes) -> None:
-        """Send a frame as it is."""
         self._runner.run(self._socket.send(frame))
 
     def hear(self, op: str) -> dict[str, Any]:
@@ -50,16 +48,15 @@ class Page:
             return await self._socket.recv()
 
     def vanish(self) -> None:
-        """Leave without closing the WebSocket."""
         self._socket.transport.abort()
 
     def get(self, key: str, **fields: Any) -> dict[str, Any]:
-        """Ask a key, and return the answer."""
+        """Query a key, and return the reply."""
         self.say("get", id=77, key=key, **fields)
         return self.hear("reply")
 
     def samples(self, until) -> list[tuple[int, str, Any]]:
-        """Return samples up to the first of which something is true."""
+        """Return samples up to the first one for which *until* holds."""
         heard = []
         while not any(until(payload) for _, _, payload in heard):
             heard.extend(tuple(sample) for sample in self.hear("samples")["samples"])
@@ -68,7 +65,6 @@ class Page:
 
 @contextmanager
 def opened(url: str, *, token: str = "", **options: Any):
-    """Open a page."""
     query = f"?token={token}" if token else ""
     with asyncio.Runner() as runner:
         # Frames that are not read must not keep the socket from closing.
@@ -85,7 +81,6 @@ async def _connected(url: str, **options: Any) -> ClientConnection:
 
 @contextmanager
 def viewed(options, **where: Any):
-    """Serve the page of a simulator."""
     with (
         Client(options, clock="realtime") as client,
         ViewServer(Live(client.session, client.keys), port=0, **where) as server,
@@ -94,7 +89,7 @@ def viewed(options, **where: Any):
 
 
 def fetched(url: str, path: str, **headers: str) -> tuple[int, dict[str, str], bytes]:
-    """Return status, headers and body of a path, which is sent as it is."""
+    """Return status, headers and body of a path, which is sent unchanged."""
     connection = http.client.HTTPConnection(urlsplit(url).netloc, timeout=PATIENCE)
     try:
         connection.request("GET", path, headers=headers)

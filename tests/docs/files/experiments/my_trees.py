@@ -1,4 +1,4 @@
-"""The tree of a reader of the page."""
+"""The tree of the page's reader."""
 
 from py_trees.composites import Sequence
 

@@ -1,4 +1,4 @@
-"""Missions that readers of the page have."""
+"""Missions of the page's reader."""
 
 from py_trees.composites import Sequence
 from py_trees.decorators import Retry
@@ -20,7 +20,7 @@ def deliver(robots, code=0):
 
 
 def rounds(robots):
-    """Go there and back, and try again at once when that fails."""
+    """Go there and back, and try again at once after a failure."""
     robot = robots[0]
     children = [GoTo("pharmacy", robot=robot), GoTo("ward_a", robot=robot)]
     return Retry("Try again", Sequence("Rounds", memory=True, children=children), 6)

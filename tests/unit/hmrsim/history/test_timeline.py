@@ -1,4 +1,4 @@
-"""The time of a run: alarms ring in between, and an instant is settled when it is over."""
+"""The time of a run: alarms ring between events, and an instant is settled when it is over."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from hmrsim.history.timeline import Phase, Timeline
 
 @pytest.fixture
 def told():
-    """Return what happened, in order."""
+    """Return the log of callbacks, in order."""
     return []
 
 
 @pytest.fixture
 def timeline(told):
-    """Return a timeline that has begun, with one who wants to know of doors that open."""
+    """Return a started timeline, with an observer of doors that open."""
     made = Timeline()
     made.begin(0)
     made.on(DoorOpened, lambda at, event: told.append((at, event.door)))
@@ -26,12 +26,10 @@ def timeline(told):
 
 
 def opened(at, door="gate"):
-    """Return that a door opens."""
     return Occurrence(at, from_json({"kind": "door_opened", "door": door}))
 
 
-def test_alarms_ring_in_order_before_what_comes_later(timeline, told):
-    """An alarm is due before the next event, the earlier one first."""
+def test_alarms_ring_in_order_before_later_events(timeline, told):
     timeline.alarm(7, Phase.CHANGE, lambda at: told.append((at, "second")))
     timeline.alarm(5, Phase.CHANGE, lambda at: told.append((at, "first")))
     timeline.take(opened(9))
@@ -40,7 +38,6 @@ def test_alarms_ring_in_order_before_what_comes_later(timeline, told):
 
 
 def test_at_one_instant_changes_come_first_and_expiries_last(timeline, told):
-    """A change of the world comes before the events of its instant, what is too late after they are settled."""
     timeline.alarm(5, Phase.EXPIRY, lambda at: told.append((at, "late")))
     timeline.alarm(5, Phase.CHANGE, lambda at: told.append((at, "change")))
     timeline.take(opened(5))
@@ -50,8 +47,7 @@ def test_at_one_instant_changes_come_first_and_expiries_last(timeline, told):
     assert [(5, "change"), (5, "gate"), (5, "settled"), (5, "late"), (6, "gate")] == told
 
 
-def test_settling_may_set_alarms_that_are_due_at_once(timeline, told):
-    """An alarm that is set when an instant is settled rings before what comes after it."""
+def test_alarms_set_by_settling_an_instant_ring_before_later_events(timeline, told):
     timeline.take(opened(2))
     timeline.settle(lambda at: timeline.alarm(at + 2, Phase.CHANGE, lambda due: told.append((due, "rings"))))
     timeline.take(opened(9))
@@ -60,15 +56,13 @@ def test_settling_may_set_alarms_that_are_due_at_once(timeline, told):
 
 
 def test_a_canceled_alarm_does_not_ring(timeline, told):
-    """Its time passes, and nothing happens."""
     timeline.alarm(5, Phase.CHANGE, lambda at: told.append((at, "rings"))).cancel()
     timeline.take(opened(9))
 
     assert [(9, "gate")] == told
 
 
-def test_time_goes_on_after_a_reset(timeline, told):
-    """A stamp that is much earlier begins simulated time anew; times go on from the last one."""
+def test_times_after_a_reset_continue_from_the_last_one(timeline, told):
     for at in (10_000_000_000, 2_000_000_000, 5_000_000_000):
         timeline.take(opened(at))
 
@@ -76,15 +70,14 @@ def test_time_goes_on_after_a_reset(timeline, told):
 
 
 def test_a_late_sample_is_no_reset(timeline):
-    """A battery is sampled, and may come late."""
+    """Samples of a battery may come late."""
     timeline.take(opened(10_000_000_000))
     timeline.take(Occurrence(2_000_000_000, BatterySeen("eve", 0.5)))
 
     assert 0 == timeline.restarts
 
 
-def test_a_reset_that_is_told_of_has_its_time(timeline, told):
-    """A simulation says when time began anew; what nothing wants has moved it, too."""
+def test_an_announced_reset_has_its_time(timeline, told):
     timeline.take(opened(1_000_000_000))
     timeline.restart(7_000_000_000)
     timeline.take(opened(2_000_000_000))
@@ -92,8 +85,7 @@ def test_a_reset_that_is_told_of_has_its_time(timeline, told):
     assert [1_000_000_000, 9_000_000_000] == [at for at, _ in told]
 
 
-def test_what_is_due_at_the_end_rings(timeline, told):
-    """The last instant is settled, and deadlines at it expire."""
+def test_alarms_due_at_the_end_ring(timeline, told):
     timeline.alarm(5, Phase.EXPIRY, lambda at: told.append((at, "late")))
     timeline.alarm(6, Phase.EXPIRY, lambda at: told.append((at, "later")))
     timeline.end(5)

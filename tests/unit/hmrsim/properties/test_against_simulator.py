@@ -21,7 +21,7 @@ EDGE = 1e-6
 
 
 class _Comparing:
-    """A sink that compares what is seen with what is so, whenever anything happens."""
+    """A sink that compares the observed state with the real one at each event."""
 
     def __init__(self, simulator, world, places):
         self.simulator, self.world = simulator, world
@@ -36,7 +36,6 @@ class _Comparing:
         self.at = 0
 
     def wants(self, topic):
-        """Return whether a topic is wanted: events and motions."""
         return topic in (Topic.EVENTS, Topic.MOTION)
 
     def emit(self, output):
@@ -50,7 +49,6 @@ class _Comparing:
             self.sink.emit(output)
 
     def compare(self):
-        """Compare where all robots are."""
         radius = NEAR[self.world.units]
         for (robot, place), signal in self.near.items():
             piece = self.simulator.robots[robot].piece
@@ -68,7 +66,7 @@ class _Comparing:
     ("name", "until"), [("zoo/corridor_swap", 120.0), ("zoo/crossing", 120.0), ("zoo/lift", 120.0), ("warehouse", 12.0)]
 )
 def test_robots_are_seen_where_they_are(name, until):
-    """At each instant at which something happens, a robot is at a place if its pose is near it."""
+    """At each instant with an event, a robot is at a place if its pose is near it."""
     world = load_world(name).world
     places = [*world.places, *world.waypoints][:12]
     made = []
@@ -88,7 +86,6 @@ def test_robots_are_seen_where_they_are(name, until):
     ("name", "until"), [("zoo/charger_queue", 600.0), ("zoo/crossing", 120.0), ("warehouse", 20.0)]
 )
 def test_the_states_of_robots_are_those_of_reports(name, until):
-    """Robots are in each state as long as in the report on the same run."""
     world = load_world(name).world
     made, spans = [], {}
 

@@ -1,4 +1,4 @@
-"""The properties that are built in: when each is violated, and when it says nothing."""
+"""Built-in properties: their violations, and the cases in which they are silent."""
 
 from __future__ import annotations
 
@@ -11,23 +11,20 @@ A, B = "a" * 32, "b" * 32
 PLACED = {"order": "pills_1", "item": "pills_1", "from": "lab", "to": "ward_a", "within": 60.0}
 
 
-def test_a_goal_that_never_ends_is_told_at_the_end():
-    """A goal that is under way when its controller has ended by itself is a violation."""
+def test_a_goal_left_open_by_its_controller_is_a_violation():
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2).goal(2, "wall_e", GO, B, 1, 2, 4).end(9)
 
     assert feed.violations == [(9.0, "goals_end", "eve", "not ended")]
 
 
 @pytest.mark.parametrize("ending", ["timeout", "stopped", "crashed", None])
-def test_goals_under_way_are_undecided_where_the_controller_was_cut_off(ending):
-    """A controller can't wait for its goals if something else ends the run."""
+def test_open_goals_are_undecided_if_the_run_was_cut_off(ending):
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2).end(9, ending)
 
     assert (feed.violations, feed.verdict("goals_end").state) == ([], "undecided")
 
 
-def test_goals_that_were_left_behind_are_undecided():
-    """A controller that was killed on purpose can't end its goals; what is accepted after that is of another one."""
+def test_goals_of_a_killed_controller_are_undecided():
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
     feed.monitor.replace_controller()
     feed.goal(2, "wall_e", GO, B, 1, 2, 4).end(9)
@@ -36,7 +33,7 @@ def test_goals_that_were_left_behind_are_undecided():
 
 
 def test_a_goal_of_the_next_controller_has_to_end():
-    """That its predecessor was killed is no excuse."""
+    """The kill of its predecessor is no excuse."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2)
     feed.monitor.replace_controller()
     feed.goal(2, "wall_e", GO, B, 1, 2).end(9)
@@ -44,29 +41,26 @@ def test_a_goal_of_the_next_controller_has_to_end():
     assert feed.violations == [(9.0, "goals_end", "wall_e", "not ended")]
 
 
-def test_a_goal_that_ends_twice_is_told():
-    """A terminal status after a terminal status is a violation at that instant."""
+def test_a_second_terminal_status_is_a_violation():
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2, 4).goal(3, "eve", GO, A, 6).end(9)
 
     assert feed.violations == [(3.0, "goals_end", "eve", "ended twice")]
 
 
-def test_a_goal_that_goes_on_after_its_end_is_told():
-    """A status that is not terminal after one that is, is a violation."""
+def test_a_status_after_the_terminal_one_is_a_violation():
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2, 4).goal(3, "eve", GO, A, 2).end(9)
 
     assert feed.violations == [(3.0, "goals_end", "eve", "goes on after its end")]
 
 
 def test_a_goal_that_the_end_of_the_simulation_aborts_has_not_ended():
-    """A goal that is aborted as the simulation ends was under way."""
     feed = Feed(built_in={"goals_end": True}).goal(1, "eve", GO, A, 1, 2).goal(5, "eve", GO, A, 6, cause="ended").end(5)
 
     assert feed.violations == [(5.0, "goals_end", "eve", "not ended")]
 
 
-def test_a_deadlock_that_lasts_is_told_when_its_time_is_over():
-    """A circle that began at 2 s is reported at 62 s, once time has come that far."""
+def test_a_lasting_deadlock_is_a_violation_after_its_limit():
+    """A circle from 2 s on is reported at 62 s."""
     feed = Feed(built_in={"no_deadlock": 60})
     feed.event(2, "deadlock", robots=["eve", "wall_e"], lanes=[]).event(90, "went_on", robot="eve", waited=88.0).end(99)
 
@@ -84,8 +78,7 @@ def test_a_deadlock_that_lasts_is_told_when_its_time_is_over():
         ("reset", {"scope": 255}),
     ],
 )
-def test_a_deadlock_that_is_untied_is_none(kind, fields):
-    """A circle ends when one of its robots no longer waits for another one of them."""
+def test_a_deadlock_that_dissolves_is_no_violation(kind, fields):
     feed = Feed(built_in={"no_deadlock": 60})
     feed.event(1, "waiting", robot="eve", at=[0.0, 0.0], **{"for": ["wall_e"]})
     feed.event(2, "deadlock", robots=["eve", "wall_e"], lanes=[]).event(32, kind, **fields).end(500)
@@ -94,7 +87,6 @@ def test_a_deadlock_that_is_untied_is_none(kind, fields):
 
 
 def test_a_robot_with_an_empty_battery_is_stranded_until_it_is_charged():
-    """A robot may be empty for so long, and is not stranded while it is charged."""
     feed, power = Feed(built_in={"nobody_stranded": 100}), {"charge": 0.0, "percentage": 0.0}
     feed.event(10, "battery_empty", robot="eve", at=[0.0, 0.0], **power)
     feed.event(20, "battery_empty", robot="wall_e", at=[0.0, 0.0], **power)
@@ -109,8 +101,7 @@ def test_a_robot_with_an_empty_battery_is_stranded_until_it_is_charged():
 
 
 @pytest.mark.parametrize(("scope", "found"), [(1, [11.0]), (4, [11.0]), (2, []), (255, [])])
-def test_a_reset_charges_batteries_only_if_it_is_one_of_the_state(scope, found):
-    """A reset of time, or of what was spawned, leaves a robot stranded."""
+def test_only_a_reset_of_the_state_ends_stranding(scope, found):
     feed = Feed(built_in={"nobody_stranded": 10})
     feed.event(1, "battery_empty", robot="eve", at=[0.0, 0.0], charge=0.0, percentage=0.0)
     feed.event(2, "reset", scope=scope).end(30)
@@ -119,35 +110,30 @@ def test_a_reset_charges_batteries_only_if_it_is_one_of_the_state(scope, found):
 
 
 @pytest.mark.parametrize(("scope", "found"), [(1, []), (2, []), (4, [11.0])])
-def test_a_reset_of_what_was_spawned_frees_no_robots(scope, found):
-    """Robots that wait for each other go on to do so, unless they are halted."""
+def test_a_reset_of_spawned_entities_ends_no_deadlock(scope, found):
     feed = Feed(built_in={"no_deadlock": 10}).event(1, "deadlock", robots=["eve", "wall_e"], lanes=[])
     feed.event(2, "reset", scope=scope).end(30)
 
     assert [at for at, *_ in feed.violations] == found
 
 
-def test_nobody_is_stranded_where_no_robot_has_a_battery():
-    """Without batteries the property is never exercised."""
+def test_stranding_is_not_exercised_without_batteries():
     feed = Feed(built_in={"nobody_stranded": 100}, world=ward(robots={"cart": {"at": "lab"}})).end(300)
 
     assert feed.verdict("nobody_stranded").state == "never_exercised"
 
 
-def test_a_late_order_and_a_lost_one_are_told():
-    """A late order is reported when it is due, and an order whose item is deleted at once."""
+def test_late_and_lost_orders_are_violations():
+    """A late order is reported when it is due, and a lost one when its item is deleted."""
     feed = Feed(built_in={"orders_in_time": True}).event(5, "order_placed", **PLACED)
     feed.event(65, "order_late", order="pills_1", item="pills_1", to="ward_a")
     feed.event(70, "order_lost", order="pills_1", item="pills_1").end(80)
 
-    assert feed.violations == [
-        (65.0, "orders_in_time", "pills_1", "late"),
-        (70.0, "orders_in_time", "pills_1", "lost"),
-    ]
+    assert feed.violations == [(65.0, "orders_in_time", "pills_1", "late"), (70.0, "orders_in_time", "pills_1", "lost")]
 
 
 def test_the_robustness_of_orders_is_the_share_of_their_time_that_is_left():
-    """An order of 60 s that was delivered after 45 s had a quarter of its time left."""
+    """An order of 60 s that was delivered after 45 s had a quarter left."""
     feed = Feed(built_in={"orders_in_time": True}).event(5, "order_placed", **PLACED)
     feed.event(50, "order_delivered", order="pills_1", item="pills_1", lead_time=45.0).end(80)
 
@@ -167,28 +153,25 @@ def test_the_robustness_of_orders_is_the_share_of_their_time_that_is_left():
     ],
 )
 def test_the_reason_of_a_crash_is_the_error_and_its_place(ending, cause, reason):
-    """The message of an error is left out, so that two crashes with one bug have one reason."""
+    """Without the message, two crashes of one bug have one reason."""
     feed = Feed(built_in={"controller_lives": True}).end(7, ending, cause)
 
     assert [(7.0, "controller_lives", "", reason)] == feed.violations
 
 
-def test_of_a_run_that_was_stopped_it_is_not_known_how_its_controller_ends():
-    """As of one that Ctrl-C has ended, or whose trace is cut off."""
+def test_the_end_of_a_controller_is_undecided_in_a_stopped_run():
     feed = Feed(built_in={"controller_lives": True}).end(7, "stopped")
 
     assert feed.verdict("controller_lives").state == "undecided"
 
 
-def test_a_controller_that_is_dropped_from_lockstep_does_not_live():
-    """A participant that does not answer in time is a violation."""
+def test_a_controller_dropped_from_lockstep_is_a_violation():
     feed = Feed(built_in={"controller_lives": True}).event(3, "participant_dropped", participant="bt", why="too slow")
 
     assert [(3.0, "controller_lives", "bt", "dropped")] == feed.end(9, None).violations
 
 
-def test_a_run_that_comes_to_its_limit_has_not_ended():
-    """A timeout is a violation; an end by the controller is none, whether it succeeded or not."""
+def test_a_timeout_of_the_run_is_a_violation():
     ended = {ending: Feed(built_in={"mission_ends": True}).end(600, ending) for ending in ("timeout", "failed")}
 
     assert ([(600.0, "mission_ends", "", "timeout")], "holds") == (
@@ -202,7 +185,7 @@ ONE = {"fault": "goals_aborted", "robot": "eve", "count": 1}
 
 
 def fault(feed, name, began, ended=None, **settings):
-    """Feed the begin and the end of a fault."""
+    """Feed the start and the end of a fault."""
     said = {"fault": "breakdown", "robot": "eve", "name": name, **settings}
     feed.event(began, "fault_began", **said)
     return feed if ended is None else feed.event(ended, "fault_ended", **said)
@@ -224,8 +207,7 @@ def fault(feed, name, began, ended=None, **settings):
         ([("a", 1, None, {}), ("b", 60, 60, ONE)], "failed", "holds"),
     ],
 )
-def test_a_mission_that_is_given_up_needlessly(faults, ending, expected):
-    """It ends at 90 s."""
+def test_giving_up_needlessly_is_a_violation(faults, ending, expected):
     feed = Feed(built_in=RECOVERS)
     for name, began, ended, settings in faults:
         fault(feed, name, began, ended, **settings)
@@ -238,15 +220,14 @@ def test_a_mission_that_is_given_up_needlessly(faults, ending, expected):
 def fail(
     feed: Feed, at: float, goal: str, x: float, status: int = 6, cause: str = "blocked", took: float = 0.0
 ) -> None:
-    """Let eve go to a point, for a while or not at all, and end there in a status."""
+    """Send eve to a point, where its goal ends in a status after a while."""
     began = at - took
     message = {"pose": {"header": {"stamp": {"sec": int(at)}}, "pose": {"position": {"x": x}}}}
     feed.event(began, "goal", robot="eve", action=GO, goal_id=goal * 32, goal=message)
     feed.goal(began, "eve", GO, goal * 32, 1, 2).goal(at, "eve", GO, goal * 32, status, cause=cause)
 
 
-def test_the_same_goal_that_fails_again_and_again_is_told():
-    """Three times in a row is too often: the robot gets to the same point each time, if at other times."""
+def test_three_equal_failed_goals_in_a_row_are_a_violation():
     feed = Feed(built_in={"no_vain_goals": 3})
     for at, goal in enumerate("abcd"):
         fail(feed, at, goal, x=1.0)
@@ -254,8 +235,8 @@ def test_the_same_goal_that_fails_again_and_again_is_told():
     assert [(2.0, "no_vain_goals", "eve", "aborted 3 times in a row")] == feed.end(9).violations
 
 
-def test_a_vain_goal_is_fatal_at_once():
-    """Such a loop may never end within its instant, so it is reported before time goes on."""
+def test_a_futile_goal_is_fatal_at_once():
+    """Such a loop may never leave its instant."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for goal in "abc":
         fail(feed, 5.0, goal, x=1.0)
@@ -263,8 +244,7 @@ def test_a_vain_goal_is_fatal_at_once():
     assert [violation.fatal for violation in feed.monitor.violations] == [True]
 
 
-def test_goals_that_differ_or_succeed_in_between_are_not_vain():
-    """Another point is another goal, a success ends the row, and what the controller brings about does not count."""
+def test_different_goals_and_successes_end_a_row_of_futile_goals():
     feed = Feed(built_in={"no_vain_goals": 3})
     for i, goal in enumerate("abcdef"):
         fail(feed, i, goal, x=float(i % 3))
@@ -278,7 +258,7 @@ def test_goals_that_differ_or_succeed_in_between_are_not_vain():
 
 
 def test_a_pause_ends_a_row():
-    """A fleet that looks every half a minute whether a robot works again does not ask in vain."""
+    """A fleet that checks every half minute whether a robot works again is not futile."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for i in range(6):
         feed.event(30 * i, "rejected", robot="eve", action="wait", goal_id="c" * 32, reason="not_ready", error_msg="")
@@ -286,8 +266,7 @@ def test_a_pause_ends_a_row():
     assert feed.end(300).violations == []
 
 
-def test_a_controller_that_is_started_anew_begins_a_new_row():
-    """It tries twice, is killed, and its successor, which knows nothing of that, tries twice."""
+def test_a_restarted_controller_starts_a_new_row():
     feed = Feed(built_in={"no_vain_goals": 3})
     for i in range(4):
         if i == 2:
@@ -297,8 +276,7 @@ def test_a_controller_that_is_started_anew_begins_a_new_row():
     assert feed.end(9).violations == []
 
 
-def test_a_controller_that_is_dropped_ends_its_rows():
-    """Whoever comes after it is another one."""
+def test_a_dropped_controller_ends_its_rows():
     feed = Feed(built_in={"no_vain_goals": 3, "controller_lives": False})
     for i in range(4):
         if i == 2:
@@ -308,8 +286,8 @@ def test_a_controller_that_is_dropped_ends_its_rows():
     assert feed.end(9).violations == []
 
 
-def test_goals_that_take_no_time_may_be_vain_with_successes_in_between():
-    """A robot drives to where it is already, and fails to pick up what it holds, for ever within one instant."""
+def test_goals_without_duration_are_futile_despite_successes():
+    """The robot drives to where it is, and fails to pick up what it holds, within one instant."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for number in range(30):
         fail(feed, 5.0, f"{number}s", x=0.0, status=4)
@@ -319,7 +297,7 @@ def test_goals_that_take_no_time_may_be_vain_with_successes_in_between():
 
 
 def test_a_goal_that_takes_long_to_fail_is_no_pause():
-    """The time between a failure and the next goal counts."""
+    """The pause is the time between a failure and the next goal."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for at, goal in zip((30, 60, 90), "abc", strict=True):
         fail(feed, at, goal, x=1.0, took=29)
@@ -327,8 +305,8 @@ def test_a_goal_that_takes_long_to_fail_is_no_pause():
     assert [(90.0, "no_vain_goals", "eve", "aborted 3 times in a row")] == feed.end(99).violations
 
 
-def test_rejected_goals_are_counted_by_what_is_said_of_them():
-    """A recording does not have the messages of goals that are rejected; their errors stand for them."""
+def test_rejected_goals_of_a_recording_are_counted_by_error():
+    """A recording has no messages of rejected goals."""
     feed = Feed(built_in={"no_vain_goals": 3})
     for i, why in enumerate(["far", "far", "near", "far"]):
         feed.event(i, "rejected", robot="eve", action=GO, goal_id="c" * 32, reason="unreachable", error_msg=why)
@@ -336,8 +314,7 @@ def test_rejected_goals_are_counted_by_what_is_said_of_them():
     assert [(3.0, "no_vain_goals", "eve", "rejected 3 times in a row")] == feed.end(9).violations
 
 
-def test_a_simulation_is_watched_while_it_runs():
-    """The hospital's mission violates nothing, and ends all goals."""
+def test_the_hospitals_mission_violates_nothing_while_it_runs():
     monitor = watch("hospital", "bt_controller.examples.hospital:mission")
 
     assert ([], "33 goals have ended once") == (monitor.violations, monitor.verdicts()[0].text)

@@ -39,8 +39,8 @@ def told(said: object) -> list[str]:
     return [f"{problem.path}: {problem.message}" for problem in error.value.problems]
 
 
-def test_a_file_is_read(tmp_path):
-    """All of the example is understood; true stands for the default of a property that is built in."""
+def test_the_example_file_is_read(tmp_path):
+    """True stands for the default of a built-in property."""
     (tmp_path / "p.yaml").write_text(EXAMPLE)
 
     read = read_properties(tmp_path / "p.yaml")
@@ -53,8 +53,7 @@ def test_a_file_is_read(tmp_path):
     )
 
 
-def test_models_beside_errors_are_read():
-    """A property that is a model, and not a mapping, does not hide the errors of another one."""
+def test_a_property_given_as_a_model_does_not_hide_errors():
     lab = properties_of({"properties": {"lab": {"never": {"robot": "eve", "at": "lab"}}}}).properties["lab"]
 
     assert told({"properties": {"lab": lab, "hall": {"nevr": {}}}}) == [
@@ -63,7 +62,7 @@ def test_models_beside_errors_are_read():
 
 
 def test_the_schema_accepts_all_of_some_formulas():
-    """An editor does not take conditions in a formula for both, a formula and a condition."""
+    """An editor does not confuse formulas with conditions."""
     schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
     lab = {"robot": "eve", "at": "lab"}
 
@@ -71,8 +70,7 @@ def test_the_schema_accepts_all_of_some_formulas():
         assert Draft202012Validator(schema).is_valid({"properties": {"lab": {"formula": formula}}})
 
 
-def test_the_schema_knows_what_is_read():
-    """An editor accepts the example, and marks what is no property."""
+def test_the_schema_accepts_the_example_and_marks_errors():
     schema = json.loads((ROOT / "schemas" / "properties.schema.json").read_text())
     data = yaml.safe_load(EXAMPLE)
 
@@ -84,8 +82,7 @@ def test_the_schema_knows_what_is_read():
     )
 
 
-def test_all_errors_of_a_file_are_told_with_their_lines(tmp_path):
-    """Errors of form and of meaning are reported together, each with line, path and remedy."""
+def test_all_errors_of_a_file_have_line_path_and_remedy(tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text(
         "properties:\n"
@@ -107,7 +104,6 @@ def test_all_errors_of_a_file_are_told_with_their_lines(tmp_path):
 
 
 def test_conditions_are_checked_at_any_depth():
-    """An error in nested conditions has its path."""
     nested = {"sometimes": {"all": [{"not": {"any": [{"lane": ["a"], "is": "closed"}, {"robot": "eve"}]}}]}}
 
     assert [
@@ -134,49 +130,40 @@ def test_a_field_of_no_trigger_is_an_error():
 
 
 def test_the_name_of_a_built_in_property_is_taken():
-    """A verdict must say which property it is about."""
     assert ["properties.goals_end: 'goals_end' is a property that is built in; give another name"] == told(
         {"properties": {"goals_end": {"sometimes": {"event": "door_opened"}}}}
     )
 
 
-def test_what_is_no_mapping_is_no_file(tmp_path):
-    """A list is not a mapping of properties."""
+def test_a_file_without_a_mapping_is_an_error(tmp_path):
     (tmp_path / "p.yaml").write_text("[1, 2]")
 
     with pytest.raises(PropertyError, match=r"expected a mapping with properties, built_in or both, got \[1, 2\]"):
         read_properties(tmp_path / "p.yaml")
 
 
-def test_a_file_that_is_not_there_is_an_error(tmp_path):
-    """The error is one of properties, with the file's name."""
+def test_a_missing_file_is_an_error(tmp_path):
     with pytest.raises(PropertyError, match=r"none\.yaml: no such file"):
         read_properties(tmp_path / "none.yaml")
 
 
-def test_each_robot_is_said_where_robots_are():
-    """A star among the values of an event's fields is not what it looks like."""
+def test_a_star_among_the_fields_of_an_event_is_an_error():
     assert ["properties.x.never.where.robot: each robot is said beside where: robot: '*'"] == told(
         {"properties": {"x": {"never": {"event": "picked", "where": {"robot": "*"}}}}}
     )
 
 
-def test_a_place_has_one_position_in_an_order():
-    """An order that names a place twice can't be kept; a sequence may."""
+def test_an_order_can_not_name_a_place_twice():
+    """A sequence may do so."""
     twice = ["lab", "hall", "lab"]
 
     assert ["properties.x.ordered_visit.2: 'lab' is there already; a place can have one position in an order"] == told(
-        {
-            "properties": {
-                "x": {"ordered_visit": twice, "robot": "eve"},
-                "y": {"sequenced_visit": twice, "robot": "eve"},
-            }
-        }
+        {"properties": {"x": {"ordered_visit": twice, "robot": "eve"}, "y": {"sequenced_visit": twice, "robot": "eve"}}}
     )
 
 
 def checked(**said: object) -> list[tuple[str, str]]:
-    """Return what a world says to properties: severity, and path and message."""
+    """Return the findings on properties in a world: severity, path and message."""
     properties = properties_of({"properties": said})
     return [
         (problem.severity, f"{problem.path}: {problem.message}")
@@ -184,8 +171,7 @@ def checked(**said: object) -> list[tuple[str, str]]:
     ]
 
 
-def test_what_the_world_has_is_right():
-    """Names of all kinds that the world has, those of its demand included, are no findings."""
+def test_names_of_the_world_are_no_findings():
     assert [] == checked(
         a={"never": {"robot": "*", "at": "charger"}},
         b={"sometimes": {"all": [{"item": "medicine", "at": "ward_a"}, {"item": "pills_7", "carried_by": "eve"}]}},
@@ -197,8 +183,7 @@ def test_what_the_world_has_is_right():
     )
 
 
-def test_names_that_the_world_lacks_are_errors():
-    """Each error lists the names that exist."""
+def test_names_that_the_world_lacks_are_errors_with_the_known_ones():
     found = checked(
         a={"never": {"robot": "eva", "at": "lap"}},
         b={"never": {"item": "medicin", "carried": True}},
@@ -225,8 +210,7 @@ def test_names_that_the_world_lacks_are_errors():
     ] == [message for severity, message in found if severity == "error"]
 
 
-def test_what_can_not_happen_in_a_world_is_a_warning():
-    """A property that nothing in this world can exercise is a warning before a search."""
+def test_a_property_that_the_world_can_not_exercise_is_a_warning():
     found = checked(
         a={"never": {"event": "lift_called"}},
         b={"never": {"event": "deadlock"}},
@@ -257,7 +241,6 @@ def test_what_can_not_happen_in_a_world_is_a_warning():
 
 
 def test_a_finding_has_the_line_of_its_file(tmp_path):
-    """A name that the world lacks is an error at its place in the file."""
     path = tmp_path / "p.yaml"
     path.write_text("properties:\n  x:\n    never:\n      robot: eva\n      at: lab\n")
     properties = read_properties(path)

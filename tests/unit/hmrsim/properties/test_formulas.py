@@ -13,7 +13,7 @@ CLOSED = {"lane": ["lab", "hall"], "is": "closed"}
 
 
 def watched(formula, *levels, until=100.0, ending="succeeded"):
-    """Return the monitor of a run in which a battery has levels at times, and a lane is closed from 10 to 20 s."""
+    """Return the monitor of a run in which a battery changes, and a lane is closed from 10 to 20 s."""
     feed = Feed({"f": {"formula": formula}})
     feed.monitor.begin(0)
     told = [(at, "battery_low", {"robot": "eve", "charge": 1.0, "percentage": share}) for at, share in levels]
@@ -28,7 +28,7 @@ def watched(formula, *levels, until=100.0, ending="succeeded"):
 
 
 def test_always_eventually_within_is_violated_when_a_window_is_over():
-    """A battery that is low from 30 to 60 s is so for all of the 20 s from 30 s on, which is certain at 50 s."""
+    """A battery is low from 30 to 60 s, and the window of 20 s from 30 s on ends at 50 s."""
     feed = watched({"always": {"eventually": CHARGED, "within": 20}}, (30.0, 0.4), (60.0, 0.9))
 
     reason = "not: always (eventually within 20 s (the battery of eve is above 50%))"
@@ -36,13 +36,13 @@ def test_always_eventually_within_is_violated_when_a_window_is_over():
 
 
 def test_the_robustness_of_a_formula_is_that_of_its_conditions():
-    """A battery that is at 70 % each 20 s at least is two tenths above its bound; what the end cuts off is left out."""
+    """A battery at 70 % at least is two tenths above its bound; truncated windows do not count."""
     feed = watched({"always": {"eventually": CHARGED, "within": 20}}, (30.0, 0.4), (45.0, 0.7))
 
     assert ("holds", pytest.approx(0.2)) == feed.verdict("f")[1:3]
 
 
-def test_a_formula_may_speak_of_a_time_between():
+def test_a_window_can_start_later():
     """The lane is closed at some time from 15 to 30 s on, and not from 21 to 30 s on."""
     found = [watched({"eventually": CLOSED, "within": window}).verdict("f").state for window in ([15, 30], [21, 30])]
 
@@ -50,7 +50,6 @@ def test_a_formula_may_speak_of_a_time_between():
 
 
 def test_until_and_if_are_parts_of_formulas():
-    """The battery is charged until the lane is closed within 15 s; whenever it is, it is opened within 10 s."""
     until = {"hold": CHARGED, "until": CLOSED, "within": 15}
     opens = {"always": {"if": CLOSED, "then": {"eventually": {"not": CLOSED}, "within": 10}}}
 
@@ -69,8 +68,8 @@ def test_until_and_if_are_parts_of_formulas():
         ({"always": {"eventually": CHARGED, "within": 20}}, "succeeded", "undecided"),
     ],
 )
-def test_the_end_of_a_run_cuts_windows_off(formula, ending, state):
-    """A window that is cut off says nothing; one without an end ends with the run, unless that was stopped."""
+def test_windows_cut_off_by_the_end_are_undecided(formula, ending, state):
+    """A window without an end ends with the run, unless it was stopped."""
     levels = (
         ((1.0, 0.1),)
         if "always" in formula and isinstance(formula["always"], dict) and "eventually" in formula["always"]
@@ -81,7 +80,6 @@ def test_the_end_of_a_run_cuts_windows_off(formula, ending, state):
 
 
 def test_errors_in_formulas_have_their_paths():
-    """An error at any depth is reported with a remedy."""
     with pytest.raises(PropertyError) as error:
         properties_of(
             {

@@ -1,4 +1,4 @@
-"""The state of the world as properties see it: each condition, when it begins to hold and when it ends."""
+"""The observed state of the world: the start and the end of each condition."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLACED = {"order": "pills_1", "item": "pills_1", "from": "lab", "to": "ward_a", 
 
 
 def spans(condition, tell, until=100.0, **world):
-    """Return the times at which a condition began to hold and ceased to, in a run of some events."""
+    """Return the times at which a condition started and ceased to hold in a run of some events."""
     feed = Feed({"holds": {"never": condition}, "fails": {"always": condition}}, world=ward(**world))
     feed.monitor.begin(0)
     tell(feed)
@@ -35,14 +35,13 @@ def drive(feed, at, start, *ends, seconds=10.0, robot="eve", **fields):
 
 
 def test_passing_a_place_is_being_there():
-    """A robot that drives by at 1 m/s is within a metre of the place for two seconds."""
+    """A robot that passes at 1 m/s is within a metre for two seconds."""
     found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0]))
 
     assert [(0.0, False), (14.0, True), (16.0, False)] == found
 
 
-def test_a_robot_that_stops_does_not_come():
-    """The rest of a motion is withdrawn when the robot stops before its end."""
+def test_a_stop_withdraws_the_rest_of_a_motion():
 
     def tell(feed):
         drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0])
@@ -51,8 +50,7 @@ def test_a_robot_that_stops_does_not_come():
     assert [(0.0, False)] == spans({"robot": "eve", "at": "hall"}, tell)
 
 
-def test_a_robot_that_turns_elsewhere_does_not_come():
-    """Another motion takes the place of the last one and of all that was to follow it."""
+def test_a_new_motion_replaces_all_earlier_ones():
 
     def tell(feed):
         drive(feed, 5.0, [0.0, 0.0], [10.0, 0.0], [20.0, 0.0])
@@ -62,21 +60,20 @@ def test_a_robot_that_turns_elsewhere_does_not_come():
 
 
 def test_a_robot_that_arrives_stays():
-    """A way that ends near a place has no end of being there; a robot starts where the world says."""
+    """A route that ends near a place has no end of being there."""
     found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 0.0, [0.0, 0.0], [10.0, 0.0]))
 
     assert [(0.0, False), (9.0, True)] == found
 
 
-def test_a_way_beside_a_place_is_not_near_it():
-    """A robot that passes more than a metre aside is not there."""
+def test_a_route_beside_a_place_is_not_near_it():
     found = spans({"robot": "eve", "at": "hall"}, lambda feed: drive(feed, 0.0, [0.0, 1.5], [20.0, 1.5]))
 
     assert [(0.0, False)] == found
 
 
-def test_a_robot_that_stays_away_is_the_surer_to_do_so():
-    """A robot that passes 1.9 m aside, a tenth of what is far, hardly keeps out; one that stops before is surer."""
+def test_the_robustness_of_staying_away_grows_with_the_distance():
+    """It is a tenth at 1.9 m."""
     feed = Feed({"out": {"never": {"robot": "*", "at": "hall"}}}, world=ward(robots={"eve": {"at": [0, 9]}}))
     feed.monitor.begin(0)
     drive(feed, 0.0, [0.0, 1.9], [20.0, 1.9], seconds=20.0)
@@ -87,8 +84,7 @@ def test_a_robot_that_stays_away_is_the_surer_to_do_so():
     assert (round((4.8847 - 1) / 9, 4), 0.1) == (round(stopped, 4), round(feed.end(30).verdict("out").robustness, 6))
 
 
-def test_a_robot_that_speeds_up_and_slows_down_comes_when_it_does():
-    """The profile of its speed says when it comes, and leaves."""
+def test_accelerations_determine_the_times_at_a_place():
     profile = Trapezoid(20.0, 2.0, 0.5)
 
     found = spans(
@@ -99,8 +95,7 @@ def test_a_robot_that_speeds_up_and_slows_down_comes_when_it_does():
     assert [(0.0, False), (round(profile.time(9.0), 3), True), (round(profile.time(11.0), 3), False)] == found
 
 
-def test_a_ride_in_a_lift_ends_at_its_end():
-    """A robot in a lift is where it began until it arrives."""
+def test_a_robot_in_a_lift_stays_at_its_start_until_it_arrives():
     found = spans(
         {"robot": "eve", "at": "ward_b"},
         lambda feed: drive(feed, 2.0, [20.0, 0.0], [20.0, 10.0], seconds=8.0, ride=True),
@@ -117,21 +112,18 @@ def test_a_ride_in_a_lift_ends_at_its_end():
         ("deleted", {"entity": "eve"}, False),
     ],
 )
-def test_a_robot_is_where_it_is_put(kind, fields, there):
-    """Teleporting, waiting and deleting say where a robot is, or that it is nowhere."""
+def test_teleporting_waiting_and_deleting_set_the_place_of_a_robot(kind, fields, there):
     begins = [10.0, 0.0] if kind == "deleted" else [0.0, 0.0]
 
     found = spans(
-        {"robot": "eve", "at": "hall"},
-        lambda feed: feed.event(5.0, kind, **fields),
-        robots={"eve": {"at": begins}},
+        {"robot": "eve", "at": "hall"}, lambda feed: feed.event(5.0, kind, **fields), robots={"eve": {"at": begins}}
     )
 
     assert [(0.0, not there), (5.0, there)] == found
 
 
 def test_the_states_of_a_robot_are_those_of_reports():
-    """A robot is busy, drives, waits, drives again and is idle; what matters most counts."""
+    """Of several states the most important one counts."""
 
     def tell(feed):
         feed.goal(1, "eve", GO, A, 1, 2)
@@ -163,7 +155,6 @@ def test_the_states_of_a_robot_are_those_of_reports():
 
 
 def test_an_item_is_where_its_carrier_is():
-    """An item lies where it was, is carried by a robot, and lies where it was put."""
 
     def tell(feed):
         feed.event(1, "picked", robot="eve", item="medicine")
@@ -192,7 +183,6 @@ def test_an_item_is_where_its_carrier_is():
 
 
 def test_an_item_is_where_it_is_put():
-    """By teleporting or spawning it; that of a robot has nothing to do with it."""
 
     def tell(feed):
         feed.event(5, "teleported", entity="eve", at=[10.0, 0.0], yaw=0.0)
@@ -204,7 +194,7 @@ def test_an_item_is_where_it_is_put():
 
 
 def test_an_item_is_where_its_carrier_had_driven_before():
-    """A robot that was elsewhere at the start has brought itself to where it picks the item up."""
+    """A robot that was elsewhere at the start picks up the item."""
 
     def tell(feed):
         drive(feed, 2.0, [0.0, 0.0], [10.0, 0.0])
@@ -217,7 +207,6 @@ def test_an_item_is_where_its_carrier_had_driven_before():
 
 
 def test_a_battery_at_a_bound_is_neither_above_nor_below_it():
-    """A level that is met exactly is not above, and not below."""
 
     def tell(feed):
         for at, share in ((5, 0.3), (6, 0.25), (7, 0.2)):
@@ -229,7 +218,6 @@ def test_a_battery_at_a_bound_is_neither_above_nor_below_it():
 
 
 def test_a_door_is_closed_opening_open_and_jammed():
-    """Events of a door say its state; a fault jams it in it."""
 
     def tell(feed):
         feed.event(1, "door_opening", door="gate")
@@ -272,7 +260,6 @@ def test_an_order_is_late_beside_its_state():
 
 
 def test_a_fault_is_active_for_its_robot_and_for_any():
-    """A fault of a kind holds for the robot that has it, and where no robot is named."""
 
     def tell(feed):
         feed.event(3, "fault_began", fault="slip", name="s", robot="eve")
@@ -285,7 +272,6 @@ def test_a_fault_is_active_for_its_robot_and_for_any():
 
 
 def test_a_lane_is_closed_in_its_direction():
-    """A lane is open until it is closed, in the direction that is named."""
 
     def tell(feed):
         feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")
@@ -296,8 +282,7 @@ def test_a_lane_is_closed_in_its_direction():
     assert ([(0.0, False), (3.0, True), (8.0, False)], [(0.0, False)]) == (there, back)
 
 
-def test_conditions_are_combined():
-    """All, any and not say what they do."""
+def test_all_any_and_not_combine_conditions():
 
     def tell(feed):
         feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")
@@ -315,7 +300,7 @@ def test_conditions_are_combined():
 
 
 def test_an_event_holds_at_its_instant():
-    """An event together with a state holds only where both do."""
+    """Together with a state it holds only where both do."""
 
     def tell(feed):
         feed.event(2, "door_opened", door="gate")
@@ -329,8 +314,7 @@ def test_an_event_holds_at_its_instant():
     )
 
 
-def test_a_scene_says_how_things_are():
-    """A recording that begins in the middle of a run begins with a scene."""
+def test_a_late_recording_starts_with_the_state_of_its_scene():
     scene = {
         "robots": [
             {
@@ -363,8 +347,8 @@ def test_a_scene_says_how_things_are():
     assert [] == feed.violations
 
 
-def test_a_scene_that_comes_later_says_nothing_new():
-    """A recording may have scenes in between, which are those of a while ago."""
+def test_later_scenes_are_ignored():
+    """They may be older than the events."""
     feed = Feed({"away": {"never": {"robot": "eve", "at": "hall"}}}).scene(0.0, robots=[], items=[], fixtures=[])
     there = {"name": "eve", "type": "nurse", "pose": [10.0, 0.0, 0.0], "goals": []}
     feed.scene(5.0, robots=[there], items=[], fixtures=[]).end(9.0)
@@ -372,8 +356,7 @@ def test_a_scene_that_comes_later_says_nothing_new():
     assert [] == feed.violations
 
 
-def test_all_begins_anew_with_a_reset():
-    """After a reset, robots, items and doors are as at the start, and time goes on."""
+def test_a_reset_restores_the_initial_state_and_time_continues():
     feed = Feed({"away": {"never": {"robot": "eve", "at": "hall"}}})
     feed.event(1.0, "teleported", entity="eve", at=[10.0, 0.0], yaw=0.0)
     feed.event(90.0, "reset", scope=255).event(0.0, "participant_joined", participant="bt")

@@ -1,4 +1,4 @@
-"""Runs that are over: a trace, or a recording, says of properties what the run itself did."""
+"""Checks of finished runs, from a trace or a recording, find the same as during the run."""
 
 from __future__ import annotations
 
@@ -46,19 +46,17 @@ def lines(text=None):
 
 
 def told(monitor):
-    """Return what a monitor has found: violations without the last digits of their times."""
+    """Return the violations of a monitor, with rounded times."""
     return [(round(each.at / 1e9, 3), each.property, each.subject, each.reason) for each in monitor.violations]
 
 
-def test_a_trace_says_what_the_run_did():
-    """The violations of a replay are those of the run that was traced."""
+def test_a_trace_has_the_violations_of_its_run():
     live = watch("hospital", TREE, SAID)
 
     assert told(live) == told(check_trace(lines(), properties_of(SAID)).monitor) != []
 
 
-def test_a_recording_says_what_the_run_did():
-    """A recording has events, motions, scenes and now and then batteries: enough for the same violations."""
+def test_a_recording_has_the_violations_of_its_run():
     samples = []
 
     def keep(happened):
@@ -87,8 +85,8 @@ def test_a_recording_says_what_the_run_did():
 @pytest.mark.parametrize(
     ("end", "found"), [(6_000_000_000, [(4.0, "x", "", "not within 4 s: picked")]), (2**63, []), (3_000_000_000, [])]
 )
-def test_time_goes_on_to_the_end_of_a_recording(end, found):
-    """A deadline after the last event counts, but not after the end that a damaged file may have."""
+def test_deadlines_after_the_last_event_of_a_recording_count(end, found):
+    """A damaged file may have an invalid end."""
     world = load_world("scenario1").world
     recording = SimpleNamespace(
         world=world.model_dump(mode="json", by_alias=True, exclude_defaults=True),
@@ -101,8 +99,7 @@ def test_time_goes_on_to_the_end_of_a_recording(end, found):
     assert found == told(check_recording(recording, properties_of(said)).monitor)
 
 
-def test_what_can_not_be_read_of_a_recording_is_noted():
-    """A recording may be damaged: a motion without an end is left out, and told."""
+def test_invalid_events_of_a_recording_are_skipped_and_reported():
     stamp = {"sec": 1, "nanosec": 0}
     motion = {"kind": "motion", "stamp": stamp, "robot": "wall_e", "from": [0, 0, 0], "to": [1, 0, 0], "duration": -1.0}
     samples = [(0, "_world/events", {**motion, "lane": None}), (0, "_world/events", {"kind": "picked", "stamp": stamp})]
@@ -125,7 +122,7 @@ def test_what_can_not_be_read_of_a_recording_is_noted():
 
 
 def test_a_trace_that_can_not_be_replayed_is_read():
-    """A trace of another contract still says when goals ended and doors opened."""
+    """A trace of another contract still has ends of goals and openings of doors."""
     header, *rest = traced().splitlines(keepends=True)
     text = "".join([json.dumps({**json.loads(header), "contract": 99}) + "\n", *rest])
 
@@ -137,8 +134,7 @@ def test_a_trace_that_can_not_be_replayed_is_read():
     )
 
 
-def test_a_truncated_trace_leaves_undecided_what_may_have_come():
-    """The end of a truncated trace is not the end of its run."""
+def test_a_truncated_trace_leaves_open_obligations_undecided():
     text = "".join(traced().splitlines(keepends=True)[:60])
     said = {"properties": {"never_comes": {"eventually": {"event": "run_reported"}}}}
 
@@ -151,14 +147,12 @@ def test_a_truncated_trace_leaves_undecided_what_may_have_come():
     )
 
 
-def test_what_is_no_trace_is_an_error():
-    """The error says what was expected."""
+def test_a_file_that_is_no_trace_is_an_error():
     with pytest.raises(TraceError, match="no header of a trace"):
         check_trace(lines("hello\n"), properties_of({}))
 
 
-def test_a_recorder_that_was_not_there_is_no_error():
-    """A trace without anything but its header is a run in which nothing happened."""
+def test_a_trace_with_only_a_header_is_an_empty_run():
     header = Header.of(load_world("scenario1").world, RunSettings())
     text = []
     Trace(header, text.append).flush()
@@ -166,8 +160,7 @@ def test_a_recorder_that_was_not_there_is_no_error():
     assert [] == check_trace(lines("".join(text)), properties_of({})).monitor.violations
 
 
-def test_what_the_world_lacks_is_told_before_the_run_is_read():
-    """Reading ends with the error of who takes the findings, at the first line of a trace."""
+def test_missing_names_end_the_check_before_the_run_is_read():
     read = []
 
     def counted():

@@ -27,7 +27,7 @@ def world():
 
 
 def travel(said, visits):
-    """Return the monitor of a robot that goes from place to place, once a second, and elsewhere in between."""
+    """Return the monitor of a robot that is at another place each second, and elsewhere in between."""
     feed = Feed({"p": {"robot": "eve", **said}}, world=world())
     feed.monitor.begin(0)
     for i, place in enumerate(visits):
@@ -37,7 +37,7 @@ def travel(said, visits):
 
 
 def tell(said, word):
-    """Return the monitor of a run with an instant for each letter, at which something is reported."""
+    """Return the monitor of a run with an event at an instant for each letter."""
     feed = Feed({"x": said}, world=world())
     feed.monitor.begin(1_000_000_000)
     for i, letter in enumerate(word, 1):
@@ -63,8 +63,7 @@ P, Q = ({"event": "run_reported", "where": {"label": name}} for name in ("p", "q
 )
 @given(places=orders, visits=words)
 @examples(60)
-def test_a_visit_is_as_published(pattern, formula, places, visits):
-    """A robot that goes elsewhere for ever after a word of places violates a visit where its formula says so."""
+def test_visits_agree_with_their_published_formulas(pattern, formula, places, visits):
     word = [*(frozenset([place]) for place in visits), frozenset[str]()]
 
     assert formula(places)(word, 0) == (not travel({pattern: places}, visits).violations)
@@ -80,8 +79,7 @@ def test_a_visit_is_as_published(pattern, formula, places, visits):
 )
 @given(places=orders, visits=words)
 @examples(60)
-def test_the_order_of_a_patrol_is_as_published(pattern, formula, places, visits):
-    """With rounds of any length, a patrol is violated where its formula forbids an arrival."""
+def test_orders_of_patrols_agree_with_their_published_formulas(pattern, formula, places, visits):
     word = [*(frozenset([place]) for place in visits), frozenset[str]()]
 
     assert formula(places)(word, 0) == (not travel({pattern: places, "every": ENDLESS}, visits).violations)
@@ -94,10 +92,7 @@ FORMULAS = {
         {"future_avoidance": P, "after": Q},
         ltl.always(ltl.implies(ltl.is_("q"), ltl.always(ltl.not_(ltl.is_("p"))))),
     ),
-    "upper_restricted_avoidance": (
-        {"upper_restricted_avoidance": P, "count": 2},
-        ltl.not_(ltl.at_least("p", 3)),
-    ),
+    "upper_restricted_avoidance": ({"upper_restricted_avoidance": P, "count": 2}, ltl.not_(ltl.at_least("p", 3))),
     "exact_restricted_avoidance": ({"exact_restricted_avoidance": P, "count": 2}, ltl.exactly("p", 2)),
     "lower_restricted_avoidance": ({"lower_restricted_avoidance": P, "count": 2}, ltl.at_least("p", 2)),
     "delayed_reaction": (
@@ -115,8 +110,7 @@ FORMULAS = {
 @pytest.mark.parametrize("pattern", [*FORMULAS])
 @given(word=letters)
 @examples(60)
-def test_other_patterns_are_as_published(pattern, word):
-    """A run of events, after which nothing more happens, violates a pattern where its formula says so."""
+def test_other_patterns_agree_with_their_published_formulas(pattern, word):
     said, formula = FORMULAS[pattern]
 
     assert formula([*word, frozenset()], 0) == (not tell(said, word).violations)
@@ -132,8 +126,8 @@ NEXT = {
 @pytest.mark.parametrize("pattern", [*NEXT])
 @given(word=letters)
 @examples(60)
-def test_what_comes_next_is_as_published(pattern, word):
-    """The next instant is the next one at which one of the two events comes, the first one the start of the run."""
+def test_next_patterns_agree_with_their_published_formulas(pattern, word):
+    """The next instant is that of the next of the two events."""
     heard = [frozenset[str](), *(letter for letter in word if letter)]
 
     holds = all(NEXT[pattern](heard, i) for i in range(len(heard) - 1))
@@ -141,8 +135,7 @@ def test_what_comes_next_is_as_published(pattern, word):
     assert holds == (not tell({pattern: P, "then": Q}, [frozenset(), *word]).violations)
 
 
-def test_waiting_at_a_place():
-    """A robot that leaves before it may violates a wait; one that leaves after it does not."""
+def test_leaving_a_place_early_violates_a_wait():
     said = {"wait": {"robot": "eve", "at": "elsewhere"}, "until": P}
     found = []
     for times in ((5.0, 8.0), (8.0, 5.0)):
@@ -159,27 +152,21 @@ def test_waiting_at_a_place():
     assert [[], ["eve is at elsewhere no longer, before run_reported (label p)"]] == found
 
 
-def test_waiting_for_what_never_comes():
-    """A wait has an end, by its formula: the stimulus has to come."""
+def test_a_wait_needs_its_stimulus():
     feed = Feed({"x": {"wait": {"robot": "eve", "at": "elsewhere"}, "until": P}}, world=world())
     feed.monitor.begin(0)
 
     assert ["never: run_reported (label p)"] == [each[3] for each in feed.end(9).violations]
 
 
-def test_a_visit_may_have_a_time():
-    """A late visit is reported with the missing place; otherwise the robustness is the share of time that was left."""
+def test_a_late_visit_is_reported_with_the_missing_place():
     late = travel({"sequenced_visit": ["l1", "l2"], "within": 2.5}, ["l1", "l3", "l2"])
     in_time = travel({"sequenced_visit": ["l1", "l2"], "within": 4.0}, ["l1", "l3", "l2"])
 
-    assert ([(2.5, "p", "eve", "l2 not within 2.5 s")], ("holds", 0.25)) == (
-        late.violations,
-        in_time.verdict("p")[1:3],
-    )
+    assert ([(2.5, "p", "eve", "l2 not within 2.5 s")], ("holds", 0.25)) == (late.violations, in_time.verdict("p")[1:3])
 
 
-def test_a_place_that_is_passed_over_is_named():
-    """The reason of a violated order is the place that came too early, or again."""
+def test_the_reason_of_a_violated_order_is_the_early_place():
     early = travel({"ordered_visit": ["l1", "l2", "l3"]}, ["l1", "l3", "l2", "l3"])
     again = travel({"strict_ordered_visit": ["l1", "l2"]}, ["l1", "l1", "l2"])
 
@@ -203,15 +190,14 @@ def test_a_place_that_is_passed_over_is_named():
         ("fair_patrolling", 2.5, ["l1", "l3"], [(2.5, "l2 not every 2.5 s")]),
     ],
 )
-def test_a_patrol_has_to_come_again_in_time(pattern, every, visits, violations):
-    """Each place is reached again, or each round is finished, within so many seconds."""
+def test_each_place_or_round_of_a_patrol_has_a_time_limit(pattern, every, visits, violations):
     found = travel({pattern: ["l1", "l2"], "every": every}, visits).violations
 
     assert violations == [(at, reason) for at, _, _, reason in found]
 
 
 def test_a_patrol_that_is_cut_off_holds_if_a_round_was_in_time():
-    """A run that ends within a round says nothing against it; one without a round says nothing."""
+    """Without a complete round it is undecided."""
     done, begun = (
         travel({"sequenced_patrolling": ["l1", "l2"], "every": 9.0}, each) for each in (["l1", "l2"], ["l1"])
     )
@@ -219,15 +205,13 @@ def test_a_patrol_that_is_cut_off_holds_if_a_round_was_in_time():
     assert [("holds", 1 - 2 / 9), ("undecided", 0.0)] == [feed.verdict("p")[1:3] for feed in (done, begun)]
 
 
-def test_a_delayed_reaction_may_have_a_time():
-    """The first stimulus that is not followed counts."""
+def test_a_delayed_reaction_can_have_a_time_limit():
     feed = tell({"delayed_reaction": P, "then": Q, "within": 2}, [{"p"}, {"p"}, set(), set(), {"q"}])
 
     assert [(3.0, "not within 2 s: run_reported (label q)")] == [(at, why) for at, _, _, why in feed.violations]
 
 
-def test_an_instantaneous_reaction_may_be_of_what_the_stimulus_names():
-    """The robot of the fault has to be stopped at once."""
+def test_an_instantaneous_reaction_can_be_of_the_robot_of_the_stimulus():
     said = {
         "instantaneous_reaction": {"event": "fault_began", "where": {"fault": "slip"}},
         "then": {"robot": "$robot", "is": "stopped"},
@@ -238,8 +222,7 @@ def test_an_instantaneous_reaction_may_be_of_what_the_stimulus_names():
     assert [(3.0, "x", "eve", "not at once: $robot is stopped")] == feed.violations
 
 
-def test_patterns_that_nothing_has_exercised_say_so():
-    """Without a stimulus, reactions and what is avoided after it say nothing."""
+def test_patterns_without_a_stimulus_are_not_exercised():
     for said in (
         {"instantaneous_reaction": P, "then": Q},
         {"delayed_reaction": P, "then": Q},
@@ -270,8 +253,7 @@ def test_patterns_that_nothing_has_exercised_say_so():
         ({"delayed_reaction": P, "then": Q, "within": 4}, [{"p"}], "succeeded", "undecided", 0.0),
     ],
 )
-def test_verdicts_of_patterns(said, word, ending, state, robustness):
-    """A pattern that holds has its robustness, and one that the end cuts off is undecided."""
+def test_patterns_hold_with_robustness_or_are_undecided(said, word, ending, state, robustness):
     feed = Feed({"x": said}, world=world())
     feed.monitor.begin(1_000_000_000)
     for i, letter in enumerate(word, 1):
@@ -283,7 +265,6 @@ def test_verdicts_of_patterns(said, word, ending, state, robustness):
 
 
 def test_a_visit_that_an_end_cuts_off_is_undecided():
-    """A run that is stopped, or too short for the time, does not say whether all places would have been reached."""
     found = []
     for ending, said in (("stopped", {}), ("succeeded", {"within": 99.0})):
         feed = Feed({"p": {"visit": ["l1", "l2"], "robot": "eve", **said}}, world=world())

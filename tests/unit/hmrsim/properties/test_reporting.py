@@ -1,4 +1,4 @@
-"""If the controller reports an outcome, a condition holds; and the comparison with the run without faults."""
+"""Conditions on reported outcomes, and the comparison with the run without faults."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ def placed(feed: Feed, at: float, x: float = 20.0) -> Feed:
     return feed.event(at, "placed", robot="eve", item="medicine", at=[x, 0.0])
 
 
-def test_a_controller_that_reports_success_without_it_is_told():
-    """It ends as succeeded, and the medicine is still in the lab."""
+def test_a_false_report_of_success_is_a_violation():
     feed = Feed(SAID).end(9)
 
     assert feed.violations == [
@@ -31,8 +30,7 @@ def test_a_controller_that_reports_success_without_it_is_told():
 
 
 @pytest.mark.parametrize("report", ["succeeded", "failed"])
-def test_what_the_controller_does_not_report_promises_nothing(report):
-    """One that fails, and says so, is not asked where the medicine is."""
+def test_a_reported_failure_promises_nothing(report):
     feed = Feed({"told": {"reports": report, "then": ARRIVED}})
     feed.end(9, "failed" if report == "succeeded" else "succeeded")
 
@@ -46,7 +44,6 @@ def test_a_true_report_holds():
 
 @pytest.mark.parametrize("ending", [None, "stopped"])
 def test_a_run_whose_end_is_not_known_is_undecided(ending):
-    """It may yet report success, or not."""
     assert Feed(SAID).end(9, ending).verdict("told").state == "undecided"
 
 
@@ -61,15 +58,13 @@ def test_a_label_of_end_run_is_a_report_at_its_instant():
     assert [at for at, *_ in feed.violations] == [8.0]
 
 
-def test_each_robot_may_be_asked_for_on_its_own():
-    """Those with a battery are nurses; both are below."""
+def test_a_report_can_be_about_each_robot():
     feed = Feed({"full": {"reports": "succeeded", "then": {"robot": "*", "at": "lab"}}}).end(9)
 
     assert [subject for _, _, subject, _ in feed.violations] == ["wall_e", "cart"]
 
 
 def test_a_report_is_one_word():
-    """An error names the place."""
     with pytest.raises(PropertyError, match=r"told\.reports"):
         properties_of({"properties": {"told": {"reports": "it worked", "then": ARRIVED}}})
 
@@ -78,7 +73,7 @@ AS_BEFORE = {"same": {"reports": "succeeded", "then": {"items": "as_without_faul
 
 
 def compared(reference, *events, properties=AS_BEFORE, **world):
-    """Return the monitor of a run that has ended as succeeded at 9 s, after some events."""
+    """Return the monitor of a run that succeeds at 9 s, after some events."""
     monitor = Monitor(properties_of({"properties": properties, "built_in": OFF}), ward(**world), reference)
     monitor.begin(0)
     for at, kind, fields in events:
@@ -102,21 +97,20 @@ PICKED = (4, "picked", {"robot": "eve", "item": "medicine"})
     ],
 )
 def test_items_are_compared_with_those_of_the_run_without_faults(reference, events, state):
-    """Items have to lie in the same place, within the reach of a claw, or be carried in both runs."""
+    """They match within the reach of a claw, or if they are carried in both runs."""
     (verdict,) = compared({"medicine": reference}, *events).verdicts()
 
     assert verdict.state == state
 
 
-def test_without_such_a_run_there_is_nothing_to_compare_with():
-    """As of a trace, or of a run that is watched."""
+def test_without_a_reference_run_the_comparison_is_undecided():
     (verdict,) = compared(None).verdicts()
 
     assert (verdict.state, verdict.text) == ("undecided", "there is no run without faults to compare with")
 
 
 def test_items_that_a_smaller_world_lacks_are_not_compared():
-    """The reduction of a failure leaves out what it does not need; items of orders come later."""
+    """The reduction of a failure removes items, and items of orders come later."""
     reference = {"letter": ItemEnd((20.0, 0.0), carried=False), "medicine": ItemEnd((0.0, 0.5), carried=False)}
     (lacking,) = compared(reference).verdicts()
     (ordered,) = compared({"pills_1": ItemEnd((20.0, 0.0), carried=False)}).verdicts()
@@ -124,16 +118,14 @@ def test_items_that_a_smaller_world_lacks_are_not_compared():
     assert (lacking.state, ordered.state) == ("holds", "violated")
 
 
-def test_it_may_be_asked_for_without_a_report():
-    """It is a condition as any other."""
+def test_the_comparison_can_be_used_as_any_condition():
     eventually = {"same": {"eventually": {"items": "as_without_faults"}}}
     (verdict,) = compared({"medicine": ItemEnd((20.0, 0.0), carried=False)}, PLACED, properties=eventually).verdicts()
 
     assert verdict.state == "holds"
 
 
-def test_a_reference_is_read_of_a_scene():
-    """The reference has the place of each item, and whether a robot carries it."""
+def test_a_reference_has_the_place_and_carrier_of_each_item():
     items = [{"name": "a", "at": [1.0, 2.0], "carrier": None}, {"name": "b", "at": [0.0, 0.0], "carrier": "eve"}]
 
     assert reference_of({"items": items}) == {

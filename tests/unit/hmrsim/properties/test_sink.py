@@ -1,4 +1,4 @@
-"""Watching over a simulation while it runs: what is asked of it, and what a reset does."""
+"""Watching a simulation while it runs."""
 
 from __future__ import annotations
 
@@ -54,37 +54,33 @@ def run():
         ({"x": {"never": {"robot": "eve", "at": "shelf"}}}, {Topic.EVENTS, Topic.MOTION}),
     ],
 )
-def test_only_what_a_property_speaks_of_is_wanted(said, wanted):
-    """Motions are computed for properties about robots' places only."""
+def test_motions_are_computed_only_for_properties_about_places(said, wanted):
     world = world_of(dict(WORLD), "world")
     sink = MonitorSink(Simulator(world), Monitor(properties_of({"properties": said}), world))
 
     assert wanted == {topic for topic in Topic if sink.wants(topic)}
 
 
-def test_a_battery_is_read_when_anything_happens(run):
-    """A battery that loses a share of 0.01 a second is at 0.8 after 20 s, without a battery event."""
+def test_batteries_are_read_at_every_event(run):
+    """At 0.01 a second it is at 0.8 after 20 s, without a battery event."""
     monitor, _ = run({"low": {"always": {"battery": "eve", "above": 0.83}}})
 
     assert [20.0] == [violation.at / 1e9 for violation in monitor.violations]
 
 
-def test_events_of_goals_may_be_spoken_of_with_all_their_fields(run):
-    """A property of the event itself has its status and its result."""
+def test_events_of_goals_have_status_and_result(run):
     monitor, _ = run({"done": {"sometimes": {"event": "status", "where": {"status": 4, "action": "wait"}}}})
 
     assert "status (status 4, action wait), once" == monitor.verdicts()[0].text
 
 
-def test_built_in_properties_hold_of_a_script(run):
-    """Goals of scripts are goals, too."""
+def test_built_in_properties_apply_to_scripts(run):
     monitor, _ = run({}, built_in={})
 
     assert ([], "3 goals have ended once") == (monitor.violations, monitor.verdicts()[0].text)
 
 
-def test_a_reset_is_the_start_again_and_time_goes_on():
-    """The mission of a world that is reset is watched from its start, at later times."""
+def test_a_mission_after_a_reset_is_watched_from_its_start_at_later_times():
     tree = "bt_controller.examples.hospital:mission"
     said = {"properties": {"x": {"never": {"robot": "eve", "at": "lab"}}}}
     with simulation("hospital", tree=tree) as run:
@@ -102,8 +98,7 @@ def test_a_reset_is_the_start_again_and_time_goes_on():
     assert (71.543, 71.543) == (round(once, 3), round(again - first, 3))
 
 
-def test_a_violation_that_is_published_does_not_let_time_go_on():
-    """A property that is violated leaves the next one to look at the same instant."""
+def test_publishing_a_violation_does_not_advance_the_instant():
     said = {
         "closed": {"never": {"door": "gate", "is": "open"}},
         "opens": {"eventually": {"door": "gate", "is": "open"}, "within": 7},
@@ -131,8 +126,7 @@ def test_a_violation_that_is_published_does_not_let_time_go_on():
 @pytest.mark.parametrize(
     "said", [{"never": {"robot": "*", "at": "lab"}}, {"patrolling": ["hall"], "robot": "*", "every": 5}]
 )
-def test_a_property_about_each_robot_waits_for_the_first_one(said):
-    """A property about places needs motions from the start, also in a world without robots."""
+def test_a_property_about_places_needs_motions_before_the_first_robot(said):
     world = ward(robots={}, demand=[])
     monitor = Monitor(properties_of({"properties": {"x": said}, "built_in": dict(OFF)}), world)
     sink = MonitorSink(Simulator(world), monitor)

@@ -1,4 +1,4 @@
-"""Signal Temporal Logic: our monitor against the definition, and against an independent one."""
+"""Our monitor of Signal Temporal Logic agrees with the definition and with an independent monitor."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ windows = st.tuples(st.integers(0, 3), st.integers(0, 4) | st.just(math.inf)).ma
 
 
 def grown(inner):
-    """Return formulas with others in them."""
+    """Return a strategy for formulas of other formulas."""
     return st.one_of(
         st.builds(Not, inner),
         st.builds(And, inner, inner),
@@ -74,12 +74,7 @@ def defined(formula: Formula, trace: list[tuple[float, ...]], at: int) -> float:
     return INSTANT[type(formula)](*(part(at) for part in inner))
 
 
-INSTANT = {
-    Not: lambda value: -value,
-    And: min,
-    Or: max,
-    Implies: lambda left, right: max(-left, right),
-}
+INSTANT = {Not: lambda value: -value, And: min, Or: max, Implies: lambda left, right: max(-left, right)}
 WINDOWED = {
     Always: lambda parts, _at, times: min(map(parts[0], times)),
     Eventually: lambda parts, _at, times: max(map(parts[0], times)),
@@ -88,14 +83,13 @@ WINDOWED = {
 
 
 def value_at(changes, at):
-    """Return the value that changes say at a time."""
+    """Return the value of a step function at a time."""
     return [value for time, value in changes if time <= at][-1]
 
 
 @given(formula=formulas, trace=traces)
 @examples(150)
 def test_robustness_is_as_defined(formula, trace):
-    """The robustness that is certain after a trace is that of the definition, at each time."""
     monitor = OnlineMonitor(formula, SIGNALS)
     changes = [change for at, values in enumerate(trace) for change in monitor.update(at, values)]
 
@@ -105,8 +99,7 @@ def test_robustness_is_as_defined(formula, trace):
 
 @given(formula=formulas, trace=traces, more=traces)
 @examples(150)
-def test_what_may_follow_lies_between_the_bounds(formula, trace, more):
-    """Whatever comes after the end of a trace, robustness stays between the bounds of the end."""
+def test_bounds_hold_for_every_continuation_of_a_trace(formula, trace, more):
     if formula.horizon == math.inf:
         return
     monitor = OnlineMonitor(formula, SIGNALS)
@@ -123,7 +116,6 @@ def test_what_may_follow_lies_between_the_bounds(formula, trace, more):
 @given(trace=traces)
 @examples(100)
 def test_a_window_without_an_end_ends_with_the_trace(trace):
-    """A condition that has not held by the end counts as one that never holds."""
     monitor = OnlineMonitor(Always(0, math.inf, Implies(A, Eventually(0, math.inf, B))), SIGNALS)
     for at, values in enumerate(trace):
         monitor.update(at, [value + 0.5 for value in values])
@@ -137,7 +129,7 @@ def test_a_window_without_an_end_ends_with_the_trace(trace):
 
 
 def looking_back(inner):
-    """Return formulas without windows with others in them."""
+    """Return a strategy for formulas without windows."""
     return st.one_of(
         st.builds(Not, inner),
         st.builds(And, inner, inner),
@@ -168,14 +160,12 @@ def defined_back(formula: Formula, trace: list[tuple[float, ...]], at: int) -> f
 @given(formula=st.recursive(atoms, looking_back, max_leaves=4), trace=traces)
 @examples(200)
 def test_operators_of_the_past_are_as_defined(formula, trace):
-    """Each sample gives the value that the definition has, which looks at all samples up to it."""
     value = formula.value(SIGNALS)
 
     assert [defined_back(formula, trace, at) for at in range(len(trace))] == [value(sample) for sample in trace]
 
 
-def test_an_operator_of_the_past_can_be_in_a_window():
-    """Once a holds, b does within 2."""
+def test_an_operator_of_the_past_can_be_inside_a_window():
     monitor = OnlineMonitor(Implies(Once(A), Eventually(0, 2, B)), SIGNALS)
     samples = [(-1.0, -1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
 
@@ -185,13 +175,12 @@ def test_an_operator_of_the_past_can_be_in_a_window():
 
 
 def test_a_window_in_an_operator_of_the_past_is_an_error():
-    """Operators of the past look back from sample to sample, so that nothing in them can look ahead."""
+    """Such operators can't look ahead."""
     with pytest.raises(ValueError, match="windows"):
         OnlineMonitor(Once(Eventually(0, 2, A)), SIGNALS)
 
 
 def test_robustness_agrees_with_mstlo():
-    """An independent monitor has the same robustness on random formulas and traces."""
     mstlo = pytest.importorskip("mstlo_python", reason="the independent monitor mstlo is not installed")
 
     for number in range(200):
@@ -200,7 +189,6 @@ def test_robustness_agrees_with_mstlo():
 
 
 def test_a_verdict_comes_as_soon_as_it_is_certain():
-    """Eventually within 10 is certain 10 after a time, not later."""
     monitor = OnlineMonitor(Eventually(0, 10, A), ["a"])
 
     told = [monitor.update(0, [1.0]), monitor.update(5, [-1.0]), monitor.update(12, [2.0]), monitor.update(16, [2.0])]
@@ -209,7 +197,6 @@ def test_a_verdict_comes_as_soon_as_it_is_certain():
 
 
 def test_the_state_of_a_window_does_not_grow_with_the_trace():
-    """A thousand samples later, the queue of a window has as many entries as fit into it."""
     monitor = OnlineMonitor(Always(0, 10, A), ["a"])
     for at in range(2_000):
         monitor.update(at, [float(at % 7)])
@@ -218,20 +205,17 @@ def test_the_state_of_a_window_does_not_grow_with_the_trace():
 
 
 def test_a_value_that_equals_its_bound_is_neither_above_nor_below():
-    """Robustness has a sign at the bound, too."""
     above, below = (OnlineMonitor(kind("a", 1.0), ["a"]).update(0, [1.0])[0][1] for kind in (Above, Below))
 
     assert max(above, below) < 0
 
 
-def test_a_formula_of_another_signal_is_an_error():
-    """The error says which signals there are."""
+def test_an_unknown_signal_is_an_error_with_the_known_ones():
     with pytest.raises(ValueError, match="there is no signal 'b'; there are a"):
         OnlineMonitor(B, ["a"])
 
 
 def test_samples_that_go_back_are_an_error():
-    """Time goes on from sample to sample."""
     monitor = OnlineMonitor(A, ["a"])
     monitor.update(3, [1.0])
 
@@ -241,6 +225,5 @@ def test_samples_that_go_back_are_an_error():
 
 @pytest.mark.parametrize("window", [(-1, 2), (3, 2), (math.inf, math.inf)])
 def test_a_window_that_ends_before_it_begins_is_an_error(window):
-    """The error has the window."""
     with pytest.raises(ValueError, match="expected 0 <= start <= end"):
         Always(*window, A)

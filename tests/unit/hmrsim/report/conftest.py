@@ -1,4 +1,4 @@
-"""What tests of reports share: runs of small worlds, and the reports of their traces."""
+"""Fixtures of the tests of reports: runs of small worlds, and the reports of their traces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def trace():
 
 @pytest.fixture
 def told():
-    """Return the function that runs a world and returns what its trace tells."""
+    """Return the function that runs a world and returns its story from the trace."""
 
     def tell(world, **run):
         lines = traced(world, **run)
@@ -37,7 +37,7 @@ def report(told):
 
 @pytest.fixture
 def changed():
-    """Return the function that changes a trace so that it can't be run again: it is of another contract."""
+    """Return the function that makes a trace impossible to replay, as one of another contract."""
 
     def change(lines):
         header = json.loads(lines[0])

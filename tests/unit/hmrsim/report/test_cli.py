@@ -31,8 +31,7 @@ def _table(path):
         return list(csv.DictReader(lines))
 
 
-def test_a_summary_is_printed(file, capsys):
-    """Of the whole, and of each robot."""
+def test_a_summary_of_the_run_and_each_robot_is_printed(file, capsys):
     code = main(["report", str(file(MEETING))])
     out = capsys.readouterr().out
 
@@ -42,15 +41,13 @@ def test_a_summary_is_printed(file, capsys):
     assert "late" in out
 
 
-def test_failed_goals_are_no_failure_of_the_report(file, capsys):
-    """Exit 0, and the error is among what is printed."""
+def test_failed_goals_are_printed_and_exit_with_0(file, capsys):
     code = main(["report", str(file(FAULTY, until=4.0))])
 
     assert (0, True) == (code, "has broken down" in capsys.readouterr().out)
 
 
 def test_json_is_one_value_of_the_schema(file, capsys):
-    """Nothing else is on standard output."""
     main(["report", str(file(MEETING)), "--json"])
     told = json.loads(capsys.readouterr().out)
 
@@ -58,8 +55,7 @@ def test_json_is_one_value_of_the_schema(file, capsys):
     assert (1, 3) == (told["report"], len(told["goals"]))
 
 
-def test_tables_are_read_back(file, tmp_path):
-    """A row a goal, with plain numbers, and nothing where nothing is known."""
+def test_tables_have_a_row_per_goal_with_plain_numbers(file, tmp_path):
     code = main(["report", str(file(ALONE)), "--csv", str(tmp_path / "tables")])
     goals = _table(tmp_path / "tables" / "goals.csv")
 
@@ -72,16 +68,14 @@ def test_tables_are_read_back(file, tmp_path):
     assert ["4.0", "", "0.0"] == [goal["target_x"] for goal in goals]
 
 
-def test_each_robot_has_a_row_with_its_states(file, tmp_path):
-    """Seconds, which are what robots.csv has them in."""
+def test_each_robot_has_a_row_with_seconds_per_state(file, tmp_path):
     main(["report", str(file(ALONE)), "--csv", str(tmp_path)])
     (robot,) = _table(tmp_path / "robots.csv")
 
     assert ("8.0", "2.0", "8.0") == (robot["driving"], robot["busy"], robot["distance"])
 
 
-def test_a_page_and_tables_at_once(file, tmp_path, capsys):
-    """Nothing is printed then."""
+def test_a_page_and_tables_are_written_without_printing(file, tmp_path, capsys):
     page = tmp_path / "report.html"
     main(["report", str(file(ALONE)), "-o", str(page), "--csv", str(tmp_path)])
 
@@ -90,7 +84,6 @@ def test_a_page_and_tables_at_once(file, tmp_path, capsys):
 
 
 def test_a_page_on_standard_output(file, capsys):
-    """With -o -."""
     main(["report", str(file(ALONE)), "-o", "-"])
 
     assert capsys.readouterr().out.startswith("<!doctype html>")
@@ -98,8 +91,8 @@ def test_a_page_on_standard_output(file, capsys):
 
 @pytest.mark.parametrize("text", ["", "hello\n", "[" * 100_000 + "\n", '{"kind":"header"}\n', "\x89MCAQ\n"])
 @pytest.mark.parametrize("name", ["run.jsonl", "run.mcap"])
-def test_what_is_neither_a_trace_nor_a_recording(tmp_path, capsys, text, name):
-    """One line that names both, whatever the file is called; exit 2."""
+def test_neither_a_trace_nor_a_recording_exits_with_2(tmp_path, capsys, text, name):
+    """The name of the file does not matter."""
     path = tmp_path / name
     path.write_text(text)
     code = main(["report", str(path)])
@@ -108,8 +101,7 @@ def test_what_is_neither_a_trace_nor_a_recording(tmp_path, capsys, text, name):
     assert (2, f"hmrsim: {path}: {error}\n") == (code, capsys.readouterr().err)
 
 
-def test_what_is_no_text_and_no_recording(tmp_path, capsys):
-    """One line that names both; exit 2."""
+def test_binary_data_that_is_no_recording_exits_with_2(tmp_path, capsys):
     path = tmp_path / "run.mcap"
     path.write_bytes(b"\xff\xfe\n")
     code = main(["report", str(path)])
@@ -119,7 +111,7 @@ def test_what_is_no_text_and_no_recording(tmp_path, capsys):
 
 
 def test_a_pipe_is_not_read(tmp_path, capsys):
-    """A report reads its file twice, which a pipe allows once; nor does it wait for a pipe that is never written."""
+    """A report reads its file twice, and would wait for a pipe without a writer."""
     path = tmp_path / "pipe"
     os.mkfifo(path)
     code = main(["report", str(path)])
@@ -128,8 +120,7 @@ def test_a_pipe_is_not_read(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("line", ["NaN", '{"kind":"status","stamp":{"sec":NaN,"nanosec":0}}', "[" * 100_000, "{", "7"])
-def test_lines_that_are_no_json_object(file, capsys, line):
-    """One line that names the place, exit 2."""
+def test_a_line_without_a_json_object_exits_with_2_and_its_place(file, capsys, line):
     path = file(ALONE)
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines[:3], line, *lines[3:]]) + "\n")
@@ -154,8 +145,7 @@ def test_lines_that_are_no_json_object(file, capsys, line):
         {"kind": "battery_low", "robot": "wall_e", "percentage": "much"},
     ],
 )
-def test_events_that_make_no_sense_are_left_out(file, capsys, event):
-    """And counted; the rest is reported."""
+def test_invalid_events_are_skipped_and_counted(file, capsys, event):
     path = file(ALONE)
     lines = path.read_text().splitlines()
     text = json.dumps({**event, "stamp": {"sec": 2, "nanosec": 0}}).replace("Infinity", "1e999")
@@ -167,8 +157,7 @@ def test_events_that_make_no_sense_are_left_out(file, capsys, event):
     assert any("events are ignored" in note for note in told["source"]["notes"])
 
 
-def test_a_trace_that_was_cut_short(file, capsys):
-    """A warning, and a report."""
+def test_a_truncated_trace_is_reported_with_a_warning(file, capsys):
     path = file(ALONE)
     path.write_text(path.read_text()[:-50])
     code = main(["report", str(path)])
@@ -178,8 +167,7 @@ def test_a_trace_that_was_cut_short(file, capsys):
     assert told.out.startswith("alone: 1 robot")
 
 
-def test_a_file_that_is_not_there(tmp_path, capsys):
-    """One line, exit 2."""
+def test_a_missing_file_exits_with_2(tmp_path, capsys):
     code = main(["report", str(tmp_path / "none")])
 
     assert (2, f"hmrsim: {tmp_path}/none: can't be read: no such file or directory\n") == (
@@ -189,8 +177,7 @@ def test_a_file_that_is_not_there(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("option", ["-o", "--csv"])
-def test_where_nothing_can_be_written_is_known_first(tmp_path, capsys, option):
-    """Before anything is read, which may take long."""
+def test_an_unwritable_output_is_reported_before_reading(tmp_path, capsys, option):
     there = tmp_path / "file"
     there.touch()
     main(["report", str(tmp_path / "none"), option, str(there / "x")])
@@ -198,8 +185,7 @@ def test_where_nothing_can_be_written_is_known_first(tmp_path, capsys, option):
     assert f"hmrsim: {option} {there}/x: can't be written: not a directory\n" == capsys.readouterr().err
 
 
-def test_a_page_over_what_it_is_of(file, capsys):
-    """It is refused, and the trace is as it was."""
+def test_a_page_over_its_trace_is_refused(file, capsys):
     path = file(ALONE)
     before = path.read_bytes()
     code = main(["report", str(path), "-o", str(path)])
@@ -208,15 +194,14 @@ def test_a_page_over_what_it_is_of(file, capsys):
     assert before == path.read_bytes()
 
 
-def test_nothing_is_left_behind_where_there_is_no_report(tmp_path):
-    """Neither a page nor a folder."""
+def test_a_failed_report_leaves_no_files(tmp_path):
     code = main(["report", str(tmp_path / "none"), "-o", str(tmp_path / "page"), "--csv", str(tmp_path / "tables")])
 
     assert (2, []) == (code, list(tmp_path.iterdir()))
 
 
-def test_tables_into_no_folder(file, tmp_path, monkeypatch, capsys):
-    """An empty name, as of a variable of the shell that is not set, is not the folder that one is in."""
+def test_an_empty_folder_name_is_refused(file, tmp_path, monkeypatch, capsys):
+    """An unset shell variable must not mean the current folder."""
     path = file(ALONE)
     monkeypatch.chdir(tmp_path)
     code = main(["report", str(path), "--csv", ""])
@@ -226,26 +211,21 @@ def test_tables_into_no_folder(file, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("option", ["-o", "--csv"])
-def test_where_nothing_can_be_written(file, capsys, option):
-    """One line that names the option, exit 2."""
+def test_an_unwritable_output_names_its_option(file, capsys, option):
     path = file(ALONE)
     code = main(["report", str(path), option, str(path / "x")])
 
-    assert (2, f"hmrsim: {option} {path}/x: can't be written: not a directory\n") == (
-        code,
-        capsys.readouterr().err,
-    )
+    assert (2, f"hmrsim: {option} {path}/x: can't be written: not a directory\n") == (code, capsys.readouterr().err)
 
 
-def test_two_that_want_the_standard_output(file, capsys):
-    """A page and JSON can't both be printed."""
+def test_page_and_json_can_not_both_go_to_standard_output(file, capsys):
     code = main(["report", str(file(ALONE)), "-o", "-", "--json"])
 
     assert (2, True) == (code, "both write to the standard output" in capsys.readouterr().err)
 
 
 def test_control_characters_of_a_trace_are_escaped_in_json(file, capsys):
-    """Also those that JSON allows in texts."""
+    """This includes characters that JSON allows in texts."""
     path = file(ALONE)
     text = path.read_text()
     name = json.loads(text.splitlines()[0])["world"]["name"]

@@ -23,7 +23,6 @@ class _Elements(HTMLParser):
         self.found = []
 
     def handle_starttag(self, tag, attrs):
-        """Keep an element with its attributes."""
         self.found.append((tag, dict(attrs)))
 
 
@@ -44,8 +43,7 @@ def page(told):
     return make
 
 
-def test_page_loads_nothing(page):
-    """No element loads anything, and the policy forbids it."""
+def test_the_page_loads_nothing(page):
     found = _elements(page(MEETING))
     links = [value for _, attrs in found for name, value in attrs.items() if name in ("src", "href", "data", "action")]
 
@@ -54,8 +52,7 @@ def test_page_loads_nothing(page):
     assert "url(" not in page(MEETING)
 
 
-def test_the_timeline_has_a_bar_a_goal(page):
-    """And one for each wait."""
+def test_the_timeline_has_a_bar_per_goal_and_per_wait(page):
     found = _elements(page(MEETING))
     classes = [attrs.get("class", "") for tag, attrs in found if tag == "rect"]
 
@@ -63,14 +60,14 @@ def test_the_timeline_has_a_bar_a_goal(page):
 
 
 def _throughput_bars(found):
-    """Return how many bars stand for goals that ended at a time, which look like goals."""
+    """Return the number of bars of the throughput, which look like goals."""
     heights = [attrs for tag, attrs in found if tag == "rect" and attrs.get("class") == "g succeeded"]
     return sum(attrs["height"] not in ("11", "5") for attrs in heights)
 
 
 @pytest.mark.parametrize("exact", [True, False])
 def test_names_and_errors_are_text(trace, changed, exact):
-    """Whatever stands in a world's name, an item, a fault or an error of a trace is shown, and not done."""
+    """Names of worlds, items and faults, and errors, are shown and never executed."""
     world = FAULTY | {
         "name": EVIL,
         "places": {EVIL: {"at": [2, 0]}},
@@ -93,44 +90,39 @@ def test_names_and_errors_are_text(trace, changed, exact):
     assert exact or "&lt;img src=x onerror=alert(2)&gt;" in page
 
 
-def test_it_is_the_same_each_time(page):
-    """Byte for byte."""
+def test_the_page_is_reproducible(page):
     assert page(MEETING) == page(MEETING)
 
 
 def test_tables_have_captions_and_headings(page):
-    """So that who hears the page knows what it says."""
+    """Screen readers announce them."""
     text = page(FAULTY, until=4.0)
 
     assert text.count("<table>") == text.count("<caption") == text.count("<thead>")
     assert re.search(r'<th scope="row">wall_e', text)
 
 
-def test_a_world_without_lanes_has_a_map(page):
-    """Of the ways that were driven."""
+def test_the_map_of_a_world_without_lanes_has_the_driven_routes(page):
     world = {"name": "open", "robots": {"wall_e": {"type": "carrier", "at": [0, 0], "script": ["Wait 1"]}}}
 
     assert 'class="map"' in page(world)
 
 
 def test_an_empty_run_has_a_page(page):
-    """Without a robot and a goal."""
     text = page({"name": "empty"})
 
     assert "No robot waited." in text
     assert "No goal was aborted or rejected." in text
 
 
-def test_what_is_missing_is_said(trace, changed):
-    """At the top of the page."""
+def test_missing_data_is_reported_at_the_top(trace, changed):
     lines = changed(trace(ALONE))
     told = of_trace(lambda: lines)[0]
 
     assert '<p class="warning">The trace could not be replayed exactly' in page_of(report_of(told), told.definition)
 
 
-def test_goals_that_are_too_many_are_drawn_together(told):
-    """The timeline says so; no row has more bars than a reader can tell apart."""
+def test_too_many_goals_are_drawn_together_with_a_notice(told):
     found = report_of(told(ALONE))
     (goal, *_) = found.goals
     many = [goal.model_copy(update={"accepted": i / 2500, "ended": (i + 1) / 2500}) for i in range(25_000)]
@@ -141,7 +133,6 @@ def test_goals_that_are_too_many_are_drawn_together(told):
 
 
 def test_a_name_is_no_markup_in_the_map(page):
-    """A place of that name is text there."""
     text = page(ALONE | {"places": {"<b>here</b>": {"at": [1, 1]}}})
 
     assert "<b>here" not in text

@@ -22,7 +22,7 @@ from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING
 
 
 class _Late:
-    """A sink that hands on what happens once there is a watcher."""
+    """A sink that passes events on once there is a watcher."""
 
     watcher = None
 
@@ -31,13 +31,12 @@ class _Late:
         return topic in (Topic.EVENTS, Topic.MOTION)
 
     def emit(self, event):
-        """Hand an event on."""
         if self.watcher is not None:
             self.watcher.emit(event)
 
 
 def _recorded(world, *, since=0.0, battery=None):
-    """Return a recording of a run's scripts, which may begin late."""
+    """Return a recording of a run's scripts, which may start late."""
     samples, late = [], _Late()
     simulator = Simulator(world_of(world, "test"), sinks=[late])
     simulator.advance(since)
@@ -65,8 +64,7 @@ def _state(simulator, robot):
 
 
 @pytest.mark.parametrize("world", [ALONE, MEETING, CHARGING])
-def test_a_recording_tells_the_same_as_a_trace(report, world):
-    """Of motions, states, goals and waits."""
+def test_reports_of_recording_and_trace_agree(report, world):
     recorded, traced = report_of(of_recording(_recorded(world))), report(world)
 
     assert traced.goals == recorded.goals
@@ -75,15 +73,15 @@ def test_a_recording_tells_the_same_as_a_trace(report, world):
 
 
 def test_energy_of_a_recording_is_that_of_its_battery_states():
-    """They say it in ampere hours at the nominal voltage."""
+    """They are in ampere hours at the nominal voltage."""
     (robot,) = report_of(of_recording(_recorded(CHARGING, battery="wall_e"))).robots
 
     assert pytest.approx(24.0) == robot.energy_used
     assert pytest.approx(24.0) == robot.energy_charged
 
 
-def test_a_recording_that_begins_late():
-    """What is under way then is taken from the scene: one and a half of four metres are left, and all of the rest."""
+def test_a_late_recording_takes_running_motions_from_its_scene():
+    """One and a half of four metres are left."""
     found = report_of(of_recording(_recorded(ALONE, since=2.5)))
     (robot,) = found.robots
 
@@ -92,8 +90,8 @@ def test_a_recording_that_begins_late():
     assert "It begins 2.5 s after the simulation did; earlier events are missing." in found.source.notes
 
 
-def test_a_motion_that_a_scene_tells_again_is_one():
-    """After a reset the robot drives off at once, and half a second later a scene says the same."""
+def test_a_motion_repeated_by_a_scene_counts_once():
+    """The robot starts right after a reset, and a scene half a second later repeats its motion."""
     told = _recorded(ALONE)
     scene = next(payload for _, key, payload in told.samples() if key == "_world/scene")
     motion = {"began": 0.0, "from": [0.0, 0.0, 0.0], "to": [4.0, 0.0, 0.0], "duration": 4.0, "lane": ["home", "door"]}
@@ -113,7 +111,6 @@ def test_a_motion_that_a_scene_tells_again_is_one():
 
 
 def test_time_after_the_last_event_counts():
-    """A recording goes on to its end, though nothing happens any more."""
     told = _recorded(ALONE)
     told.end = 25_000_000_000
     found = report_of(of_recording(told))
@@ -121,8 +118,7 @@ def test_time_after_the_last_event_counts():
     assert (25.0, 15.0) == (found.summary.sim_time, found.robots[0].seconds["idle"])
 
 
-def test_an_end_that_makes_no_sense_is_none():
-    """As a damaged file may have it."""
+def test_an_invalid_end_is_ignored():
     told = _recorded(ALONE)
     told.end = 2**63
 
@@ -132,8 +128,7 @@ def test_an_end_that_makes_no_sense_is_none():
 @pytest.mark.parametrize(
     ("said", "seed"), [("3", 3), ("0", 0), ("", None), ("-1", None), ("\u0663", None), ("9" * 5000, None)]
 )
-def test_the_seed_of_a_recording(said, seed):
-    """The report has the seed that the recording gives; an invalid one is ignored."""
+def test_the_seed_is_that_of_the_recording_if_valid(said, seed):
     told = _recorded(ALONE)
     told.about["seed"] = said
 
@@ -141,8 +136,7 @@ def test_the_seed_of_a_recording(said, seed):
 
 
 @pytest.mark.parametrize("share", [-4.5, 1.5, float("nan"), float("inf"), None, "much", 10**400])
-def test_a_battery_state_that_makes_no_sense_is_left_out(share):
-    """Energy is reckoned with what a battery can say."""
+def test_invalid_battery_states_are_skipped(share):
     told = _recorded(CHARGING, battery="wall_e")
     samples = list(told.samples())
     at, key, state = next(each for each in samples if each[1] == "wall_e/battery_state")
@@ -153,8 +147,8 @@ def test_a_battery_state_that_makes_no_sense_is_left_out(share):
 
 
 @pytest.mark.parametrize(("back", "restarts"), [(1_000_000, 0), (1_000_001, 1)])
-def test_a_little_step_back_is_no_restart(back, restarts):
-    """A millisecond, as everywhere: what is heard over a network may come in another order."""
+def test_a_step_back_by_a_millisecond_is_no_restart(back, restarts):
+    """Messages may arrive over a network in another order."""
     story = Story()
     for at in (1_000_000_000, 1_000_000_000 - back):
         story.take(Occurrence(at, DoorClosed("d")))
@@ -162,8 +156,8 @@ def test_a_little_step_back_is_no_restart(back, restarts):
     assert (restarts, 1_000_000_000) == (story.timeline.restarts, story.now)
 
 
-def test_after_the_end_nothing_counts():
-    """Such as the stops of robots whose processes Python frees some time later."""
+def test_events_after_the_end_do_not_count():
+    """Python may free the processes of robots some time later, which stops the robots."""
     story = Story()
     story.take(Occurrence(1_000_000_000, DoorClosed("d")))
     story.end()
@@ -172,8 +166,7 @@ def test_after_the_end_nothing_counts():
     assert ({"door_closed": 1}, 1_000_000_000) == (story.counts, story.now)
 
 
-def test_robots_that_come_and_go(report):
-    """Each is counted for as long as it is there."""
+def test_robots_count_while_they_exist(report):
     spawn = services()["spawn_entity"].request.model_validate(
         {"name": "eve", "uri": "robot_type:cart", "initial_pose": {"pose": {"position": {"x": 4.0}}}}
     )
@@ -185,8 +178,7 @@ def test_robots_that_come_and_go(report):
     assert {"wall_e": (0.0, 10.0, 0.0), "eve": (1.0, 3.0, 2.0)} == robots
 
 
-def test_a_goal_that_runs_out_of_patience_says_for_whom(report):
-    """It waited for the one that stands in its way for all its patience."""
+def test_a_goal_that_runs_out_of_patience_names_the_robot_in_its_way(report):
     world = MEETING | {
         "traffic": {"policy": "reserve", "patience": 5, "reroutes": 0},
         "robots": {
@@ -201,8 +193,8 @@ def test_a_goal_that_runs_out_of_patience_says_for_whom(report):
     assert 5.0 == error.at - error.waiting_since
 
 
-def test_a_fault_in_the_beginning_is_known(report):
-    """It is in the first scene, or told of at time 0."""
+def test_a_fault_at_the_start_is_in_the_report(report):
+    """It is in the first scene, or an event at time 0."""
     found = report(FAULTY | {"faults": [FAULTY["faults"][0] | {"at": 0}]})
 
     assert [("flat_tyre", 0.0)] == [(fault.name, fault.began) for fault in found.faults]

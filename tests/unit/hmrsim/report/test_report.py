@@ -1,4 +1,4 @@
-"""What a report says of small worlds, in numbers that can be reckoned by hand."""
+"""Reports of small worlds, with numbers that can be computed by hand."""
 
 from __future__ import annotations
 
@@ -14,30 +14,27 @@ from tests.profiles import examples
 from tests.unit.hmrsim.report.worlds import ALONE, CHARGING, FAULTY, MEETING, OPENED, goal_to, traced
 
 
-def test_distance_is_what_was_driven(report):
-    """Four metres there and four back."""
+def test_distance_is_the_driven_one(report):
     (robot,) = report(ALONE).robots
 
     assert 8.0 == robot.distance
 
 
 def test_time_is_shared_between_states(report):
-    """4 s of driving, 2 s of waiting by a goal, 4 s of driving."""
+    """4 s of driving, 2 s of waiting by a goal, and 4 s of driving."""
     (robot,) = report(ALONE).robots
 
     assert {"driving": 8.0, "busy": 2.0} == {state: time for state, time in robot.seconds.items() if time}
     assert {"driving": 0.8, "busy": 0.2} == {state: share for state, share in robot.share.items() if share}
 
 
-def test_spans_follow_each_other(report):
-    """What a robot did when."""
+def test_the_spans_of_a_robots_states_are_contiguous(report):
     spans = [(span.state, span.began, span.ended) for span in report(ALONE).states]
 
     assert [("driving", 0.0, 4.0), ("busy", 4.0, 6.0), ("driving", 6.0, 10.0)] == spans
 
 
 def test_each_goal_is_one_entry(report):
-    """With what it was, when, how long and how far."""
     goals = [(goal.action, goal.accepted, goal.ended, goal.distance, goal.target) for goal in report(ALONE).goals]
 
     assert [
@@ -47,8 +44,8 @@ def test_each_goal_is_one_entry(report):
     ] == goals
 
 
-def test_a_wait_says_for_whom_and_how_long(report):
-    """The second robot waits until the first one has left the crossing; both go on."""
+def test_a_wait_has_its_cause_and_duration(report):
+    """The second robot waits until the first one has left the crossing."""
     found = report(MEETING)
 
     assert [("late", ("early",), 1.0, "went_on")] == [(w.robot, w.robots, w.duration, w.until) for w in found.waits]
@@ -56,8 +53,8 @@ def test_a_wait_says_for_whom_and_how_long(report):
     assert 1.0 == sum(goal.waited for goal in found.goals)
 
 
-def test_a_wait_is_shared_out_to_its_causes(report):
-    """First for the door, then for who is behind it; it counts as one, of the robot, its goal and the lane."""
+def test_a_wait_is_divided_among_its_causes(report):
+    """First a door and then a robot: it counts as one wait of the robot, its goal and the lane."""
     found = report(OPENED)
     late = next(robot for robot in found.robots if robot.name == "late")
     goal = next(goal for goal in found.goals if goal.robot == "late")
@@ -69,30 +66,27 @@ def test_a_wait_is_shared_out_to_its_causes(report):
     assert 2.0 == late.waited == goal.waited == lane.waited
 
 
-def test_lanes_count_drives_and_waits(report):
-    """One lane there and one back; each is a direction of its own."""
+def test_lanes_count_drives_and_waits_by_direction(report):
     lanes = {(lane.begin, lane.end): (lane.drives, lane.distance, lane.seconds) for lane in report(ALONE).lanes}
 
     assert {("home", "door"): (1, 4.0, 4.0), ("door", "home"): (1, 4.0, 4.0)} == lanes
 
 
 def test_energy_is_what_the_batteries_lost_and_gained(report):
-    """12 s at 2 W out of 100 J, then the charger gives back 10 W until it is full."""
+    """12 s at 2 W out of 100 J, then 10 W of the charger until the battery is full."""
     (robot,) = report(CHARGING).robots
 
     assert (24.0, 24.0, 1.0) == (robot.energy_used, robot.energy_charged, robot.battery)
     assert 0.76 == robot.lowest_battery
 
 
-def test_docks_are_used(report):
-    """Once, by one robot."""
+def test_the_use_of_docks_is_counted(report):
     (dock,) = [fixture for fixture in report(CHARGING).fixtures if fixture.kind == "dock"]
 
     assert ("charger", 1, 1, 0) == (dock.name, dock.uses, dock.robots, dock.waits)
 
 
-def test_a_goal_that_is_canceled_half_way(report, send, cancel):
-    """It was driven 1.5 m of it, at 1.5 s."""
+def test_a_canceled_goal_has_the_distance_until_its_cancel(report, send, cancel):
     found = report(
         ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
         commands=[
@@ -107,8 +101,7 @@ def test_a_goal_that_is_canceled_half_way(report, send, cancel):
     assert {"driving": 1.5, "idle": 1.5} == {state: time for state, time in robot.seconds.items() if time}
 
 
-def test_a_goal_that_still_runs_has_no_end(report, send):
-    """And what was driven of it counts."""
+def test_a_running_goal_has_a_distance_and_no_end(report, send):
     found = report(
         ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
         commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))],
@@ -120,8 +113,8 @@ def test_a_goal_that_still_runs_has_no_end(report, send):
     assert found.summary.success_rate is None
 
 
-def test_acceleration_is_reckoned_with(report, send):
-    """With 1 m/s² half a metre has been driven after the first second."""
+def test_distance_accounts_for_acceleration(report, send):
+    """With 1 m/s² half a metre is driven in the first second."""
     world = ALONE | {
         "robot_types": {"cart": {"base": {"speed": 1, "acceleration": 1}}},
         "robots": {"wall_e": {"type": "cart", "at": "home"}},
@@ -131,8 +124,7 @@ def test_acceleration_is_reckoned_with(report, send):
     assert 0.5 == found.robots[0].distance
 
 
-def test_an_error_says_its_cause(report):
-    """A robot that breaks down while it drives: the code, the text, and the fault."""
+def test_an_error_has_code_text_and_fault(report):
     (error, *_) = report(FAULTY).errors
 
     assert (2.0, "wall_e", "ABORTED", ("flat_tyre",)) == (error.at, error.robot, error.status, error.faults)
@@ -140,15 +132,14 @@ def test_an_error_says_its_cause(report):
 
 
 def test_a_robot_that_has_broken_down_is_stopped(report):
-    """As long as the fault lasts, which is to the end."""
     found = report(FAULTY, until=5.0)
 
     assert [("driving", 0.0, 2.0), ("stopped", 2.0, 5.0)] == [(s.state, s.began, s.ended) for s in found.states]
     assert [("flat_tyre", 2.0, None)] == [(f.name, f.began, f.ended) for f in found.faults]
 
 
-def test_a_fault_of_a_fixture_says_which(report):
-    """Whatever it is a fault of; the event that it waited for is no setting of its own."""
+def test_a_fault_of_a_fixture_names_it(report):
+    """The event that starts the fault is not one of its settings."""
     anchor = {"goal": "executing", "action": "wait"}
     fault = {"type": "dock_out_of_order", "dock": "charger", "name": "no_power", "when": anchor}
     (span,) = report(CHARGING | {"faults": [fault]}).faults
@@ -156,8 +147,7 @@ def test_a_fault_of_a_fixture_says_which(report):
     assert ("no_power", "charger", "", "") == (span.name, span.subject, span.robot, span.detail)
 
 
-def test_rejected_goals_are_errors_and_no_goals(report, send):
-    """With the reason for programs as the error's name."""
+def test_rejected_goals_are_errors_with_their_reason(report, send):
     found = report(
         ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}},
         commands=[(1.0, send("nobody", "wait", {"time": {"sec": 1}}))],
@@ -169,15 +159,14 @@ def test_rejected_goals_are_errors_and_no_goals(report, send):
 
 
 def test_throughput_counts_each_goal_once(report):
-    """In buckets that cover the whole time."""
+    """The buckets cover the whole time."""
     found = report(ALONE)
 
     assert 3 == sum(bucket.succeeded for bucket in found.throughput)
     assert (0.0, 10.0) == (found.throughput[0].began, found.throughput[-1].ended)
 
 
-def test_a_run_without_motions_says_what_is_missing(trace, changed):
-    """A trace of another version: goals and waits, but no distance, and it says so."""
+def test_a_trace_of_another_version_has_goals_and_waits_without_distances(trace, changed):
     lines = changed(trace(ALONE))
     found = report_of(of_trace(lambda: lines)[0])
 
@@ -185,8 +174,7 @@ def test_a_run_without_motions_says_what_is_missing(trace, changed):
     assert "It lacks distances" in found.source.notes[0]
 
 
-def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
-    """Also where it can't be run again."""
+def test_commands_of_a_trace_that_can_not_be_replayed_are_known(trace, changed, send):
     world = ALONE | {"robots": {"wall_e": {"type": "cart", "at": "home"}}}
     lines = changed(trace(world, commands=[(0.0, send("wall_e", "navigate_to_pose", goal_to(4, 0)))], until=5.0))
     (goal,) = report_of(of_trace(lambda: lines)[0]).goals
@@ -195,15 +183,13 @@ def test_what_was_asked_for_is_known_of_commands(trace, changed, send):
 
 
 def test_waits_are_the_same_without_motions(report, trace, changed):
-    """The trace itself has them."""
     lines = changed(trace(MEETING))
     found = report_of(of_trace(lambda: lines)[0])
 
     assert report(MEETING).waits[0].model_dump(exclude={"until"}) == found.waits[0].model_dump(exclude={"until"})
 
 
-def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
-    """And says that it was."""
+def test_a_truncated_trace_is_reported_exactly_and_marked(trace):
     lines = trace(ALONE)
     found = report_of(of_trace(lambda: [*lines[:4], lines[4][:20]])[0])
 
@@ -212,7 +198,6 @@ def test_a_trace_that_was_cut_short_is_exact_so_far(trace):
 
 
 def test_the_same_trace_has_the_same_report(trace):
-    """Byte for byte."""
     lines = trace(MEETING)
     one, other = (report_of(of_trace(lambda: lines)[0]).model_dump_json() for _ in range(2))
 
@@ -222,8 +207,8 @@ def test_the_same_trace_has_the_same_report(trace):
 @pytest.mark.parametrize("exact", [True, False])
 @examples(25)
 @given(data=st.data())
-def test_what_always_holds(data, exact):
-    """Shares sum to 1 and seconds to the whole time; waits are within it; each robot's spans follow each other."""
+def test_reports_are_consistent(data, exact):
+    """Shares sum to 1 and seconds to the whole time, and the spans of each robot are contiguous."""
     orders = st.lists(st.sampled_from(["Go west", "Go east", "Go middle", "Go bay", "Wait 1.5"]), max_size=5)
     robots = {
         name: {"at": at, "script": data.draw(orders)} for name, at in (("a", "west"), ("b", "east"), ("c", "bay"))

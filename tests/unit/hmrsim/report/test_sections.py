@@ -1,4 +1,4 @@
-"""Reports of traces with several sections: each begins at 0, with what was there at that moment."""
+"""Reports of traces with several sections, each of which starts at 0 with the state of that moment."""
 
 from __future__ import annotations
 
@@ -38,14 +38,13 @@ def reports(trace):
 
 @pytest.fixture
 def path(tmp_path, trace):
-    """The trace of two sections of a world, and of one of another."""
+    """Return the trace of two sections of a world, and of one of another."""
     path = tmp_path / "run.jsonl"
     path.write_text("".join(trace(ALONE, commands=[(3.0, RESET), (11.0, LOAD), (0.0, PLAY)], until=10.0)))
     return path
 
 
-def test_each_section_is_reported_from_its_beginning(reports):
-    """As if it were a run of its own."""
+def test_each_section_is_reported_like_a_separate_run(reports):
     first, second = reports(ALONE, **TWICE)
 
     assert [("ABORTED", 0.0, 3.0)] == [(goal.status, goal.accepted, goal.ended) for goal in first.goals]
@@ -61,7 +60,7 @@ def test_each_section_is_reported_from_its_beginning(reports):
 
 
 def test_a_whole_reset_gives_the_report_of_a_first_run(reports, report):
-    """But for the ids of goals, and for the event that tells of the reset."""
+    """Only the ids of goals and the event of the reset differ."""
     second, alone = reports(ALONE, **TWICE)[1], report(ALONE, until=12.0)
 
     assert (alone.states, alone.lanes, alone.robots) == (second.states, second.lanes, second.robots)
@@ -69,7 +68,6 @@ def test_a_whole_reset_gives_the_report_of_a_first_run(reports, report):
 
 
 def test_robots_stay_where_they_are_if_only_time_is_reset(reports, send):
-    """The next section begins there."""
     to_the_door = send("wall_e", "navigate_to_pose", goal_to(4, 0))
     first, second = reports(MANUAL, commands=[(0.0, to_the_door), (3.0, RESET_TIME), (0.0, to_the_door)], until=2.0)
 
@@ -78,7 +76,7 @@ def test_robots_stay_where_they_are_if_only_time_is_reset(reports, send):
 
 
 def test_idle_time_before_a_reset_belongs_to_its_section(reports, send):
-    """Nothing has happened for 2 s when the simulation is reset at 6 s."""
+    """The last event is 2 s before the reset at 6 s."""
     drive = send("wall_e", "navigate_to_pose", goal_to(4, 0))
     first, second = reports(MANUAL, commands=[(0.0, drive), (6.0, RESET), (0.0, drive)], until=4.0)
 
@@ -86,8 +84,7 @@ def test_idle_time_before_a_reset_belongs_to_its_section(reports, send):
     assert "command" not in " ".join(first.events)
 
 
-def test_another_world_has_its_own_report(trace):
-    """Its name, its robots, its seed."""
+def test_another_world_has_its_report(trace):
     lines = trace(ALONE, commands=[(3.0, LOAD), (0.0, PLAY)], until=10.0)
     first, second = (section_of(each) for each in of_trace(lambda: lines))
 
@@ -104,7 +101,6 @@ def test_another_world_has_its_own_report(trace):
 
 
 def test_faults_are_those_of_the_section(reports):
-    """They begin anew with it."""
     first, second = reports(FAULTY, commands=[(3.0, RESET)], until=5.0)
 
     assert [("flat_tyre", 2.0)] == [(fault.name, fault.began) for fault in first.faults]
@@ -112,15 +108,15 @@ def test_faults_are_those_of_the_section(reports):
 
 
 def test_energy_counts_to_the_end_of_the_section(reports):
-    """A robot that drives takes 2 units a second until the reset, when its battery is full again."""
+    """A robot uses 2 units a second until the reset, which fills its battery."""
     first, second = reports(CHARGING, commands=[(3.0, RESET)], until=4.0)
 
     assert 6.0 == pytest.approx(first.robots[0].energy_used)
     assert 1.0 == second.batteries["wall_e"][0][1]
 
 
-def test_from_a_difference_on_lines_are_reported_as_they_are(trace):
-    """The sections before it stay exact."""
+def test_lines_after_a_difference_are_reported_as_written(trace):
+    """The sections before the difference stay exact."""
     lines = trace(ALONE, **TWICE)
     number = next(i for i, line in enumerate(lines) if i > sections_of(lines)[1].line and '"status":4' in line)
     lines[number] = lines[number].replace('"status":4', '"status":6')
@@ -131,8 +127,7 @@ def test_from_a_difference_on_lines_are_reported_as_they_are(trace):
     assert f"the replay differs from line {number + 1} on" in second.source.notes[0]
 
 
-def test_sections_of_another_version_are_told_apart(trace, changed):
-    """By the lines alone."""
+def test_sections_of_another_version_are_separated_by_their_headers(trace, changed):
     lines = changed(trace(ALONE, **TWICE))
     first, second = (report_of(each) for each in of_trace(lambda: lines))
 
@@ -146,8 +141,7 @@ def test_sections_of_another_version_are_told_apart(trace, changed):
     )
 
 
-def test_a_trace_without_sections_goes_on_in_one(trace):
-    """Those of earlier versions: time continues after a reset."""
+def test_a_trace_of_an_earlier_version_is_one_section(trace):
     lines = [line for line in trace(ALONE, **TWICE) if '"section":2' not in line]
     (found,) = (report_of(each) for each in of_trace(lambda: lines))
 
@@ -156,8 +150,7 @@ def test_a_trace_without_sections_goes_on_in_one(trace):
 
 
 @pytest.mark.parametrize("exact", [True, False])
-def test_a_trace_that_was_cut_within_a_section(trace, changed, exact):
-    """The sections before it are complete."""
+def test_sections_before_a_truncated_one_are_complete(trace, changed, exact):
     lines = trace(ALONE, **TWICE)
     lines = lines if exact else changed(lines)
     cut = [*lines[: sections_of(lines)[1].line + 3], lines[-1][:20]]
@@ -173,10 +166,7 @@ def test_a_trace_that_was_cut_within_a_section(trace, changed, exact):
 
 
 class TestCommand:
-    """``hmrsim report``."""
-
-    def test_sections_are_listed_and_summed_up(self, path, capsys):
-        """A line each, then a summary of each."""
+    def test_sections_are_listed_and_summarized(self, path, capsys):
         code = main(["report", str(path)])
         lines = capsys.readouterr().out.splitlines()
 
@@ -191,8 +181,7 @@ class TestCommand:
         ] == lines[:6]
         assert "meeting: 2 robots, 10.000 simulated seconds, seed 5" in lines
 
-    def test_one_section(self, path, capsys):
-        """Its line and its summary."""
+    def test_one_section_has_its_line_and_summary(self, path, capsys):
         code = main(["report", str(path), "--section", "2"])
         lines = capsys.readouterr().out.splitlines()
 
@@ -200,8 +189,7 @@ class TestCommand:
         assert "section 2, alone, seed 0, 11.000 s, 3 goals: the simulation was reset" == lines[0]
         assert ["alone: 1 robot, 11.000 simulated seconds, seed 0"] == [line for line in lines if "simulated" in line]
 
-    def test_json_has_a_report_each(self, path, capsys):
-        """Of its own schema."""
+    def test_json_has_a_report_per_section(self, path, capsys):
         main(["report", str(path), "--json"])
         found = json.loads(capsys.readouterr().out)
 
@@ -211,15 +199,13 @@ class TestCommand:
         ]
 
     def test_json_of_one_section_is_a_report(self, path, capsys):
-        """As that of a trace with one section."""
         main(["report", str(path), "--json", "--section", "3"])
         found = json.loads(capsys.readouterr().out)
 
         jsonschema.validate(found, Report.model_json_schema(mode="serialization"))
         assert "meeting" == found["world"]["name"]
 
-    def test_tables_have_a_folder_each(self, path, tmp_path):
-        """Named after the section."""
+    def test_tables_have_a_folder_per_section(self, path, tmp_path):
         main(["report", str(path), "--csv", str(tmp_path / "tables")])
         counts = {}
         for folder in sorted((tmp_path / "tables").iterdir()):
@@ -229,15 +215,14 @@ class TestCommand:
         assert {"section_1": 1, "section_2": 3, "section_3": 3} == counts
 
     def test_no_table_is_written_over_the_page(self, path, tmp_path, capsys):
-        """Also in the folder of a section."""
         page = tmp_path / "tables" / "section_2" / "goals.csv"
         page.parent.mkdir(parents=True)
         code = main(["report", str(path), "--csv", str(tmp_path / "tables"), "-o", str(page)])
 
         assert (2, True) == (code, "goals.csv" in capsys.readouterr().err)
 
-    def test_the_page_has_them_all(self, path, tmp_path):
-        """A list, and a part each; every id is there once, and every link leads to one."""
+    def test_the_page_has_a_part_per_section(self, path, tmp_path):
+        """Each id occurs once, and each link has a target."""
         page = tmp_path / "report.html"
         main(["report", str(path), "-o", str(page)])
         text = page.read_text(encoding="utf-8")
@@ -249,16 +234,14 @@ class TestCommand:
         assert "<td>the simulation was reset</td>" in text
         assert 3 == text.count("<h1>") - 1
 
-    def test_the_page_of_one_section_is_as_that_of_one_run(self, path, tmp_path):
-        """Nothing tells of the others."""
+    def test_the_page_of_one_section_equals_that_of_one_run(self, path, tmp_path):
         page = tmp_path / "report.html"
         main(["report", str(path), "-o", str(page), "--section", "3"])
         text = page.read_text(encoding="utf-8")
 
         assert ("<h1>meeting</h1>" in text, 'id="goals"' in text, "section-" in text) == (True, True, False)
 
-    def test_what_is_missing_is_told_by_section(self, path, capsys):
-        """As warnings."""
+    def test_missing_data_is_a_warning_per_section(self, path, capsys):
         path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
         main(["report", str(path)])
 

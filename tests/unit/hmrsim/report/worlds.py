@@ -1,4 +1,4 @@
-"""Small worlds of which all can be reckoned: robots go 1 m/s."""
+"""Small worlds whose reports can be computed by hand, with robots at 1 m/s."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def goal_to(x, y):
 
 
 def traced(world, *, commands=(), until=None):
-    """Return the lines of a run's trace: scripts to their end, commands at their times, then on until a time."""
+    """Return the trace of a run: scripts to their end, commands at their times, then until a time."""
     lines = []
     model, settings = world_of(world, "test"), RunSettings()
     trace = Trace(Header.of(model, settings), lambda text: lines.extend(text.splitlines(keepends=True)))

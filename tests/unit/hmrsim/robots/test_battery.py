@@ -1,4 +1,4 @@
-"""Batteries: what drains them, what they tell, and what happens when they are empty."""
+"""Batteries: consumption, reported levels, empty robots, and charging."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STATUS_CHARGING, STATUS_DISCHARGING, STATUS_NOT_CHARGING, STATUS_FULL = 1, 2, 3,
 
 @pytest.fixture
 def make_run():
-    """Return what makes simulations that listen to no more than these tests look at: some last for long."""
+    """Return the function that makes simulations with only the outputs that these tests read, as some are long."""
     return partial(simulate, topics=frozenset({Topic.EVENTS}))
 
 
@@ -57,17 +57,15 @@ def go(x, goal_id=A):
 
 
 def wait(seconds, goal_id=A):
-    """Return the command to wait."""
     return send("wait", goal_id, time={"sec": seconds})
 
 
 def put_at(run, x):
-    """Put the robot somewhere else."""
     run.ask("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": x}}}})
 
 
 def charge(run):
-    """Return the units of energy in the robot's battery now."""
+    """Return the energy in the robot's battery, in units."""
     return run.simulator.robots["eve"].energy.battery.charge(run.simulator.now)
 
 
@@ -77,8 +75,6 @@ def state(run):
 
 
 class TestDrain:
-    """What takes energy."""
-
     @pytest.mark.parametrize(
         ("drain", "left"),
         [
@@ -92,15 +88,15 @@ class TestDrain:
             ({"default": 0.0, "actions": {"navigate_to_pose": 0.5, "wait": 1.0}}, 80.0),
         ],
     )
-    def test_time_distance_and_actions_drain_it(self, make_run, drain, left):
+    def test_time_distance_and_actions_drain_a_battery(self, make_run, drain, left):
         """20 s and 20 m of driving, then 10 s of waiting."""
         run = make_run(world(drain=drain))
         run((0.0, go(20.0)), (20.0, wait(10, B)), until=30.0)
 
         assert left == pytest.approx(charge(run))
 
-    def test_what_it_carries_drains_it_and_so_does_picking_up(self, make_run):
-        """20 s with nothing, 5 units to pick 4 kg up, 20 s with them, 5 units to put them down, 10 s without."""
+    def test_carrying_and_handling_drain_a_battery(self, make_run):
+        """20 s empty, 5 units to pick 4 kg up, 20 s with them, 5 units to put them down, 10 s empty."""
         run = make_run(world(drain={"default": 0.5, "load": 0.1, "handling": 5.0}))
         run(
             (0.0, go(20.0)),
@@ -113,24 +109,21 @@ class TestDrain:
         # 53 s at 0.5; 0.4 a second from 23 s to 43 s; two times 5.
         assert 100.0 - 26.5 - 8.0 - 10.0 == pytest.approx(charge(run))
 
-    def test_a_slow_lane_takes_the_same_distance(self, make_run):
-        """What is by distance is so at any speed, with acceleration, too."""
+    def test_consumption_by_distance_does_not_depend_on_speed(self, make_run):
         drain = {"default": 0.0, "distance": 1.0}
         run = make_run(world({"speed": 0.4, "acceleration": 0.1}, drain=drain))
         run((0.0, go(20.0)))
 
         assert 80.0 == pytest.approx(charge(run))
 
-    def test_it_is_a_formula_of_time(self, make_run):
-        """Nothing is scheduled for it while nothing changes, and time does not go on for its sake."""
+    def test_a_battery_schedules_no_events_while_nothing_changes(self, make_run):
         run = make_run(world())
         run((0.0, wait(10)))
 
         assert 10.0 == run.simulator.now
         assert math.inf == run.simulator.next_event
 
-    def test_a_second_robot_changes_nothing(self, make_run):
-        """What one needs is its own matter."""
+    def test_another_robot_does_not_change_the_consumption(self, make_run):
         one, two = world(initial_charge=30), world(initial_charge=30)
         two["robots"]["wall_e"] = {"at": "far", "components": {"battery": {}}}
         logs = [make_run(each)((0.0, go(100.0)), until=99.0) for each in (one, two)]
@@ -139,10 +132,8 @@ class TestDrain:
 
 
 class TestLevels:
-    """What is told on the way down."""
-
-    def test_low_critical_and_empty_are_told_when_they_are_reached(self, make_run):
-        """At 20 and at 5 of 100 units, one a second."""
+    def test_low_critical_and_empty_are_reported_when_reached(self, make_run):
+        """The levels are 20 and 5 of 100 units, one of which is used per second."""
         log = make_run(world(initial_charge=50))((0.0, wait(100)), until=100.0)
         told = [
             (at, kind, fields["charge"], fields["percentage"])
@@ -152,24 +143,22 @@ class TestLevels:
 
         assert [(30.0, "low", 20.0, 0.2), (45.0, "critical", 5.0, 0.05), (50.0, "empty", 0.0, 0.0)] == told
 
-    def test_levels_can_be_set(self, make_run):
-        """Both at once, if they are the same."""
+    def test_equal_levels_are_reported_together(self, make_run):
         run = make_run(world(low=0.5, critical=0.5))
         log = run((0.0, wait(60)), until=60.0)
 
         assert [50.0] == [at for at, _ in log.happened("battery_low")]
         assert [50.0] == [at for at, _ in log.happened("battery_critical")]
 
-    def test_what_is_low_from_the_beginning_is_not_told(self, make_run):
-        """It shows as a tag."""
+    def test_a_battery_that_starts_low_has_a_tag_and_no_event(self, make_run):
         run = make_run(world(initial_charge=20))
         log = run(until=10.0)
 
         assert [] == log.happened("battery_low")
         assert "battery_low" in run.ask("get_entity_info", {"entity": "eve"}).info.tags
 
-    def test_a_level_that_handling_jumps_over_is_told_at_that_instant(self, make_run):
-        """Three levels at once; the goal that it was done for has succeeded."""
+    def test_levels_skipped_by_handling_are_reported_at_once(self, make_run):
+        """Three levels at once, and the goal has succeeded."""
         run = make_run(world(initial_charge=60, drain={"default": 1.0, "handling": 50.0}))
         log = run((0.0, go(20.0)), (20.0, send("pickup", B, target_name="parcel")))
 
@@ -181,10 +170,7 @@ class TestLevels:
 
 
 class TestEmpty:
-    """A robot without energy."""
-
-    def test_it_stops_where_it_is_and_says_so(self, make_run):
-        """The goal ends ABORTED with the place; so does what happened."""
+    def test_an_empty_robot_stops_and_its_goal_is_aborted_with_the_place(self, make_run):
         run = make_run(world(initial_charge=12.5))
         log = run((0.0, go(20.0)))
 
@@ -194,21 +180,19 @@ class TestEmpty:
         assert (12.5, 0.0) == run.simulator.robots["eve"].pose().point
         assert "battery_empty" in run.ask("get_entity_info", {"entity": "eve"}).info.tags
 
-    def test_later_goals_are_rejected(self, make_run):
-        """With a reason for programs, and one for people."""
+    def test_an_empty_robot_rejects_goals(self, make_run):
         log = make_run(world(initial_charge=5))((0.0, wait(10)), (8.0, go(20.0, B)))
         answer = log.answer(B)
 
         assert (False, "not_ready", "battery empty at (0, 0)") == (answer.accepted, answer.reason, answer.error_msg)
 
-    def test_one_that_begins_without_energy_can_do_nothing(self, make_run):
-        """From the first instant."""
+    def test_a_robot_can_start_empty(self, make_run):
         log = make_run(world(initial_charge=0))((0.0, go(20.0)))
 
         assert "not_ready" == log.answer(A).reason
 
-    def test_put_onto_a_charger_it_is_of_use_again_when_it_is_not_critical(self, make_run):
-        """Two units a second: 5 of 100 after 2.5 s."""
+    def test_a_charging_robot_is_ready_when_it_is_not_critical(self, make_run):
+        """Two units a second make 5 of 100 after 2.5 s."""
         run = make_run(world(initial_charge=5))
         run((0.0, wait(10)), until=10.0)
         put_at(run, -10.0)
@@ -218,8 +202,8 @@ class TestEmpty:
         assert run.log.answer(C).accepted
         assert [(12.5, 0.05)] == [(at, told["percentage"]) for at, told in run.log.happened("battery_revived")]
 
-    def test_one_that_is_never_critical_needs_a_hundredth(self, make_run):
-        """So that it does not stop again at once."""
+    def test_without_a_critical_level_a_robot_is_ready_at_a_hundredth(self, make_run):
+        """Otherwise it would stop again at once."""
         run = make_run(world(initial_charge=5, critical=0.0))
         run((0.0, wait(10)), until=10.0)
         put_at(run, -10.0)
@@ -227,8 +211,7 @@ class TestEmpty:
 
         assert [10.5] == [at for at, _ in run.log.happened("battery_revived")]
 
-    def test_it_may_stop_before_nothing_is_left(self, make_run):
-        """The rest stays in it; it is of use again a hundredth above that, if it is never critical."""
+    def test_the_empty_level_can_be_above_zero(self, make_run):
         run = make_run(world(initial_charge=40, stops_below=0.3, critical=0.3, low=0.3))
         log = run((0.0, wait(60)), until=20.0)
         put_at(run, -10.0)
@@ -241,7 +224,6 @@ class TestEmpty:
         assert [(20.5, 31.0)] == [(at, told["charge"]) for at, told in log.happened("battery_revived")]
 
     def test_an_empty_robot_blocks_its_lane(self, make_run):
-        """Until it is away."""
         run = make_run(world(initial_charge=12.5))
         run((0.0, go(20.0)), until=13.0)
         put_at(run, -10.0)
@@ -251,10 +233,8 @@ class TestEmpty:
 
 
 class TestCharging:
-    """At a dock that charges."""
-
-    def test_it_charges_constantly_and_then_tapers(self, make_run):
-        """Two units a second from 0.8 of 100 on fall to a twentieth at 100, by an exponential."""
+    def test_charging_is_constant_and_then_tapers(self, make_run):
+        """From 0.8 of 100 on, two units a second fall to a twentieth at 100, by an exponential."""
         run = make_run(world(initial_charge=40))
         put_at(run, -10.0)
         limit = (100 - 0.05 * 80) / 0.95
@@ -271,32 +251,29 @@ class TestCharging:
         assert log.happened("battery_full")[0][1] == log.happened("charging_ended")[0][1]
         assert 100.0 == charge(run)
 
-    def test_without_a_taper_it_is_constant_to_the_end(self, make_run):
-        """If the battery says so."""
+    def test_without_a_taper_charging_is_constant(self, make_run):
         run = make_run(world(initial_charge=40, taper_from=1.0))
         put_at(run, -10.0)
         log = run(until=60.0)
 
         assert [30.0] == [at for at, _ in log.happened("battery_full")]
 
-    def test_a_charger_of_no_power_fills_it_in_a_quarter_of_an_hour(self, make_run):
-        """But for the taper."""
+    def test_a_charger_without_a_power_fills_in_a_quarter_of_an_hour(self, make_run):
+        """Only the taper takes longer than that."""
         run = make_run(world(docks={"charger": {"at": [-10, 0], "type": "charger"}}, initial_charge=0, taper_from=1.0))
         put_at(run, -10.0)
         log = run(until=1000.0)
 
         assert [900.0] == pytest.approx([at for at, _ in log.happened("battery_full")])
 
-    def test_another_dock_does_not_charge(self, make_run):
-        """Unless it has a power."""
+    def test_a_dock_charges_only_with_a_power(self, make_run):
         run = make_run(world(docks={"charger": {"at": [-10, 0]}}))
         put_at(run, -10.0)
         run(until=10.0)
 
         assert 90.0 == charge(run)
 
-    def test_leaving_ends_it(self, make_run):
-        """Told with what is in it, which goes down again."""
+    def test_leaving_the_dock_ends_charging(self, make_run):
         run = make_run(world(initial_charge=40))
         put_at(run, -10.0)
         log = run((10.0, go(0.0)), until=20.0)
@@ -304,8 +281,7 @@ class TestCharging:
         assert [(10.0, 60.0)] == [(at, told["charge"]) for at, told in log.happened("charging_ended")]
         assert 50.0 == charge(run)
 
-    def test_what_is_low_is_told_again_the_next_time(self, make_run):
-        """Charged above it and come down once more."""
+    def test_low_is_reported_again_after_charging(self, make_run):
         run = make_run(world(initial_charge=25))
         run(until=10.0)
         put_at(run, -10.0)
@@ -315,9 +291,7 @@ class TestCharging:
 
 
 class TestMessage:
-    """sensor_msgs/BatteryState."""
-
-    def test_every_field_means_something(self, make_run):
+    def test_every_field_of_the_message_is_set(self, make_run):
         """Half of 3600 units, which are a watt hour, at 10 V; two watts go out."""
         settings = {"capacity": 3600, "initial_charge": 1800, "nominal_voltage": 10.0, "cells": 4, "temperature": 25.0}
         message = state(make_run(world(**settings, drain={"still": 2.0}, technology="lipo")))
@@ -338,13 +312,12 @@ class TestMessage:
 
     @pytest.mark.parametrize(("initial_charge", "volts"), [(0, 9.0), (50, 10.0), (100, 11.0)])
     def test_the_voltage_falls_with_the_charge(self, make_run, initial_charge, volts):
-        """By a tenth of the nominal one to either side."""
+        """It is a tenth of the nominal voltage to either side."""
         run = make_run(world(initial_charge=initial_charge, nominal_voltage=10.0))
 
         assert volts == pytest.approx(state(run).voltage)
 
-    def test_the_status_follows(self, make_run):
-        """Discharging, charging, full; and not charging when it is empty."""
+    def test_the_status_is_discharging_charging_full_or_not_charging(self, make_run):
         run = make_run(world(initial_charge=40))
         seen = [state(run).power_supply_status]
         put_at(run, -10.0)
@@ -357,8 +330,8 @@ class TestMessage:
 
         assert [STATUS_DISCHARGING, STATUS_CHARGING, STATUS_FULL, STATUS_NOT_CHARGING] == seen
 
-    def test_the_current_is_what_the_charge_changes_by(self, make_run):
-        """Ampere hours and amperes agree while it tapers, too."""
+    def test_the_current_is_the_rate_of_the_charge(self, make_run):
+        """Both agree while charging tapers, too."""
         run = make_run(world(initial_charge=85))
         put_at(run, -10.0)
         before = state(run)
@@ -366,8 +339,7 @@ class TestMessage:
 
         assert before.current == pytest.approx((state(run).charge - before.charge) * 3600 / 0.001, rel=1e-3)
 
-    def test_a_cell_that_fails_shows(self, make_run):
-        """A quarter of what it holds, and of what is in it, is gone until it is mended."""
+    def test_a_failed_cell_takes_its_share_of_capacity_and_charge(self, make_run):
         run = make_run(world(nominal_voltage=10.0, cells=4, initial_charge=80))
         energy = run.simulator.robots["eve"].energy
         energy.fail_cell(2)
@@ -382,8 +354,7 @@ class TestMessage:
         assert sum(failed.cell_voltage) == failed.voltage
         assert (80.0, 1) == pytest.approx((charge(run), state(run).power_supply_health))
 
-    def test_without_any_cell_it_is_dead_and_empty(self, make_run):
-        """Whatever was in it."""
+    def test_without_any_cell_a_battery_is_dead(self, make_run):
         run = make_run(world(cells=1))
         run.simulator.robots["eve"].energy.fail_cell(0)
         log = run((1.0, go(20.0)))
@@ -391,22 +362,19 @@ class TestMessage:
         assert (3, 0.0) == (state(run).power_supply_health, state(run).percentage)
         assert "not_ready" == log.answer(A).reason
 
-    def test_it_is_sampled_and_told_at_once_when_something_happens(self, make_run):
-        """Each second, and at 2.5 s, when it is low."""
+    def test_the_state_is_published_each_second_and_at_events(self, make_run):
         run = make_run(world(initial_charge=22.5), topics=frozenset({Topic.BATTERY_STATE}))
         log = run(until=4.0)
 
         assert [1.0, 2.0, 2.5, 3.0, 4.0] == [at for at, event in log.events if isinstance(event, Sampled)]
 
     def test_the_rate_can_be_set(self, make_run):
-        """In simulated seconds."""
         run = make_run(world(), battery_rate=0.5, topics=frozenset({Topic.BATTERY_STATE}))
         log = run(until=6.0)
 
         assert [2.0, 4.0, 6.0] == [at for at, event in log.events if isinstance(event, Sampled)]
 
-    def test_the_latest_can_be_read(self, make_run):
-        """Unless there is no battery."""
+    def test_the_latest_state_can_be_read_if_there_is_a_battery(self, make_run):
         made = world()
         made["robots"]["cart"] = {"at": "far"}
         run = make_run(made)
@@ -420,10 +388,7 @@ class TestMessage:
 
 
 class TestBeginningAnew:
-    """Reset, and another time."""
-
-    def test_a_reset_fills_it_as_in_the_beginning(self, make_run):
-        """And it is drained from there."""
+    def test_a_reset_restores_the_initial_charge(self, make_run):
         run = make_run(world(initial_charge=50))
         run((0.0, wait(60)), until=60.0)
         run.ask("reset_simulation")
@@ -432,8 +397,7 @@ class TestBeginningAnew:
         assert (10.0, 40.0) == (run.simulator.now, charge(run))
         assert [] == [*run.simulator.robots["eve"].disabled_reasons]
 
-    def test_time_alone_begins_anew(self, make_run):
-        """What is in it stays, and low is told when it is."""
+    def test_a_reset_of_time_keeps_the_charge(self, make_run):
         run = make_run(world())
         run(until=70.0)
         run.ask("reset_simulation", {"scope": 1})
@@ -442,8 +406,7 @@ class TestBeginningAnew:
         assert 15.0 == charge(run)
         assert [10.0] == [at for at, _ in log.happened("battery_low")]
 
-    def test_a_deleted_robot_tells_nothing_any_more(self, make_run):
-        """Its battery is gone with it."""
+    def test_a_deleted_robot_reports_no_levels(self, make_run):
         run = make_run(world())
         run.ask("delete_entity", {"entity": "eve"})
         log = run(until=200.0)
@@ -452,8 +415,6 @@ class TestBeginningAnew:
 
 
 class TestSettings:
-    """What a world file may say."""
-
     @pytest.mark.parametrize(
         ("settings", "wrong"),
         [
@@ -467,8 +428,7 @@ class TestSettings:
             ({"cells": 0}, "greater than or equal to 1"),
         ],
     )
-    def test_what_makes_no_sense_is_refused(self, settings, wrong):
-        """With what is wrong."""
+    def test_invalid_settings_are_refused(self, settings, wrong):
         with pytest.raises(ValidationError, match=wrong):
             BatterySettings.model_validate(settings)
 
@@ -497,7 +457,7 @@ _GOALS = {
 
 
 def do(run, steps, gaps):
-    """Do one thing after the other, each after a gap; return what was in the battery after each."""
+    """Run commands with gaps; return the charge after each."""
     seen = []
     energy = run.simulator.robots["eve"].energy
     for i, ((what, value), gap) in enumerate(zip(steps, gaps, strict=True)):
@@ -516,7 +476,7 @@ def do(run, steps, gaps):
 
 @given(steps=MISSION, data=st.data())
 def test_energy_is_conserved(steps, data):
-    """The initial energy and what is charged equal what is used and what is left; subscribers change nothing."""
+    """The initial energy and the charged one equal the used and the remaining one; subscribers change nothing."""
     amount = st.floats(0, 3)
     gaps = data.draw(st.lists(st.floats(0.01, 60), min_size=len(steps), max_size=len(steps)))
     drain = data.draw(st.fixed_dictionaries(dict.fromkeys(("still", "moving", "distance", "load", "handling"), amount)))
@@ -543,7 +503,7 @@ def test_energy_is_conserved(steps, data):
     st.lists(st.floats(0, 100), min_size=1, max_size=5),
 )
 def test_charging_is_the_same_in_one_go_or_in_several(begin, power, taper, gaps):
-    """The curve depends on what is in it alone, and reaches a level when it says that it does."""
+    """The curve depends only on the charge."""
     settings = BatterySettings(capacity=100.0, initial_charge=begin, taper_from=taper)
     once, often = Battery(settings), Battery(settings)
     for battery in (once, often):
@@ -559,16 +519,14 @@ def test_charging_is_the_same_in_one_go_or_in_several(begin, power, taper, gaps)
     assert middle == pytest.approx(once.charge(once.reaches(middle)), rel=1e-9, abs=1e-9)
 
 
-def test_a_canceled_goal_drains_no_more(make_run):
-    """What an action takes, it takes as long as its goal runs."""
+def test_a_canceled_goal_stops_draining(make_run):
     run = make_run(world(drain={"default": 0.0, "actions": {"wait": 2.0}}))
     run((0.0, wait(30)), (10.0, CancelGoal("eve", "wait", A)), until=60.0)
 
     assert 80.0 == charge(run)
 
 
-def test_a_reset_of_state_leaves_one_account_of_a_battery(make_run):
-    """What the one before expected does not happen any more."""
+def test_a_reset_drops_the_levels_expected_before(make_run):
     eve = {"at": "ch", "components": {"battery": {"capacity": 100, "initial_charge": 50}}}
     run = make_run({"docks": {"ch": {"at": [0, 0], "type": "charger", "power": 10}}, "robots": {"eve": eve}})
     run.simulator.advance(1.0)

@@ -1,4 +1,4 @@
-"""Where a robot is, for those that ask how near it is."""
+"""Whether a robot is near a point."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from tests.simulation import simulate
         ((2.0, 2.0), False),
     ],
 )
-def test_a_robot_is_within_a_circle(point, expected):
-    """Less than a metre away, in any direction."""
+def test_a_robot_within_a_metre_is_inside_a_circle(point, expected):
     run = simulate({"robots": {"eve": {"at": [2.0, 8.0]}}})
 
     assert expected is run.simulator.robots["eve"].motion.is_within(1.0, point)

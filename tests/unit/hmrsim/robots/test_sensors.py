@@ -1,4 +1,4 @@
-"""What cameras and proximity sensors see, and when it is told."""
+"""Detections of cameras and proximity sensors."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tests.simulation import simulate
 
 
 def world(*, components=None, walls=(), yaw=0.0, **items):
-    """Return a world with a robot that looks from (0, 0), and items."""
+    """Return a world with items and a robot that looks from (0, 0)."""
     eye = {"at": [0, 0], "yaw": yaw, "components": components or {"camera": {}}}
     things = {name: {"at": [*at]} for name, at in items.items()}
     return {"robots": {"eye": eye}, "items": things, "walls": [*walls]}
 
 
 def seen(values):
-    """Return what the robot of a world sees: names by which sensors."""
+    """Return the names that the robot of a world detects, with the sensors."""
     run = simulate(values)
     run.simulator.submit(Read(Topic.DETECTIONS, "eye", reply_to="asked"))
     detections = run.log.answer("asked").message.detections
@@ -43,55 +43,48 @@ def seen(values):
         ((0, 0), True),
     ],
 )
-def test_a_camera_sees_what_is_before_it(at, expected):
-    """Up to its range, half of its field of view to either side, the edges included."""
+def test_a_camera_sees_its_range_and_field_of_view_with_edges(at, expected):
     settings = {"camera": {"range": 5, "field_of_view": math.pi / 2}}
 
     assert expected == ("cup" in seen(world(components=settings, cup=at)))
 
 
 def test_a_camera_turns_with_its_robot():
-    """It looks where the robot faces."""
     assert {"up": ["camera"]} == seen(world(yaw=math.pi / 2, up=(0, 3), ahead=(3, 0)))
 
 
-def test_a_camera_looks_ten_metres_far():
-    """If nothing is said."""
+def test_a_camera_sees_ten_metres_by_default():
     assert {"near": ["camera"]} == seen(world(near=(10, 0), far=(10.01, 0)))
 
 
-def test_in_pixels_it_looks_as_far_as_there():
-    """Where a metre is 80 px."""
+def test_in_pixels_the_range_is_converted():
     values = world(near=(800, 0), far=(801, 0)) | {"units": "px"}
 
     assert {"near": ["camera"]} == seen(values)
 
 
 @pytest.mark.parametrize("wall", [[[1, -1], [1, 1]], {"solid": [[1, -1], [2, -1], [2, 1], [1, 1]]}])
-def test_walls_and_solids_hide_what_is_behind(wall):
-    """What is beside them is seen."""
+def test_walls_and_solids_hide_objects_behind_them(wall):
     half_circle = {"camera": {"field_of_view": math.pi}}
 
     assert {"beside": ["camera"]} == seen(world(components=half_circle, walls=[wall], behind=(3, 0), beside=(2, 4)))
 
 
-def test_a_closed_door_hides_what_is_behind():
-    """And an open one does not."""
+def test_only_a_closed_door_hides_objects_behind_it():
     values = world(cup=(3, 0)) | {"doors": {"gate": {"at": [[1, -1], [1, 1]]}}}
     opened = {**values, "doors": {"gate": {"at": [[1, -1], [1, 1]], "open": True}}}
 
     assert ({}, {"cup": ["camera"]}) == (seen(values), seen(opened))
 
 
-def test_proximity_is_all_around():
-    """And not as far as a camera."""
+def test_proximity_is_in_all_directions_and_shorter():
     settings = {"proximity": {}}
 
     assert {"behind": ["proximity"]} == seen(world(components=settings, behind=(-2, 0), far=(2.1, 0)))
 
 
 def test_walls_hide_from_proximity_unless_it_goes_through():
-    """As radio tags do."""
+    """Radio tags are seen through walls."""
     wall = [[1, -1], [1, 1]]
     shut, through = ({"proximity": {"through_walls": through}} for through in (False, True))
 
@@ -99,13 +92,11 @@ def test_walls_hide_from_proximity_unless_it_goes_through():
     assert {"cup": ["proximity"]} == seen(world(components=through, walls=[wall], cup=(2, 0)))
 
 
-def test_both_may_see_the_same():
-    """The answer names them in order."""
+def test_an_object_seen_by_both_names_the_sensors_in_order():
     assert {"cup": ["camera", "proximity"]} == seen(world(components={"proximity": {}, "camera": {}}, cup=(1, 0)))
 
 
-def test_robots_are_seen_and_what_they_carry():
-    """A sensor sees other robots and their items, but neither its own robot nor that one's items."""
+def test_other_robots_and_their_items_are_seen():
     claw = {"claw": {"reach": 2}, "proximity": {}}
     values = world(components=claw, mine=(0, 0), its=(1, 0))
     values["robots"]["other"] = {"type": "fetcher", "at": [1, 0]}
@@ -118,8 +109,7 @@ def test_robots_are_seen_and_what_they_carry():
     assert ["its", "other"] == [one.id for one in run.log.answer("asked").message.detections]
 
 
-def test_a_detection_says_what_and_where():
-    """Its pose is of the map, its class the robot's type."""
+def test_a_detection_has_pose_and_class():
     values = world(yaw=0.0)
     values["robots"]["other"] = {"type": "fetcher", "at": [3, 1], "yaw": math.pi, "base": {"radius": 0.25}}
     run = simulate(values)
@@ -130,16 +120,11 @@ def test_a_detection_says_what_and_where():
 
     assert ("eye", "map", 1) == (sampled.robot, sampled.message.header.frame_id, detection.header.stamp.nanosec)
     assert ("other", "fetcher", 1.0) == (detection.id, result.hypothesis.class_id, result.hypothesis.score)
-    assert (3.0, 1.0, 1.0) == (
-        result.pose.pose.position.x,
-        result.pose.pose.position.y,
-        result.pose.pose.orientation.z,
-    )
+    assert (3.0, 1.0, 1.0) == (result.pose.pose.position.x, result.pose.pose.position.y, result.pose.pose.orientation.z)
     assert (3.0, 0.5) == (detection.bbox.center.position.x, detection.bbox.size.x)
 
 
 def test_a_robot_without_sensors_has_no_detections():
-    """The client is told what is missing."""
     run = simulate()
     run.simulator.submit(Read(Topic.DETECTIONS, "cart", reply_to="asked"))
 
@@ -154,7 +139,6 @@ def test_a_robot_without_sensors_has_no_detections():
     ],
 )
 def test_is_detected_with_an_unknown_name_is_refused(request_, code, why):
-    """The error names those that exist."""
     result = simulate(world(cup=(1, 0))).ask("is_detected", request_).result
 
     assert (code, why) == (result.result, result.error_message)
@@ -173,7 +157,7 @@ ROAD = {
 
 
 def told(run):
-    """Return when the watcher told what it sees, and where that was."""
+    """Return the times at which the watcher's detections changed, with their positions."""
     return [
         (round(time, 6), [(one.id, round(one.bbox.center.position.x, 6)) for one in event.message.detections])
         for time, event in run.log.events
@@ -181,21 +165,15 @@ def told(run):
     ]
 
 
-def test_it_is_told_when_it_changes():
-    """At first whatever is seen; then what comes, moves farther than the resolution, or goes."""
+def test_detections_are_published_when_an_object_comes_moves_or_goes():
     goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": 0.0}}}})
     run = simulate(ROAD, topics=frozenset({Topic.DETECTIONS}), detection_rate=1.0)
     run((0.0, SendGoal("cart", "navigate_to_pose", goal)), until=22.0)
 
-    assert [
-        (1.0, []),
-        (18.0, [("cart", 2.0)]),
-        (20.0, [("cart", 0.0)]),
-    ] == told(run)
+    assert [(1.0, []), (18.0, [("cart", 2.0)]), (20.0, [("cart", 0.0)])] == told(run)
 
 
 def test_nothing_is_computed_without_a_subscriber(monkeypatch):
-    """The sensors do not even look."""
     run = simulate(ROAD, topics=frozenset({Topic.EVENTS}))
     monkeypatch.setattr(run.simulator.detections, "look", lambda *_: pytest.fail("it looked"))
 
@@ -225,8 +203,7 @@ def _meet(a, b, c, d):
 
 
 @given(st.lists(POINTS, min_size=1, max_size=6), WALLS, st.integers(0, 3))
-def test_what_is_in_range_in_view_and_in_no_shadow_is_seen(points, walls, quarter):
-    """And nothing else, as a look at each thing and each wall by itself finds."""
+def test_detections_agree_with_checking_each_object_and_wall(points, walls, quarter):
     cos, sin = [(1, 0), (0, 1), (-1, 0), (0, -1)][quarter]
     items = {f"item_{i}": point for i, point in enumerate(points)}
     settings = {"camera": {"range": 5, "field_of_view": math.pi / 2}}

@@ -1,4 +1,4 @@
-"""A vehicle as a state machine: each transition of its table by the verb that makes it, and random walks."""
+"""A vehicle as a state machine: each transition by its verb, and random walks."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ WORLD = {
 
 
 class Passive(Reserve):
-    """Reservations that resolve nothing: a vehicle that waits does so until a test says otherwise."""
+    """Reservations that resolve nothing, so that a vehicle waits until a test ends that."""
 
     def blocked(self, robot: object) -> None:
         """Do nothing."""
@@ -63,7 +63,7 @@ class Passive(Reserve):
 
 @dataclass
 class Stage:
-    """One vehicle, and the transitions that it makes."""
+    """One vehicle and its transitions."""
 
     run: Run
     robot: Robot
@@ -71,7 +71,7 @@ class Stage:
     begun: list[Generator[Any, Any, None]] = field(default_factory=list)
 
     def begin(self, process: object) -> None:
-        """Let the vehicle begin to do something, which may be aborted."""
+        """Start an activity that can be aborted."""
 
         def pursue() -> Generator[Any, Any, None]:
             with suppress(GoalAborted, Interrupt):
@@ -82,24 +82,21 @@ class Stage:
         self.run.simulator.env.take_urgent()
 
     def drive(self, x: float = 20.0, y: float = 0.0) -> None:
-        """Drive to a point."""
         self.begin(self.robot.drive(self.robot.plan_to((x, y)), None))
 
     def spin(self) -> None:
-        """Turn in place."""
         self.begin(self.robot.perform(drive_of(spin(self.robot.pose(), math.pi, 1.0))))
 
     def yield_to(self, name: str) -> None:
-        """Yield to a waypoint beside a."""
         edges = self.run.simulator.graph.lanes.edges
         self.robot.yield_along([next(edge.leg for edge in edges if edge.leg.lane == ("a", name))])
 
     def finish(self) -> None:
-        """Let time pass until nothing happens any more."""
+        """Advance time until the vehicle is at rest."""
         self.run.simulator.run()
 
     def snapshot(self) -> object:
-        """Return all that an illegal event must leave as it is."""
+        """Return everything that an illegal event must not change."""
         robot = self.robot
         legs = [leg.lane for leg in robot.legs_ahead]
         return (robot.state, robot.pose(), legs, robot.recoveries, robot.rerouted, robot.disabled)
@@ -107,7 +104,7 @@ class Stage:
 
 @pytest.fixture
 def stage(monkeypatch):
-    """Yield a vehicle that stands idle, in a world whose traffic policy resolves nothing."""
+    """Yield an idle vehicle, in a world whose traffic policy resolves nothing."""
     policy = Policy("passive", ReserveSettings, Passive)
     monkeypatch.setitem(policies(), "passive", policy)
     run = simulate(WORLD, topics=EVENTS)
@@ -128,30 +125,30 @@ def stage(monkeypatch):
 
 
 def blocked(stage: Stage) -> None:
-    """Have it wait for bob."""
+    """Make it wait for bob."""
     stage.drive()
 
 
 def yielding(stage: Stage) -> None:
-    """Have it yield on its way."""
+    """Make it yield on its route."""
     stage.drive()
     stage.yield_to("bay")
 
 
 def maneuver_blocked(stage: Stage) -> None:
-    """Have it step back as it begins to drive straight ahead."""
+    """Make it step back as it starts to drive straight ahead."""
     stage.begin(stage.robot.perform(drive_of(straight(stage.robot.pose(), (5.0, 0.0), speed=1.0))))
     stage.robot.step_back()
 
 
 def yield_blocked(stage: Stage) -> None:
-    """Have it step back as it begins to yield."""
+    """Make it step back as it starts to yield."""
     yielding(stage)
     stage.robot.step_back()
 
 
 def yielded(stage: Stage) -> None:
-    """Have it wait aside."""
+    """Make it wait aside."""
     yielding(stage)
     stage.finish()
 
@@ -192,8 +189,7 @@ BY: dict[VehicleEvent, Callable[[Stage], None]] = {
 
 
 @pytest.mark.parametrize("state", S)
-def test_a_vehicle_comes_into_each_state(stage, state):
-    """By verbs alone."""
+def test_verbs_lead_into_each_state(stage, state):
     INTO[state](stage)
 
     assert state is stage.robot.state
@@ -201,7 +197,6 @@ def test_a_vehicle_comes_into_each_state(stage, state):
 
 @pytest.mark.parametrize(("state", "event"), [each for each in TRANSITIONS if each != (S.YIELDED, E.ARRIVE)])
 def test_each_transition_is_made_by_its_verb(stage, state, event):
-    """From the state of the table, as it says."""
     INTO[state](stage)
     stage.seen.clear()
     BY[event](stage)
@@ -210,7 +205,6 @@ def test_each_transition_is_made_by_its_verb(stage, state, event):
 
 
 def test_a_vehicle_that_has_yielded_and_goes_nowhere_is_idle(stage):
-    """It was idle before, too."""
     stage.yield_to("bay")
     stage.finish()
 
@@ -218,7 +212,7 @@ def test_a_vehicle_that_has_yielded_and_goes_nowhere_is_idle(stage):
     assert S.IDLE is stage.robot.state
 
 
-def test_a_vehicle_without_a_way_on_from_where_it_has_yielded_tells_traffic(stage, monkeypatch):
+def test_a_yielded_vehicle_without_a_route_informs_traffic(stage, monkeypatch):
     """Other vehicles may wait for its next move."""
     told = []
     monkeypatch.setattr(Passive, "halted", lambda _rules, robot: told.append(robot.name))
@@ -229,8 +223,8 @@ def test_a_vehicle_without_a_way_on_from_where_it_has_yielded_tells_traffic(stag
     assert (["ann"], S.IDLE) == (told, stage.robot.state)
 
 
-def test_a_maneuver_that_is_held_up_is_carried_out_as_it_was(stage):
-    """A vehicle that backs up does not turn round and drive ahead."""
+def test_a_blocked_maneuver_is_resumed_unchanged(stage):
+    """A vehicle that backs up does not turn around and drive ahead."""
     stage.begin(stage.robot.perform(drive_of(straight(stage.robot.pose(), (-5.0, 0.0), speed=0.5))))
     stage.robot.step_back()
     stage.robot.go_on()
@@ -240,13 +234,13 @@ def test_a_maneuver_that_is_held_up_is_carried_out_as_it_was(stage):
 
 
 def illegal(*events: VehicleEvent) -> list[tuple[VehicleState, VehicleEvent]]:
-    """Return the pairs of a state and one of these events that the table does not have."""
+    """Return the pairs of a state and one of these events that are not in the table."""
     return [pair for pair in product(S, events) if pair not in TRANSITIONS]
 
 
 @pytest.mark.parametrize(("state", "event"), illegal(E.YIELD, E.BLOCK, E.RESUME))
 def test_an_illegal_order_of_traffic_is_refused_without_a_change(stage, state, event):
-    """It is a bug of the policy that gives it."""
+    """It is a bug of the policy."""
     INTO[state](stage)
     before = stage.snapshot()
 
@@ -256,8 +250,7 @@ def test_an_illegal_order_of_traffic_is_refused_without_a_change(stage, state, e
 
 
 @pytest.mark.parametrize(("state", "event"), illegal(E.REROUTE, E.HALT, E.FINISH_WORK, E.ENABLE))
-def test_a_verb_without_an_event_in_a_state_changes_nothing_there(stage, state, event):
-    """Such as to halt a vehicle that stands."""
+def test_a_verb_without_a_transition_changes_nothing(stage, state, event):
     INTO[state](stage)
     stage.seen.clear()
     before = stage.snapshot()
@@ -267,8 +260,7 @@ def test_a_verb_without_an_event_in_a_state_changes_nothing_there(stage, state, 
 
 
 @pytest.mark.parametrize("verb", ["drive", "perform"])
-def test_a_disabled_vehicle_does_not_set_out(stage, verb):
-    """The goal is aborted, and says why it is disabled."""
+def test_a_disabled_vehicle_aborts_its_goal_with_the_cause(stage, verb):
     robot = stage.robot
     INTO[S.DISABLED](stage)
     what = (robot.plan_to((20.0, 0.0)), None) if verb == "drive" else (drive_of(spin(robot.pose(), 1.0, 1.0)),)
@@ -279,8 +271,8 @@ def test_a_disabled_vehicle_does_not_set_out(stage, verb):
     assert before == stage.snapshot()
 
 
-def test_a_vehicle_is_disabled_until_the_last_cause_is_gone(stage):
-    """It says the first of them."""
+def test_a_vehicle_is_disabled_until_its_last_cause_ends(stage):
+    """Of several causes it reports the first."""
     robot = stage.robot
     robot.disable("breakdown", "broken")
     robot.disable("battery_empty", "empty")
@@ -292,7 +284,6 @@ def test_a_vehicle_is_disabled_until_the_last_cause_is_gone(stage):
 
 
 def test_a_goal_and_a_breakdown_at_one_instant_leave_the_robot_where_it_is():
-    """It has set out when the fault comes, and stops at once; its goal is aborted."""
     run = simulate({**WORLD, "traffic": {"policy": "reserve"}}, topics=EVENTS)
     run.simulator.submit(go("ann", (20.0, 0.0), 1))
     start = run.simulator.robots["ann"].pose().point
@@ -340,7 +331,6 @@ steps = st.one_of(
 
 
 def pose_stamped(point: tuple[float, float]) -> PoseStamped:
-    """Return a pose at a point."""
     return PoseStamped(pose=Pose(position=Point(x=point[0], y=point[1])))
 
 
@@ -350,7 +340,7 @@ def go(name: str, point: tuple[float, float], number: int) -> SendGoal:
 
 
 class Walk:
-    """Vehicles that are told what comes, and looked at after every event."""
+    """Vehicles that get random events, and are checked after each."""
 
     def __init__(self, policy: str, base: dict[str, float]) -> None:
         at = ["n00", "n10", "n20", "n11"]
@@ -361,7 +351,7 @@ class Walk:
         self.before = {name: (0.0, robot.pose()) for name, robot in self.simulator.robots.items()}
 
     def step(self, number: int, what: str, name: str, how: Any) -> None:
-        """Do one thing at this instant, or let time go on."""
+        """Trigger one event, or advance time."""
         simulator, robot = self.simulator, self.simulator.robots[name]
         closures = simulator.roster.admission.closures
 
@@ -395,7 +385,7 @@ class Walk:
         robot.halt()
 
     def push(self, robot: Robot) -> None:
-        """Have a vehicle yield by a lane that is free, if it may, as a policy does."""
+        """Make a vehicle yield by a free lane, if it may."""
         admission = self.simulator.roster.admission
         rules = admission._rules
         if rules is None or not robot.may_yield:
@@ -406,7 +396,7 @@ class Walk:
                 return
 
     def pass_events(self, seconds: float, most: float = math.inf) -> None:
-        """Take events until some time has passed, but only so many."""
+        """Process events until some time has passed, but only so many."""
         until = self.simulator.now + seconds if seconds or most == math.inf else math.inf
         taken = 0
         while taken < most and self.simulator.process_events(until, 1, idle=False):
@@ -416,7 +406,7 @@ class Walk:
             self.simulator.advance(until)
 
     def check(self) -> None:
-        """Fail if a vehicle is in no state that it could be in."""
+        """Fail if a vehicle is in an impossible state."""
         for name, robot in self.simulator.robots.items():
             self._check_state(robot)
             self._check_motion(name, robot)
@@ -438,10 +428,7 @@ class Walk:
         assert distance(there.point, here.point) <= 2.0 * (now - before) + 1e-6
 
     def _check_slots(self, robot: Robot) -> None:
-        """Fail if a vehicle holds what it is not on, or drives where it has no right to.
-
-        One that has come from beside the lanes, and turns before it drives on, has what it needs for that already.
-        """
+        """Fail if a vehicle holds slots that it is not on, or drives without a slot."""
         rules, lanes = self.simulator.roster.admission._rules, self.simulator.graph.lanes
         held, leg, here = rules.held(robot), robot.next_leg, robot.pose().point
         if robot.state.moves and leg is not None:
@@ -461,8 +448,8 @@ class Walk:
             assert away <= 2 * SAME_PLACE, (robot.name, robot.state, here, held)
 
 
-def test_nobody_turns_for_a_rounding_error():
-    """A robot that has stopped in the middle of a lane is 9e-16 m beside it, and goes on along it at once."""
+def test_a_vehicle_does_not_turn_for_a_rounding_error():
+    """A robot stopped in the middle of a lane is 9e-16 m beside it."""
     walk = Walk("reserve", {"turning_rate": 0.5, "acceleration": 0.5})
     robot = walk.simulator.robots["r0"]
     stopped = [("go", (0.0, 10.0)), ("slip", 0.25), ("advance", 5.0), ("go", (-10.0, 0.0)), ("events", 3)]
@@ -480,8 +467,8 @@ def test_nobody_turns_for_a_rounding_error():
     ),
     walk=st.lists(steps, min_size=20, max_size=60),
 )
-def test_a_walk_through_the_states_keeps_their_promises(policy, base, walk):
-    """Whatever comes at one instant: one state, a continuous path, and no lane without the right of way."""
+def test_random_walks_keep_the_invariants(policy, base, walk):
+    """One state, a continuous path, and no lane without the right of way."""
     vehicles = Walk(policy, base)
     vehicles.check()
     for number, (what, name, how) in enumerate(walk, 1):

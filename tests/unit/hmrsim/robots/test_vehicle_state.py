@@ -9,14 +9,12 @@ import pytest
 from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState, next_state
 
 
-def test_a_vehicle_stands_moves_or_waits():
-    """Exactly one of them, in each state."""
+def test_each_state_stands_moves_or_waits():
     assert {1} == {state.stands + state.moves + state.waits for state in VehicleState}
 
 
 @pytest.mark.parametrize("event", VehicleEvent)
-def test_an_event_leads_where_the_table_says_and_nowhere_else(event):
-    """What is not in it is refused, and says what was illegal."""
+def test_events_follow_the_table_and_others_are_refused(event):
     for state in VehicleState:
         if (state, event) in TRANSITIONS:
             assert TRANSITIONS[state, event] is next_state(state, event)
@@ -26,7 +24,6 @@ def test_an_event_leads_where_the_table_says_and_nowhere_else(event):
 
 
 def test_every_state_can_be_reached_and_left():
-    """From IDLE, and back to it."""
     reached = {VehicleState.IDLE}
     for _ in VehicleState:
         reached |= {after for (state, _), after in TRANSITIONS.items() if state in reached}
@@ -37,14 +34,12 @@ def test_every_state_can_be_reached_and_left():
     assert (set(VehicleState), set(VehicleState)) == (reached, back)
 
 
-def test_what_moves_or_waits_can_be_halted():
-    """And what stands can't."""
+def test_only_moving_and_waiting_states_can_be_halted():
     for state, event in product(VehicleState, [VehicleEvent.HALT]):
         assert ((state, event) in TRANSITIONS) is not state.stands
 
 
 def test_only_a_vehicle_that_stands_is_disabled_and_only_enabling_frees_it():
-    """It is halted first."""
     before = {state for state, event in TRANSITIONS if event is VehicleEvent.DISABLE}
     after = {event for (state, event), to in TRANSITIONS.items() if state is VehicleState.DISABLED and to is not state}
 

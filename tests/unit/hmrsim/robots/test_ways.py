@@ -1,4 +1,4 @@
-"""One event for a whole way: what happens is the same as if each lane were decided, and looking changes nothing."""
+"""One event for a whole route has the same effects as one event per lane, and looking changes nothing."""
 
 from __future__ import annotations
 
@@ -38,7 +38,6 @@ bases = st.sampled_from(({}, {"turning_rate": 1.0}, {"acceleration": 0.4, "turni
 
 
 def world(traffic, base):
-    """Return a grid with two robots."""
     return {
         "waypoints": {f"w{x}{y}": [3.0 * x + 0.1 * y, 4.0 * y] for x in range(SIDE) for y in range(SIDE)},
         "lanes": LANES,
@@ -49,7 +48,7 @@ def world(traffic, base):
 
 
 def run_of(traffic, base, orders, *, looks=(), topics=frozenset({Topic.EVENTS})):
-    """Return a run of a world in which these orders are given, and robots are looked at at some times."""
+    """Return a run of a world with these orders, in which robots are looked at at some times."""
     run = simulate(world(traffic, base), topics=topics, traced=True)
     todo = sorted([*((at, order) for at, *order in orders), *((at, None) for at in looks)], key=lambda one: one[0])
     for at, order in todo:
@@ -88,15 +87,14 @@ def give(run, order):
 
 @examples(60)
 @given(bases, orders)
-def test_what_happens_is_the_same_as_lane_by_lane(base, orders):
-    """With closures, breakdowns, slips and other goals in between; the header alone says that the worlds differ."""
+def test_whole_routes_equal_lane_by_lane_runs(base, orders):
+    """There are closures, breakdowns, slips and new goals, and only the header differs."""
     assert run_of(FREE, base, orders).lines()[1:] == run_of(DECIDED, base, orders).lines()[1:]
 
 
 @examples(40)
 @given(bases, orders, st.lists(times, max_size=20))
-def test_looking_changes_nothing(base, orders, looks):
-    """Nor does listening to motions."""
+def test_looking_and_listening_to_motions_changes_nothing(base, orders, looks):
     quiet = run_of(FREE, base, orders, topics=frozenset()).lines()
 
     assert quiet == run_of(FREE, base, orders, looks=looks, topics=frozenset(Topic)).lines()
@@ -104,8 +102,7 @@ def test_looking_changes_nothing(base, orders, looks):
 
 @examples(40)
 @given(bases, orders, st.lists(times, min_size=1, max_size=10))
-def test_a_watcher_knows_where_a_robot_is(base, orders, looks):
-    """From what it was told last: a motion and those after it, or where it stopped or waits."""
+def test_a_watcher_can_compute_where_a_robot_is(base, orders, looks):
     run = simulate(world(FREE, base), topics=frozenset(Topic), traced=True)
     todo = sorted([*((at, order) for at, *order in orders), *((at, None) for at in looks)], key=lambda one: one[0])
     for at, order in todo:
@@ -118,7 +115,7 @@ def test_a_watcher_knows_where_a_robot_is(base, orders, looks):
 
 
 def told(run, name, now):
-    """Return where a robot is by what was told of it."""
+    """Return a robot's position by its last events."""
     told = [
         (at, output.event)
         for at, output in run.log.events
@@ -139,7 +136,7 @@ def told(run, name, now):
 
 
 def between(motion, elapsed):
-    """Return where one is so many seconds after the start of a motion."""
+    """Return the position a number of seconds after the start of a motion."""
     (ax, ay, _), (bx, by, _) = motion["from"], motion["to"]
     share = elapsed / motion["duration"]
     if "profile" in motion:

@@ -1,4 +1,4 @@
-"""What services do to a world is in the trace, and is done again by a replay."""
+"""Effects of services are in the trace, and a replay repeats them."""
 
 from __future__ import annotations
 
@@ -18,19 +18,17 @@ WORLD = {
 
 
 def go(robot, x):
-    """Return the command to drive somewhere."""
     action = actions()["navigate_to_pose"]
     goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": 0.0}}}})
     return SendGoal(robot, action.name, goal)
 
 
 def steps(number):
-    """Return the command to make steps and tell of each."""
+    """Return the command that makes steps with feedback."""
     return SendGoal("_world", "simulate_steps", actions()["simulate_steps"].goal(steps=number), "c" * 32)
 
 
 def state(number):
-    """Return the request for a state."""
     return ("set_simulation_state", {"state": {"state": number}})
 
 
@@ -57,7 +55,7 @@ STORIES = {
 
 
 def play(story, **settings):
-    """Return the trace of a simulation in which each of these came so many seconds after the one before."""
+    """Return the trace of a simulation with these commands, and the seconds between them."""
     run = simulate(WORLD, topics=frozenset(), traced=True, **settings)
     for after, what in story:
         run.simulator.advance(run.simulator.now + after)
@@ -72,26 +70,23 @@ def play(story, **settings):
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
 def test_a_replay_does_the_same(story):
-    """The trace of a replay equals the original, line by line."""
     outcome = replay(play(story).splitlines(keepends=True))
 
     assert None is outcome.difference
     assert outcome.complete
 
 
-def test_steps_of_another_size_are_made_again():
-    """The trace contains the step size, so that a replay makes the same steps."""
+def test_a_replay_makes_steps_of_the_same_size():
     outcome = replay(play(STORIES["step"], step_size=0.3).splitlines(keepends=True))
 
     assert None is outcome.difference
 
 
 def test_a_loaded_world_is_in_the_trace():
-    """A replay does not need the file of a loaded world."""
+    """A replay does not need the file."""
     assert r"\"scenario 1\"" in play(STORIES["load"])
 
 
-def test_what_changes_nothing_is_not_in_the_trace():
-    """The trace has neither queries nor worlds that could not be loaded."""
+def test_queries_and_failed_loads_are_not_in_the_trace():
     assert "no_such_world" not in play(STORIES["load in vain"])
     assert "get_entities" not in play(STORIES["load"])

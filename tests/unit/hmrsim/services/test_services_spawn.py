@@ -21,33 +21,29 @@ def send(action, goal, robot="wall_e", goal_id=GOAL):
 
 
 def go(x=9.0, y=2.0, **more):
-    """Return the command to drive somewhere."""
     return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}}, **more)
 
 
 def spawn(run, name="bob", uri="robot_type:nurse", x=3.0, y=2.0, **more):
-    """Spawn something; return the answer."""
+    """Spawn an entity; return the answer."""
     pose = more.pop("initial_pose", {"pose": {"position": {"x": x, "y": y}}})
     return run.ask("spawn_entity", {"name": name, "uri": uri, "initial_pose": pose, **more})
 
 
 def put(run, entity, x, y, **more):
-    """Put an entity somewhere else; return what came of it."""
+    """Teleport an entity; return the result."""
     return run.ask(
         "set_entity_state", {"entity": entity, "state": {"pose": {"position": {"x": x, "y": y}}, **more}}
     ).result
 
 
 def told(run):
-    """Return how often a change of the robots was announced."""
+    """Return the number of announced changes of the robots."""
     return sum(isinstance(event, RosterChanged) for _, event in run.log.events)
 
 
 class TestSpawn:
-    """What is put into the world."""
-
-    def test_what_can_be_spawned(self, run):
-        """Spawnables are the world's robot types, the built-in types, and copies of the world's items."""
+    def test_spawnables_are_types_of_the_world_built_in_types_and_items(self, run):
         kinds = run.ask("get_spawnables").spawnables
 
         assert [
@@ -60,15 +56,13 @@ class TestSpawn:
             ("item:letter", "item like letter, of 0 kg"),
         ] == [(kind.uri, kind.description) for kind in kinds]
 
-    def test_unknown_sources_are_named(self, run):
-        """Unknown sources are reported without failing the request."""
+    def test_unknown_sources_are_reported_without_failing(self, run):
         answer = run.ask("get_spawnables", {"sources": ["https://example.org"]})
 
         assert (OK, 7) == (answer.result.result, len(answer.spawnables))
         assert "unknown sources are left out: https://example.org" == answer.result.error_message
 
-    def test_a_robot_is_served_at_once(self, run):
-        """A spawned robot accepts goals at once, and has the requested pose."""
+    def test_a_spawned_robot_has_its_pose_and_accepts_goals(self, run):
         facing = {"orientation": {"z": 1.0, "w": 0.0}}
         answer = spawn(run, initial_pose={"pose": {"position": {"x": 3.0, "y": 2.0}, **facing}})
         before = run.simulator.robots["bob"].pose()
@@ -78,15 +72,13 @@ class TestSpawn:
         assert (3.0, 2.0, pytest.approx(3.14159265)) == before
         assert (6.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
-    def test_a_robot_has_odometry(self, run):
-        """A spawned robot publishes odometry."""
+    def test_a_spawned_robot_publishes_odometry(self, run):
         spawn(run)
         run.simulator.submit(Read(Topic.ODOM, "bob", reply_to="odom"))
 
         assert "bob/base_link" == run.log.answer("odom").message.child_frame_id
 
-    def test_subscribers_learn_of_robots(self, run):
-        """Spawned robots are announced, but not items, which have no action servers."""
+    def test_spawned_robots_are_announced_and_items_are_not(self, run):
         spawn(run)
         robots = told(run)
         spawn(run, "box", "item")
@@ -97,8 +89,7 @@ class TestSpawn:
             (0.0, {"entity": "box", "type": "item", "at": [3.0, 2.0]}),
         ] == run.log.happened("spawned")
 
-    def test_an_item_can_be_picked_up(self, run):
-        """A spawned item has the weight of its model."""
+    def test_a_spawned_item_has_the_weight_of_its_model(self, run):
         spawn(run, "second", "item:parcel", x=1.2)
         log = run((0.0, send("pickup", {"target_name": "second"})))
 
@@ -106,7 +97,7 @@ class TestSpawn:
         assert 0.2 == run.simulator.items["second"].weight
 
     def test_items_may_lie_inside_of_obstacles(self, run):
-        """An item can be spawned inside an obstacle, as on a shelf."""
+        """Items can be on a shelf."""
         assert OK == spawn(run, "box", "item", x=7.0, y=5.0).result.result
 
     @pytest.mark.parametrize(
@@ -134,8 +125,7 @@ class TestSpawn:
             ({"initial_pose": {"pose": {"orientation": {"x": 1.0, "w": 0.0}}}}, 109, "the orientation is tilted"),
         ],
     )
-    def test_what_can_not_be_spawned(self, run, asked, code, why):
-        """An invalid request fails with the package's code and the reason, and changes nothing."""
+    def test_an_invalid_request_fails_with_code_and_reason(self, run, asked, code, why):
         answer = spawn(run, **asked)
 
         assert (code, "") == (answer.result.result, answer.entity_name)
@@ -153,22 +143,18 @@ class TestSpawn:
             ("e" * 100, "item", "e" * 100),
         ],
     )
-    def test_a_name_can_be_made(self, run, name, uri, expected):
-        """A name is generated if that is allowed and needed."""
+    def test_a_name_is_generated_if_allowed_and_needed(self, run, name, uri, expected):
         assert expected == spawn(run, name, uri, allow_renaming=True).entity_name
 
-    def test_made_names_are_counted(self, run):
-        """Generated names are numbered."""
+    def test_generated_names_are_numbered(self, run):
         assert ["nurse_1", "nurse_2"] == [spawn(run, "", x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
-    def test_long_names_are_cut_to_be_told_apart(self, run):
-        """Long names are cut so that numbered ones are valid."""
+    def test_long_names_are_truncated_before_their_number(self, run):
         names = [spawn(run, "e" * 100, x=x, allow_renaming=True).entity_name for x in (3.0, 4.0)]
 
         assert ["e" * 100, f"{'e' * 98}_1"] == names
 
-    def test_a_name_that_is_made_is_a_name(self, make_run):
-        """A generated name is valid whatever the name of the type or item is."""
+    def test_generated_names_are_valid(self, make_run):
         run = make_run({"robot_types": {"2nd nurse!": {}, "¿?": {}}})
         kinds = ((3.0, "2nd nurse!"), (4.0, "¿?"))
         names = [spawn(run, "", f"robot_type:{kind}", x=x, allow_renaming=True).entity_name for x, kind in kinds]
@@ -177,10 +163,7 @@ class TestSpawn:
 
 
 class TestDelete:
-    """What is taken out of the world."""
-
-    def test_a_robot_is_gone_from_everything(self, run):
-        """A deleted robot is unknown to all services."""
+    def test_a_deleted_robot_is_unknown_to_all_services(self, run):
         run.ask("delete_entity", {"entity": "wall_e"})
         run((0.0, go()), (0.0, Read(Topic.ODOM, "wall_e", reply_to="odom")))
 
@@ -190,8 +173,7 @@ class TestDelete:
         assert ["eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
         assert (1, [(0.0, {"entity": "wall_e"})]) == (told(run), run.log.happened("deleted"))
 
-    def test_its_goals_are_aborted_first(self, run):
-        """The waiting client gets its result, and no event of the goal follows."""
+    def test_goals_of_a_deleted_robot_are_aborted_first(self, run):
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
         run.ask("delete_entity", {"entity": "wall_e"})
         run.simulator.run()
@@ -202,8 +184,7 @@ class TestDelete:
             run.log.answer("result").result.error_msg,
         )
 
-    def test_what_it_holds_lies_where_it_was(self, run):
-        """Other robots can pick up the item of a deleted robot."""
+    def test_the_item_of_a_deleted_robot_can_be_picked_up(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)), until=2.0)
         run.ask("delete_entity", {"entity": "wall_e"})
 
@@ -211,8 +192,7 @@ class TestDelete:
         assert (None, (3.0, 2.0)) == (letter.carrier, letter.point)
         assert [(2.0, {"robot": "wall_e", "item": "letter", "at": [3.0, 2.0]})] == run.log.happened("placed")
 
-    def test_another_of_its_name_is_another(self, run):
-        """A new robot of the same name does not know the goals of the first."""
+    def test_a_new_robot_of_the_same_name_does_not_know_the_goals_of_the_first(self, run):
         run((0.0, go()))
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e", "robot_type:carrier")
@@ -222,16 +202,14 @@ class TestDelete:
         assert GoalStatus.UNKNOWN is run.log.answer("result").status
         assert "carrier" == run.simulator.robots["wall_e"].type
 
-    def test_nothing_of_it_is_remembered(self, run):
-        """Memory does not grow with the number of deleted robots."""
+    def test_memory_does_not_grow_with_deleted_robots(self, run):
         run((0.0, go()))
         run.ask("delete_entity", {"entity": "wall_e"})
 
         assert "wall_e" not in run.simulator.dispatcher._ended
         assert [] == [robot for robot, _ in run.simulator.dispatcher.servers._servers]
 
-    def test_an_item(self, run):
-        """No robot holds it any more."""
+    def test_a_deleted_item_is_not_held(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})))
         run.ask("delete_entity", {"entity": "letter"})
 
@@ -245,8 +223,7 @@ class TestDelete:
             (("pickup", {"target_name": "letter"}), "place", {"attached_object_name": "letter"}, -19),
         ],
     )
-    def test_an_item_that_is_being_handled(self, before, action, goal, code):
-        """A goal fails if its item is deleted."""
+    def test_a_goal_fails_if_its_item_is_deleted(self, before, action, goal, code):
         world = SMALL_WORLD | {"robot_types": {"nurse": {"components": {"claw": {"handling_time": 2.0}}}}}
         run = simulate(world)
         if before:
@@ -261,17 +238,14 @@ class TestDelete:
 
 
 class TestMove:
-    """What is put somewhere else."""
-
-    def test_a_robot(self, run):
-        """A moved robot is at its new pose at once."""
+    def test_a_moved_robot_is_at_its_new_pose_at_once(self, run):
         result = put(run, "wall_e", 5.0, 3.0, header={"frame_id": "map"})
 
         assert (OK, (5.0, 3.0, 0.0)) == (result.result, run.simulator.robots["wall_e"].pose())
         assert [(0.0, {"entity": "wall_e", "at": [5.0, 3.0], "yaw": 0.0})] == run.log.happened("teleported")
 
-    def test_a_goal_that_drives_is_aborted_first(self, run):
-        """The goal of a moved robot is aborted, so that the robot does not continue from the new place."""
+    def test_the_goal_of_a_moved_robot_is_aborted(self, run):
+        """Otherwise the robot would continue from the new place."""
         run((0.0, go()), until=1.5)
         put(run, "wall_e", 5.0, 3.0)
         run.simulator.run()
@@ -280,22 +254,19 @@ class TestMove:
         assert "moved by set_entity_state" == run.log.result(GOAL).error_msg
         assert (5.0, 3.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_it_drives_from_there(self, run):
-        """The next goal starts at the new pose."""
+    def test_the_next_goal_starts_at_the_new_pose(self, run):
         put(run, "wall_e", 6.0, 2.0)
         log = run((0.0, go()))
 
         assert (3.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
-    def test_what_it_holds_comes_along(self, run):
-        """A held item moves with its robot."""
+    def test_a_held_item_moves_with_its_robot(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})))
         put(run, "wall_e", 5.0, 3.0)
 
         assert (5.0, 3.0) == run.simulator.items["letter"].position
 
-    def test_an_item(self, run):
-        """The robot that held it no longer does."""
+    def test_a_moved_item_is_not_held(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})))
         put(run, "letter", 5.0, 3.0)
 
@@ -303,7 +274,6 @@ class TestMove:
         assert None is run.simulator.robots["wall_e"].components["claw"].item
 
     def test_an_item_that_is_moved_away_can_not_be_picked_up(self):
-        """Picking up an item fails if it is moved away in the meantime."""
         world = SMALL_WORLD | {"robot_types": {"nurse": {"components": {"claw": {"handling_time": 2.0}}}}}
         run = simulate(world)
         run((0.0, send("pickup", {"target_name": "letter"})), until=1.0)
@@ -323,14 +293,10 @@ class TestMove:
             ({"x": 5.0, "y": 3.0, "acceleration": {"linear": {"x": 1.0}}}, 4, "only the pose"),
         ],
     )
-    def test_where_it_can_not_be(self, run, asked, code, why):
-        """A robot that can't be moved keeps its pose and its goal."""
+    def test_a_robot_that_can_not_be_moved_keeps_pose_and_goal(self, run, asked, code, why):
         run((0.0, go()), until=1.5)
         result = put(run, "wall_e", **asked)
 
         assert code == result.result
         assert why in result.error_message
-        assert ((2.5, 2.0), "EXECUTING") == (
-            run.simulator.robots["wall_e"].pose().point,
-            run.log.changes(GOAL)[-1][1],
-        )
+        assert ((2.5, 2.0), "EXECUTING") == (run.simulator.robots["wall_e"].pose().point, run.log.changes(GOAL)[-1][1])

@@ -1,4 +1,4 @@
-"""What a world leaves to chance: the same for each controller under one seed."""
+"""Random parts of a world, which are the same for each controller under one seed."""
 
 from __future__ import annotations
 
@@ -47,11 +47,9 @@ class Story:
         self.events: list[tuple[float, Any]] = []
 
     def wants(self, _topic: object) -> bool:
-        """Return that all is wanted."""
         return True
 
     def emit(self, output: object) -> None:
-        """Keep an event."""
         if isinstance(output, EventStamped):
             self.events.append((output.stamp / 1e9, output.event))
 
@@ -68,14 +66,12 @@ def run(seed: int, **changes: Any) -> tuple[Simulator, Story]:
     return simulator, story
 
 
-def test_a_seed_decides_all_and_another_decides_otherwise() -> None:
-    """A seed decides all and another decides otherwise."""
+def test_a_seed_determines_everything_and_another_seed_differs() -> None:
     ends = [run(seed)[0].now for seed in (1, 1, 2)]
     assert ends[0] == ends[1] != ends[2]
 
 
-def test_a_reset_begins_the_random_numbers_again() -> None:
-    """A reset begins the random numbers again."""
+def test_a_reset_restarts_the_random_numbers() -> None:
     simulator, _ = run(3)
     first = simulator.now
     reset(simulator)
@@ -83,8 +79,7 @@ def test_a_reset_begins_the_random_numbers_again() -> None:
     assert simulator.now == first
 
 
-def test_each_occurrence_of_a_door_has_a_time_of_its_own_which_robots_do_not_change() -> None:
-    """Each occurrence of a door has a time of its own which robots do not change."""
+def test_the_times_of_a_door_are_drawn_per_occurrence_and_independent_of_robots() -> None:
 
     def openings(script: list[str]) -> list[float]:
         robots = {"w": {"at": "a", "type": "nurse", "script": script}}
@@ -100,7 +95,6 @@ def test_each_occurrence_of_a_door_has_a_time_of_its_own_which_robots_do_not_cha
 
 
 def test_a_fault_draws_its_time_its_duration_and_its_effect() -> None:
-    """A fault draws its time its duration and its effect."""
     _, story = run(7)
     (began,), (ended,) = story.times(FaultBegan), story.times(FaultEnded)
     settings = next(event for _, event in story.events if isinstance(event, FaultBegan)).settings
@@ -110,8 +104,7 @@ def test_a_fault_draws_its_time_its_duration_and_its_effect() -> None:
     assert ended - began == pytest.approx(settings["duration"])
 
 
-def test_docking_takes_its_time() -> None:
-    """Docking takes its time."""
+def test_the_duration_of_docking_is_drawn() -> None:
 
     def docked(docking_time: float) -> float:
         _, story = run(1, docks={"k": {"at": "b", "docking_time": docking_time}}, faults=[])
@@ -121,7 +114,6 @@ def test_docking_takes_its_time() -> None:
 
 
 def test_a_lane_slows_a_trip_by_one_factor_also_after_a_stop() -> None:
-    """A lane slows a trip by one factor also after a stop."""
     lanes = [{"from": "a", "to": "b", "speed_factor": 0.5}]
     world = {
         "doors": {},
@@ -138,14 +130,12 @@ def test_a_lane_slows_a_trip_by_one_factor_also_after_a_stop() -> None:
 
 
 def test_a_ride_takes_as_long_for_the_robot_as_for_the_lift() -> None:
-    """A ride takes as long for the robot as for the lift."""
     _, story = run(11, faults=[])
     kinds = [event.kind for _, event in story.events]
     assert kinds.count("lift_departed") == kinds.count("lift_arrived")
 
 
-def test_streams_of_other_subjects_and_uses_are_their_own() -> None:
-    """Streams of other subjects and uses are their own."""
+def test_streams_of_different_subjects_and_uses_are_independent() -> None:
     chance, value = Chance(), Distribution.model_validate({"uniform": {"low": 0, "high": 1}})
     chance.begin(1)
     drawn = [chance.draw(value, *of) for of in (("a", "x"), ("a", "x"), ("b", "x"), ("a", "y"))]

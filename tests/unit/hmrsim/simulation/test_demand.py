@@ -1,4 +1,4 @@
-"""Orders of the demand: how they come, and what becomes of them."""
+"""Orders of the demand, from their creation to their delivery."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def world(**demand: Any) -> dict[str, Any]:
 
 
 def bring(run: Run, item: str) -> None:
-    """Let the robot bring an item from b to c."""
+    """Make the robot bring an item from b to c."""
     robot = run.commander("w")
     robot.go_to_pose(10.0, 0.0)
     robot.pickup(item)
@@ -43,7 +43,7 @@ def ask(run: Run, service: str, **fields: Any) -> Any:
 
 
 def test_an_order_is_delivered_when_its_item_lies_at_its_destination() -> None:
-    """Its lead time is that from its coming, and its item leaves the world."""
+    """Its item then leaves the world."""
     with simulation(WORLD) as run:
         run.client.sleep(31)
         assert ["blood_1"] == [order.item for order in run.orders("open")]
@@ -63,7 +63,6 @@ def test_an_order_is_delivered_when_its_item_lies_at_its_destination() -> None:
 
 
 def test_an_order_that_is_not_served_is_late_and_stays_open() -> None:
-    """Lateness counts until it is delivered."""
     with simulation(WORLD) as run:
         run.client.sleep(80)
         assert [75.0] == [each.at for each in run.happened("order_late")]
@@ -75,8 +74,7 @@ def test_an_order_that_is_not_served_is_late_and_stays_open() -> None:
         assert (totals.delivered, totals.late) == (1, len(run.happened("order_late")))
 
 
-def test_an_item_that_is_laid_down_on_the_way_waits_again() -> None:
-    """Who fetches it next is told, too."""
+def test_an_item_put_down_elsewhere_waits_again() -> None:
     with simulation(world(within=None)) as run:
         run.client.sleep(31)
         robot = run.commander("w")
@@ -96,7 +94,7 @@ def test_an_item_that_is_laid_down_on_the_way_waits_again() -> None:
 
 
 def test_an_order_whose_item_is_deleted_is_lost() -> None:
-    """It counts, and is never late."""
+    """It counts as lost, and never as late."""
     with simulation(WORLD) as run:
         run.client.sleep(31)
         ask(run, "delete_entity", entity="blood_1")
@@ -106,8 +104,7 @@ def test_an_order_whose_item_is_deleted_is_lost() -> None:
         assert 1 == run.simulator.demand.totals.lost
 
 
-def test_orders_come_as_often_and_as_long_as_the_world_says() -> None:
-    """By number, by time, and no more while too many are open."""
+def test_orders_are_limited_by_number_time_and_open_orders() -> None:
     with simulation(world(count=3)) as run:
         run.client.sleep(1000)
         assert [30.0, 60.0, 90.0] == [each.at for each in run.happened("order_placed")]
@@ -124,7 +121,7 @@ def test_orders_come_as_often_and_as_long_as_the_world_says() -> None:
 
 
 def test_an_order_costs_the_same_however_many_are_open() -> None:
-    """By the calls of Python functions: demands must not be counted by a look at all open orders."""
+    """The cost is in calls of Python functions."""
 
     def calls(demands: int) -> int:
         said = [{"name": f"d{number}", "at": "b", "to": "c", "arrives": 1, "count": 2} for number in range(demands)]
@@ -141,8 +138,7 @@ def test_an_order_costs_the_same_however_many_are_open() -> None:
     assert calls(400) < 5 * calls(100)
 
 
-def test_a_reset_takes_all_orders_away_and_they_come_again() -> None:
-    """With the same random numbers, and without items of the time before."""
+def test_a_reset_removes_all_orders_and_repeats_them() -> None:
     chance = world(arrives={"exponential": {"mean": 20}}, at=["a", "b"], count=5)
     with simulation(chance) as run:
         run.client.sleep(200)
@@ -158,7 +154,7 @@ def test_a_reset_takes_all_orders_away_and_they_come_again() -> None:
 
 
 def test_a_client_places_an_order_in_any_world() -> None:
-    """It is told what is wrong with one, and `get_orders` has it."""
+    """An invalid order is answered with the reason, and `get_orders` lists valid ones."""
     with simulation({**WORLD, "demand": []}) as run:
         bad = ask(run, "place_order", at="b", to="nowhere")
         assert "no waypoint, place or dock 'nowhere'" in bad["result"]["error_message"]
@@ -179,8 +175,7 @@ def test_a_client_places_an_order_in_any_world() -> None:
         assert "no state 'done'" in ask(run, "get_orders", state="done")["result"]["error_message"]
 
 
-def test_two_controllers_under_one_seed_meet_the_same_orders() -> None:
-    """Whatever they do meanwhile."""
+def test_two_controllers_under_one_seed_get_the_same_orders() -> None:
     chance = world(arrives={"exponential": {"mean": 20}}, at=["a", "b"], within={"uniform": {"low": 9, "high": 99}})
 
     def met(*, busy: bool) -> list[dict[str, Any]]:
@@ -205,15 +200,13 @@ def test_two_controllers_under_one_seed_meet_the_same_orders() -> None:
         ({"name": "a b"}, "demand.0.name"),
     ],
 )
-def test_what_is_wrong_with_a_demand_is_told(demand: dict[str, Any], said: str) -> None:
-    """With its place."""
+def test_errors_in_a_demand_have_their_place(demand: dict[str, Any], said: str) -> None:
     with pytest.raises(WorldError) as error:
         world_of(world(**demand), "w")
     assert said in str(error.value)
 
 
-def test_names_of_orders_and_items_are_their_own() -> None:
-    """Two demands of one name, and items that are there already, are errors."""
+def test_duplicate_names_of_demands_and_items_are_errors() -> None:
     twice = {**WORLD, "demand": WORLD["demand"] * 2, "items": {"blood_7": {"at": "a"}}}
     with pytest.raises(WorldError) as error:
         world_of(twice, "w")
@@ -221,8 +214,7 @@ def test_names_of_orders_and_items_are_their_own() -> None:
     assert "demand.0.item: its items are called blood_1 and so on, as 'blood_7' is already" in str(error.value)
 
 
-def test_the_topic_has_the_open_orders() -> None:
-    """It is published when one changes."""
+def test_the_topic_of_orders_is_published_when_one_changes() -> None:
     with simulation(WORLD) as run:
         seen: list[dict[str, Any]] = []
         run.client.subscribe(run.client.keys.world("demand"), lambda _key, payload: seen.append(json.loads(payload)))

@@ -1,4 +1,4 @@
-"""In lockstep a run is its world, its seed and its controllers: neither the network nor who listens can change it."""
+"""In lockstep, world, seed and controllers determine a run, and neither network nor subscribers change it."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ GOALS = {
 
 
 class Turn(NamedTuple):
-    """What a controller does whenever it may, whatever it was told.
+    """The next requests of a controller, independent of its answers.
 
     Attributes:
         commands: Each a robot, and a goal's name with the goal's id, or an action and the id to be canceled.
         ahead: How far time may move.
         wake: What to be granted at once for.
-        report: What to be told of besides.
+        report: The events to be reported besides.
     """
 
     commands: list
@@ -69,14 +69,13 @@ class Turn(NamedTuple):
     report: tuple[str, ...]
 
     def asked(self, name, granted, reply_to):
-        """Return the request."""
         until = granted.now + self.ahead
         commands = tuple(_command(*each) for each in self.commands)
         return Advance(name, granted.epoch, until, frozenset(self.wake), frozenset(self.report), commands, reply_to)
 
 
 class Conditions(NamedTuple):
-    """What must not matter: the network's whims, by their seed; the events between two polls, or in a batch; topics."""
+    """Conditions that must not matter: the network's delays, by their seed, batches of events, and subscribers."""
 
     network: int
     between_polls: int
@@ -121,7 +120,7 @@ CONDITIONS = st.builds(
 
 
 class Controller:
-    """A participant that joins, takes its turns one after the other, and leaves; it is the address of its answers."""
+    """A participant that joins, takes its turns and leaves, and receives its answers."""
 
     def __init__(self, name, turns, send):
         self.name = name
@@ -133,7 +132,7 @@ class Controller:
         send(Join(name, self))
 
     def take(self, answer):
-        """Go on with the next turn; what was asked twice must be answered twice the same."""
+        """Continue with the next turn; a repeated request must have an equal answer."""
         if self._over:
             return
         if isinstance(answer, Granted):
@@ -148,7 +147,7 @@ class Controller:
 
 
 class Network(Inbox):
-    """Brings what is asked in any order, late, some of it twice; a mere subscriber comes and goes."""
+    """Delivers requests in any order, late, and some of them twice, while a subscriber comes and goes."""
 
     def __init__(self, conditions):
         super().__init__()
@@ -158,11 +157,10 @@ class Network(Inbox):
         self._arrived = {}
 
     def send(self, command):
-        """Take what a controller asks."""
         self._late.append(command)
 
     def poll(self):
-        """Return something, or nothing for now."""
+        """Return a request, or None."""
         what = self._chance.random()
         if what < 0.1:
             self._heard = frozenset() if self._heard else self._topics
@@ -181,17 +179,17 @@ class Network(Inbox):
         return command
 
     def wait(self, _timeout):
-        """End the run if there is nothing to wait for."""
+        """End the run if no request is left."""
         if not self._late:
             self.close()
 
     def emit(self, event):
-        """Bring an answer to its controller."""
+        """Deliver an answer to its controller."""
         if isinstance(event, Answered) and isinstance(event.reply_to, Controller):
             event.reply_to.take(event.answer)
 
     def wants(self, topic):
-        """Return whether the one who listens does so now."""
+        """Return whether the subscriber is connected."""
         return topic in self._heard
 
 
@@ -227,7 +225,6 @@ QUIET, LOUD = Conditions(0, 1, ()), Conditions(12, 1, tuple(Topic))
 @example([[FEEDBACK] * 3, [Turn(DRIVE, math.inf, (), ())]], math.inf, QUIET, Conditions(0, 2, ())).via("sampled twice")
 @example([[Turn(DRIVE, 1.0, (), ()), FEEDBACK]], math.inf, QUIET, LOUD).via("sampled at the instant of listening")
 def test_neither_trace_nor_answers_depend_on_the_network(mission, duration, some, others):
-    """Delays, repeats, the number of looks into the inbox, and subscribers make no difference."""
     trace, controllers = play(mission, duration, some)
     again, told_again = play(mission, duration, others)
 
@@ -237,8 +234,7 @@ def test_neither_trace_nor_answers_depend_on_the_network(mission, duration, some
 
 
 @given(MISSIONS, CONDITIONS)
-def test_every_controller_is_answered(mission, conditions):
-    """No controller waits forever: each is told of its joining, and of each of its turns."""
+def test_each_turn_of_each_controller_is_answered(mission, conditions):
     _, controllers = play(mission, math.inf, conditions)
 
     assert [1 + len(turns) for turns in mission] == [len(each.told) for each in controllers]
@@ -246,8 +242,8 @@ def test_every_controller_is_answered(mission, conditions):
 
 @given(MISSIONS, DURATIONS, CONDITIONS)
 @example([[Turn(DRIVE, 1e-9, (), ())]], math.inf, QUIET).via("the first nanosecond")
-def test_a_replay_comes_out_identical(mission, duration, conditions):
-    """Without controllers, from the trace alone, with the robots in the order of names; every line is compared."""
+def test_a_replay_is_identical(mission, duration, conditions):
+    """It has no controllers, and its robots are in the order of names."""
     trace, _ = play(mission, duration, conditions)
     lines = trace.splitlines(keepends=True)
     outcome = replay(lines)

@@ -8,8 +8,7 @@ from hmrsim.actions import registry
 from hmrsim.simulation import installed_actions
 
 
-def test_an_action_whose_component_does_not_exist_is_warned_of(monkeypatch, caplog):
-    """It stays, as it harms nobody."""
+def test_an_action_without_its_component_is_a_warning(monkeypatch, caplog):
     pickup = replace(registry()["pickup"], component="clwa")
     monkeypatch.setattr(installed_actions, "actions", lambda: {"pickup": pickup})
 
@@ -17,7 +16,6 @@ def test_an_action_whose_component_does_not_exist_is_warned_of(monkeypatch, capl
     assert ["action 'pickup' needs the component 'clwa', which no robot has; did you mean 'claw'?"] == caplog.messages
 
 
-def test_those_of_hmrsim_have_their_components(caplog):
-    """Nothing is warned of."""
+def test_all_actions_of_hmrsim_have_their_components(caplog):
     assert registry() == installed_actions.installed_actions.__wrapped__()
     assert [] == caplog.messages

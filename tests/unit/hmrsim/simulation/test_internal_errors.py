@@ -1,4 +1,4 @@
-"""A bug of a plug-in costs its goal, its fault or its answer, and nothing else."""
+"""A bug in a plugin fails its goal, its fault or its answer, and nothing else."""
 
 from __future__ import annotations
 
@@ -30,57 +30,52 @@ BROKEN, OTHER, NEXT = (f"{number:032x}" for number in (1, 2, 3))
 
 
 def oops(*_arguments):
-    """Raise what a bug may raise."""
     raise ZeroDivisionError("oops")
 
 
 def waits(robot, seconds):
-    """Wait, as a goal that holds the base does."""
+    """Wait, like a goal that holds the base."""
     yield from robot.hold(seconds)
 
 
 def at_once(_robot, _goal, _report):
-    """Raise before any time has passed."""
     yield from ()
     oops()
 
 
 def later(robot, _goal, _report):
-    """Raise in the middle."""
     yield from waits(robot, 1.0)
     oops()
 
 
 def no_generator(_robot, _goal, _report):
-    """Raise as it is called."""
+    """Raise when called."""
     oops()
 
 
 def returns(_robot, _goal, _report):
-    """Return the result at once."""
     return Wait.Result()
 
 
 def no_event(robot, _goal, _report):
-    """Yield what is no event."""
+    """Yield a value that is no event."""
     yield from waits(robot, 1.0)
     yield 5
 
 
 def no_result(robot, _goal, _report):
-    """Return what is no result."""
+    """Return a value that is no result."""
     yield from waits(robot, 1.0)
     return "done"
 
 
 def exits(robot, _goal, _report):
-    """End the program."""
     yield from waits(robot, 1.0)
     sys.exit(3)
 
 
 def closes(robot, _goal, _report):
-    """Raise what ends generators."""
+    """Raise GeneratorExit."""
     yield from waits(robot, 1.0)
     raise GeneratorExit
 
@@ -92,28 +87,26 @@ def of_ours(robot, _goal, _report):
 
 
 class SilentError(Exception):
-    """An exception whose text can't be made."""
+    """An exception whose text can't be computed."""
 
     def __str__(self):
-        """Raise."""
         raise TypeError
 
 
 def silent(robot, _goal, _report):
-    """Raise an exception that has a bug, too."""
+    """Raise an exception that has a bug."""
     yield from waits(robot, 1.0)
     raise SilentError
 
 
 class OddError(Exception):
-    """An exception that simpy can't copy for the process that waits for what has failed."""
+    """An exception that simpy can't copy for the process that waits."""
 
     def __init__(self, first, second):
         super().__init__(f"{first} {second}")
 
 
 def of_a_child(robot, _goal, _report):
-    """Wait for a process that raises."""
 
     def child():
         yield robot._env.timeout(1.0)
@@ -123,12 +116,11 @@ def of_a_child(robot, _goal, _report):
 
 
 def at_no_time(robot, _goal, _report):
-    """Wait until it is NaN o'clock."""
     yield from waits(robot, math.nan)
 
 
 def of_feedback(robot, _goal, report):
-    """Have feedback that can't be made."""
+    """Have feedback that can't be computed."""
     report.sample(oops)
     yield from waits(robot, 3.0)
     return Wait.Result()
@@ -147,7 +139,7 @@ def send(robot, goal_id, seconds=2, action="wait"):
 
 
 def broken_run(process=at_once, *, strict=False, **changes):
-    """Return a simulation in which the action `wait` of a package has a bug; `wait` of eve is ours."""
+    """Return a simulation in which `wait` of a package has a bug, and `wait` of eve has none."""
     mine = replace(actions()["wait"], name="dance", process=process, outlives_breakdown=False, **changes)
     return simulate(actions={**actions(), "dance": mine}, strict=strict)
 
@@ -157,8 +149,7 @@ BUGS += [exits, closes, of_ours, silent, of_a_child, at_no_time]
 
 
 @pytest.mark.parametrize("process", BUGS)
-def test_a_bug_in_an_action_costs_its_goal(process):
-    """The goal is aborted once and says why; goals of others go on, and the robot takes the next one."""
+def test_a_bug_in_an_action_aborts_only_its_goal(process):
     run = broken_run(process)
     log = run((0.0, send("wall_e", BROKEN, action="dance")), (0.0, send("eve", OTHER)), (5.0, send("wall_e", NEXT)))
 
@@ -169,16 +160,15 @@ def test_a_bug_in_an_action_costs_its_goal(process):
     assert ["action dance"] == [fields["part"] for _, fields in log.happened("internal_error")]
 
 
-def test_a_process_that_yields_nothing_is_told_what_to_do():
-    """Who writes a first action forgets it easily."""
+def test_a_process_without_yield_gets_a_hint():
+    """Authors of a first action often forget it."""
     log = broken_run(returns)((0.0, send("wall_e", BROKEN, action="dance")))
 
     error = "bug in dance: TypeError: its process is no generator; let it yield events, or `yield from ()`"
     assert error in log.result(BROKEN).error_msg
 
 
-def test_a_bug_in_feedback_costs_the_feedback():
-    """The goal goes on as it does without a subscriber, and the trace is the same."""
+def test_a_bug_in_feedback_loses_only_the_feedback():
 
     def traced(*topics):
         mine = replace(actions()["wait"], name="dance", process=of_feedback)
@@ -195,14 +185,13 @@ def test_a_bug_in_feedback_costs_the_feedback():
 
 
 def stays(robot, _goal, _report):
-    """Go on after a cancel."""
     while True:
         with suppress(Interrupt):
             yield from waits(robot, 1.0)
 
 
 def raises_at_its_end(robot, _goal, _report):
-    """Raise as it is canceled."""
+    """Raise when canceled."""
     try:
         yield from waits(robot, 9.0)
     finally:
@@ -210,8 +199,7 @@ def raises_at_its_end(robot, _goal, _report):
 
 
 @pytest.mark.parametrize("process", [stays, raises_at_its_end])
-def test_a_bug_in_the_end_of_an_action_costs_no_more(process):
-    """The goal is canceled, its process is gone, and the base is free."""
+def test_a_bug_while_canceling_still_cancels_the_goal(process):
     cancel = CancelGoal("wall_e", "dance", BROKEN)
     run = broken_run(process)
     log = run((0.0, send("wall_e", BROKEN, action="dance")), (1.5, cancel), (1.5, send("wall_e", NEXT)), until=9.0)
@@ -221,8 +209,8 @@ def test_a_bug_in_the_end_of_an_action_costs_no_more(process):
     assert 1 == len(log.happened("internal_error"))
 
 
-def test_an_action_may_disable_its_own_robot():
-    """Its goal is aborted, and its process is interrupted when it waits next."""
+def test_an_action_can_disable_its_robot():
+    """Its process is interrupted when it waits next."""
 
     def breaks(robot, _goal, _report):
         robot.disable("mine", "broken")
@@ -236,8 +224,7 @@ def test_an_action_may_disable_its_own_robot():
 
 
 @pytest.mark.parametrize("process", [at_once, no_event, exits])
-def test_a_strict_run_ends_at_the_first_bug(process):
-    """The exception comes out, as it was raised."""
+def test_a_strict_run_raises_the_first_bug(process):
     run = broken_run(process, strict=True)
 
     with pytest.raises((ZeroDivisionError, RuntimeError)):
@@ -245,8 +232,8 @@ def test_a_strict_run_ends_at_the_first_bug(process):
     assert "ABORTED" == run.log.changes(BROKEN)[-1][1]
 
 
-def test_a_bug_is_told_as_an_event_and_a_fault_of_the_robot():
-    """Until the fault is cleared; a bug that comes again is one fault."""
+def test_a_bug_is_an_event_and_a_fault_of_the_robot():
+    """A repeated bug is one fault, until the fault is cleared."""
     run = broken_run()
     log = run((0.0, send("wall_e", BROKEN, action="dance")), (1.0, send("wall_e", NEXT, action="dance")))
 
@@ -260,7 +247,7 @@ def test_a_bug_is_told_as_an_event_and_a_fault_of_the_robot():
 
 
 def test_a_traceback_is_logged_once(caplog):
-    """Further errors of one place are a line each."""
+    """Further errors at one place are a line each."""
     run = broken_run()
     with caplog.at_level(logging.ERROR):
         run((0.0, send("wall_e", BROKEN, action="dance")), (1.0, send("wall_e", NEXT, action="dance")))
@@ -273,7 +260,6 @@ def test_a_traceback_is_logged_once(caplog):
 
 @pytest.mark.parametrize("part", ["flaw", "frames", "not_ready"])
 def test_a_bug_in_a_check_of_goals_rejects_the_goal(part):
-    """It is not executed."""
     log = broken_run(**{part: oops})((0.0, send("wall_e", BROKEN, action="dance")))
 
     answer = log.answer(("reply", BROKEN))
@@ -284,8 +270,7 @@ def test_a_bug_in_a_check_of_goals_rejects_the_goal(part):
     )
 
 
-def test_a_bug_in_what_makes_results_of_failures_costs_no_more():
-    """The goal is aborted with an empty result."""
+def test_a_bug_in_the_failure_result_leaves_an_empty_one():
 
     def fails(_robot, _goal, _report):
         yield from ()
@@ -299,7 +284,7 @@ def test_a_bug_in_what_makes_results_of_failures_costs_no_more():
 
 @pytest.mark.parametrize("ends", [False, True])
 def test_a_bug_in_a_fault_ends_that_fault(ends, monkeypatch):
-    """When it begins, or when it ends; it is not active any more."""
+    """It may be at the start or at the end of the fault."""
     begin = (lambda _case: oops) if ends else oops
     monkeypatch.setitem(faults(), "breakdown", replace(faults()["breakdown"], begin=begin))
     run = simulate(strict=False)
@@ -315,7 +300,6 @@ def test_a_bug_in_a_fault_ends_that_fault(ends, monkeypatch):
 
 
 def test_a_bug_in_a_service_is_its_answer(monkeypatch):
-    """The caller does not wait for ever."""
     for name, part in (("get_faults", "serve"), ("clear_fault", "recorded")):
         monkeypatch.setitem(services(), name, replace(services()[name], **{part: oops}))
     run = simulate(strict=False)
@@ -329,7 +313,6 @@ def test_a_bug_in_a_service_is_its_answer(monkeypatch):
 
 
 def test_a_bug_in_a_service_is_in_the_trace_only_if_its_call_is(monkeypatch):
-    """A replay repeats no call that changes nothing."""
     for name in ("get_faults", "clear_fault"):
         monkeypatch.setitem(services(), name, replace(services()[name], serve=oops))
     run = simulate(strict=False, traced=True)
@@ -342,8 +325,7 @@ def test_a_bug_in_a_service_is_in_the_trace_only_if_its_call_is(monkeypatch):
     assert replay(trace).difference is None
 
 
-def test_a_robot_does_without_a_component_with_a_bug(monkeypatch):
-    """From the start or from a reset on; all else is as ever."""
+def test_a_robot_works_without_a_component_that_has_a_bug(monkeypatch):
     monkeypatch.setitem(components(), "claw", replace(components()["claw"], create=oops))
     run = simulate(strict=False)
     assert [] == [*run.simulator.robots["wall_e"].components]
@@ -359,8 +341,7 @@ def test_a_robot_does_without_a_component_with_a_bug(monkeypatch):
     assert "SUCCEEDED" == run((0.0, send("wall_e", NEXT))).changes(NEXT)[-1][1]
 
 
-def test_a_world_that_a_bug_keeps_from_loading_leaves_the_one_before(monkeypatch):
-    """It is at its start, and goes on."""
+def test_a_bug_while_loading_a_world_keeps_the_current_one(monkeypatch):
     monkeypatch.setitem(policies(), "reserve", replace(policies()["reserve"], rule=oops))
     run = simulate(strict=False)
     run((0.0, send("eve", OTHER)), until=1.0)
@@ -374,7 +355,6 @@ def test_a_world_that_a_bug_keeps_from_loading_leaves_the_one_before(monkeypatch
 
 
 def test_a_bug_in_a_process_or_a_callback_leaves_all_others():
-    """Also the other callbacks of the same event."""
     run, rung = simulate(strict=False), []
     env = run.simulator.env
 
@@ -391,26 +371,22 @@ def test_a_bug_in_a_process_or_a_callback_leaves_all_others():
 
 
 class Sink:
-    """A sink with a bug, or one that can't go on."""
+    """A sink with a bug."""
 
     def __init__(self, error):
         self.error = error
 
     def emit(self, _output):
-        """Raise."""
         raise self.error
 
     def commanded(self, *_command):
-        """Raise."""
         raise self.error
 
     def wants(self, _topic: Topic) -> bool:
-        """Return True."""
         return True
 
 
-def test_a_bug_in_a_sink_leaves_the_other_sinks():
-    """They get everything."""
+def test_other_sinks_get_everything_despite_a_bug_in_one():
     run = simulate(sinks=[Sink(ZeroDivisionError("oops"))], strict=False)
     run((0.0, send("eve", OTHER)))
 
@@ -419,7 +395,7 @@ def test_a_bug_in_a_sink_leaves_the_other_sinks():
 
 
 class FullDisk(Sink):
-    """A sink that can write until a goal has begun."""
+    """A sink whose disk is full when a goal has started."""
 
     def __init__(self):
         super().__init__(WriteError("the trace can't be written: no space left on device"))
@@ -430,11 +406,10 @@ class FullDisk(Sink):
             raise self.error
 
     def commanded(self, *_command):
-        """Take it."""
+        pass
 
 
-def test_a_full_disk_ends_the_run():
-    """When what happens has happened, so that all goals end and the other sinks have it."""
+def test_a_full_disk_ends_the_run_after_all_goals_have_ended():
     run = simulate(sinks=[FullDisk()], strict=False)
     run((0.0, send("eve", OTHER)), until=1.0)
 
@@ -445,8 +420,7 @@ def test_a_full_disk_ends_the_run():
     assert ["ABORTED", "ABORTED"] == [run.log.changes(goal_id)[-1][1] for goal_id in (OTHER, NEXT)]
 
 
-def test_runs_with_a_bug_are_the_same_each_time():
-    """Down to the trace."""
+def test_runs_with_a_bug_are_reproducible():
 
     def traced():
         mine = replace(actions()["wait"], name="dance", process=later)

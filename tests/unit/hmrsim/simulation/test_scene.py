@@ -1,4 +1,4 @@
-"""What a new subscriber is shown, and what only subscribers are told."""
+"""The scene for new subscribers, and the events for watchers only."""
 
 from __future__ import annotations
 
@@ -32,10 +32,7 @@ WORLD = SMALL_WORLD | {
         },
         "truck": {"base": {"speed": 1.0, "acceleration": 0.5, "turning_rate": 1.0}},
     },
-    "robots": {
-        "wall_e": {"type": "nurse", "at": "home"},
-        "cart": {"type": "truck", "at": "door"},
-    },
+    "robots": {"wall_e": {"type": "nurse", "at": "home"}, "cart": {"type": "truck", "at": "door"}},
 }
 
 UNTRACED = {kind for kind, event in events().items() if not event.traced}
@@ -49,20 +46,17 @@ def go(x, y, *, robot="wall_e", goal_id=A):
 
 @pytest.fixture
 def simulator():
-    """A simulator of a world with something of each kind."""
+    """Return a simulator of a world with an entity of each kind."""
     return Simulator(World.model_validate(WORLD))
 
 
 def robot(simulator, name="wall_e"):
-    """Return what the scene says of a robot."""
+    """Return a robot of the scene."""
     return next(each for each in scene(simulator)["robots"] if each["name"] == name)
 
 
 class TestScene:
-    """All that is there at one instant."""
-
-    def test_a_robot_that_stands_has_no_motion(self, simulator):
-        """It has a pose, what it carries, and where it is docked."""
+    def test_a_standing_robot_has_pose_items_and_dock_but_no_motion(self, simulator):
         shown = robot(simulator)
 
         assert {
@@ -85,8 +79,7 @@ class TestScene:
             "goals": [],
         } == shown
 
-    def test_a_robot_on_its_way_has_the_piece_that_it_drives_and_the_way_ahead(self, simulator):
-        """A subscriber that comes while it is on a lane knows where it is from then on."""
+    def test_a_driving_robot_has_its_current_motion_and_its_route(self, simulator):
         simulator.submit(go(5, 2))
         simulator.advance(0.5)
 
@@ -99,8 +92,7 @@ class TestScene:
             (goal["goal_id"], goal["status"], goal["goal"]["pose"]["pose"]["position"]) for goal in shown["goals"]
         ]
 
-    def test_the_last_goal_that_ended_is_shown_with_its_result(self, simulator):
-        """A subscriber that comes later sees why it failed; older goals are not shown."""
+    def test_the_last_goal_is_in_the_scene_with_its_result(self, simulator):
         simulator.submit(go(5, 2))
         simulator.advance(5.0)
         simulator.submit(go(99, 2)._replace(goal_id="b" * 32))
@@ -110,8 +102,7 @@ class TestScene:
 
         assert ("b" * 32, 6, 204) == (goal["goal_id"], goal["status"], goal["result"]["error_code"])
 
-    def test_a_waiting_robot_is_shown_with_what_it_waits_for(self, simulator):
-        """It is shown since when it waits, so that a later subscriber sees it, too."""
+    def test_a_waiting_robot_has_the_cause_and_start_of_its_wait(self, simulator):
         simulator.submit(go(9, 2))
         simulator.advance(3.0)
 
@@ -123,8 +114,7 @@ class TestScene:
             {key: value for key, value in shown["waiting"].items() if key != "robot"},
         )
 
-    def test_items_move_with_the_robot_that_holds_them(self, simulator):
-        """The robot names what it holds, the item by whom it is held."""
+    def test_held_items_and_their_robots_refer_to_each_other(self, simulator):
         simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="letter"), A))
         simulator.advance(1.0)
 
@@ -134,7 +124,6 @@ class TestScene:
         assert ["letter"] == robot(simulator)["holds"]
 
     def test_fixtures_have_their_tags(self, simulator):
-        """As entities have."""
         shown = scene(simulator)["fixtures"]
 
         assert [
@@ -142,8 +131,7 @@ class TestScene:
             ("gate", "door", ["door", "closed"]),
         ] == [(each["name"], each["kind"], each["tags"]) for each in shown]
 
-    def test_faults_and_the_lanes_that_they_close_are_there(self):
-        """Those to come are not."""
+    def test_active_faults_and_closed_lanes_are_in_the_scene(self):
         fault = {"type": "lane_closed", "name": "wet", "lane": ["home", "door"], "at": 1}
         simulator = Simulator(World.model_validate(WORLD | {"faults": [fault, fault | {"name": "late", "at": 9}]}))
         simulator.advance(2.0)
@@ -155,8 +143,7 @@ class TestScene:
             shown["closed_lanes"], key=lambda each: each["lane"]
         )
 
-    def test_it_is_json(self, simulator):
-        """All of it, as it is."""
+    def test_the_scene_is_json(self, simulator):
         simulator.submit(go(5, 2))
         simulator.advance(0.5)
 
@@ -164,10 +151,9 @@ class TestScene:
 
 
 class TestWatched:
-    """What subscribers are told, and is in no trace."""
+    """Events for watchers, which are in no trace."""
 
-    def test_a_goal_and_its_way_are_told_before_it_drives(self):
-        """What is asked, where it leads, and the first piece of it, at one instant."""
+    def test_a_goal_its_route_and_its_first_motion_come_at_one_instant(self):
         log = simulate(WORLD)((0.0, go(9, 2)))
 
         told = [event.kind for _, event in log.events if isinstance(event, EventStamped) and not event.event.traced]
@@ -175,8 +161,8 @@ class TestWatched:
         assert ["goal", "route", "motion"] == told[:3]
         assert [(0.0, {"robot": "wall_e", "points": [[5.0, 2.0], [9.0, 2.0]]})] == log.happened("route")
 
-    def test_speeding_up_is_told_as_a_profile(self):
-        """Distance, speed and acceleration of the stretch, and how much of it was driven before."""
+    def test_acceleration_is_a_profile(self):
+        """It has distance, speed and acceleration of the stretch, and the part that was driven before."""
         log = simulate(WORLD)((0.0, go(1, 2, robot="cart")))
 
         ((_, turned),) = log.happened("motion")
@@ -185,8 +171,8 @@ class TestWatched:
         assert ([4.0, 1.0, 0.5, 0.0], Trapezoid(4.0, 1.0, 0.5).duration) == (driven["profile"], driven["duration"])
         assert pytest.approx(3.1415927) == abs(turned["turned"])
 
-    def test_a_turn_that_takes_no_time_is_told(self):
-        """A robot that drives west turns to face east at once, as the goal says, where it has no turning rate."""
+    def test_an_instantaneous_turn_is_a_motion(self):
+        """The robot has no turning rate."""
         log = simulate(WORLD)((0.0, go(9, 2)), (9.0, go(1, 2, goal_id=B)))
 
         turned = log.happened("motion")[-1][1]
@@ -197,8 +183,8 @@ class TestWatched:
             turned["duration"],
         )
 
-    def test_no_trace_has_it(self):
-        """A trace says what happened; how is made anew by a replay."""
+    def test_the_trace_has_no_motions(self):
+        """A replay computes them again."""
         run = simulate(WORLD, traced=True)
         run((0.0, go(9, 2)), until=9.0)
 
@@ -207,8 +193,7 @@ class TestWatched:
         assert {"header", "command", "status", "dock_undocked", "end"} <= kinds
         assert set() == kinds & UNTRACED
 
-    def test_nothing_is_told_without_a_subscriber(self):
-        """A subscriber to other events only gets none of them."""
+    def test_no_motions_are_computed_without_a_subscriber(self):
         log = simulate(WORLD, topics=frozenset(Topic) - {Topic.MOTION})((0.0, go(9, 2)))
 
         assert [] == [kind for kind in sorted(UNTRACED) if log.happened(kind)]

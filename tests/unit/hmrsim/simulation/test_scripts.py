@@ -1,4 +1,4 @@
-"""Robots that carry out the scripts of their world file."""
+"""Robots that execute the scripts of their world file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ERRAND = ["Go shelf", "Grab parcel", "Go home", "Drop parcel", "Wait 2.5"]
 
 @pytest.fixture
 def scripted():
-    """Returns a simulation of the small world in which wall_e has these orders."""
+    """Return a simulation of the small world in which wall_e has these orders."""
 
     def make(*orders: str, robot: str = "wall_e"):
         robots = SMALL_WORLD["robots"]
@@ -28,12 +28,11 @@ def scripted():
 
 
 def goals(log):
-    """Return the accepted goals in order: when, by what action."""
+    """Return the accepted goals in order, with times and actions."""
     return [(time, event.action) for time, event in log.events if getattr(event, "status", None) == 1]
 
 
-def test_a_script_gives_one_goal_after_the_other(scripted):
-    """Each order begins at the instant at which the one before it has succeeded."""
+def test_each_order_starts_when_the_previous_one_has_succeeded(scripted):
     run = scripted(*ERRAND)
     log = run()
 
@@ -46,7 +45,7 @@ def test_a_script_gives_one_goal_after_the_other(scripted):
 
 
 def test_a_script_ends_with_the_first_goal_that_fails(scripted):
-    """The anvil is too heavy: what was to follow is not done, and the reason is told."""
+    """The anvil is too heavy, and the rest of the script is skipped."""
     run = scripted("Go shelf", "Grab anvil", "Go home")
     run()
 
@@ -55,8 +54,7 @@ def test_a_script_ends_with_the_first_goal_that_fails(scripted):
     assert "'Grab anvil' ended ABORTED: 'anvil' is too heavy: 80 kg, the claw lifts 1 kg" == script.error
 
 
-def test_a_controller_that_takes_the_robot_over_ends_its_script(scripted):
-    """Its goal preempts the script's, which does not come back."""
+def test_a_controllers_goal_ends_the_script(scripted):
     run = scripted("Go shelf", "Go home")
     wait = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)
     run((3.0, wait))
@@ -67,15 +65,13 @@ def test_a_controller_that_takes_the_robot_over_ends_its_script(scripted):
 
 
 def test_a_canceled_order_ends_the_script(scripted):
-    """A client that cancels wants the robot to stop."""
     run = scripted("Go shelf", "Go home")
     run((3.0, CancelGoal("wall_e", "navigate_to_pose")))
 
     assert "'Go shelf' ended CANCELED: canceled" == run.simulator.scripts.all["wall_e"].error
 
 
-def test_an_order_that_is_rejected_ends_the_script():
-    """A robot whose planner is not there can't go anywhere."""
+def test_a_rejected_order_ends_the_script():
     run = simulate({**SMALL_WORLD, "robots": {"eve": {"at": "home", "planner": "external", "script": ["Go shelf"]}}})
     run()
 
@@ -85,7 +81,6 @@ def test_an_order_that_is_rejected_ends_the_script():
 
 
 def test_the_end_of_a_script_is_an_event(scripted):
-    """Observers learn how far it got."""
     log = scripted("Wait 1")()
 
     (ended,) = [event for _, event in log.events if isinstance(event, EventStamped) and event.kind == "script_ended"]
@@ -94,7 +89,6 @@ def test_the_end_of_a_script_is_an_event(scripted):
 
 
 def test_a_stopped_simulation_ends_the_goal_of_a_script(scripted):
-    """It is aborted like any other."""
     run = scripted("Go shelf", "Go home")
     run(until=3.0)
     run.simulator.stop("enough")
@@ -105,7 +99,7 @@ def test_a_stopped_simulation_ends_the_goal_of_a_script(scripted):
 
 
 def test_follow_drives_straight_from_point_to_point(scripted):
-    """Off the lanes, and facing the way it came."""
+    """The robot faces the direction in which it came."""
     run = scripted("Follow 1 3 4 3 4 7")
     run()
 
@@ -113,8 +107,7 @@ def test_follow_drives_straight_from_point_to_point(scripted):
     assert 8.0 == run.simulator.now
 
 
-def test_follow_ends_before_an_obstacle(scripted):
-    """The robot stands at the last point that it could reach."""
+def test_follow_ends_at_the_last_reachable_point(scripted):
     run = scripted("Follow 5 5 9 5")
     run()
 
@@ -134,8 +127,7 @@ def test_follow_ends_before_an_obstacle(scripted):
         ("Wait 1.5", "wait", {"time": {"sec": 1, "nanosec": 500_000_000}}),
     ],
 )
-def test_an_order_is_a_goal(text, action, fields):
-    """What it says becomes the fields of the action's goal."""
+def test_an_order_sets_the_fields_of_its_goal(text, action, fields):
     order = read_order(text, World.model_validate(SMALL_WORLD))
 
     assert action == order.action.name
@@ -163,7 +155,6 @@ def test_an_order_is_a_goal(text, action, fields):
         ("Follow 1 x", "'x' is not a number"),
     ],
 )
-def test_an_order_that_makes_no_sense_is_refused(text, message):
-    """The text says what is wrong and what would do."""
+def test_an_invalid_order_is_refused_with_a_remedy(text, message):
     with pytest.raises(ValueError, match=message):
         read_order(text, World.model_validate(SMALL_WORLD))

@@ -1,4 +1,4 @@
-"""What takes a graph apart."""
+"""Bottlenecks, whose removal disconnects a graph."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def graph(waypoints, lanes, **parts):
     return World.model_validate({"waypoints": points, "lanes": lanes, **parts}).graph
 
 
-def test_two_rings_and_a_lane_between_them():
-    """The lane is a bottleneck, and so are its ends; places are told by side."""
+def test_a_lane_between_two_rings_is_a_bottleneck_with_its_ends():
+    """Places are listed by side."""
     lanes = ["ab", "bc", "ca", "cd", "de", "ef", "fd"]
     places = {"desk": {"at": [0, 0]}, "shelf": {"at": [4, 0]}}
     found = bottlenecks(graph("abcdef", [list(lane) for lane in lanes], places=places))
@@ -28,22 +28,19 @@ def test_two_rings_and_a_lane_between_them():
     assert (2, 1, 0) == (found.waypoints, found.lanes, found.lifts)
 
 
-def test_a_single_lane_has_two_sides():
-    """Neither of its ends is a bottleneck."""
+def test_the_ends_of_a_single_lane_are_no_bottlenecks():
     found = bottlenecks(graph("ab", [["a", "b"]]))
 
     assert (Bottleneck("lane", ("a", "b"), (Side(1, ()), Side(1, ()))),) == found.worst
 
 
 def test_a_lift_is_one_bottleneck_for_all_its_stops():
-    """Its rides join each stop with each other, and it is what they have in common."""
     found = bottlenecks(graph("abc", [], lifts={"tower": {"stops": ["a", "b", "c"]}}))
 
     assert (Bottleneck("lift", ("tower",), (Side(1, ()), Side(1, ()), Side(1, ()))),) == found.worst
 
 
-def test_what_would_be_without_a_lane():
-    """A changed copy of a world's graph is asked like the graph itself."""
+def test_a_changed_copy_of_a_graph_can_be_queried():
     ring = graph("abc", [["a", "b"], ["b", "c"], ["c", "a"]])
     changed = ring.copy()
     changed.remove_edges_from([("a", "b"), ("b", "a")])
@@ -54,14 +51,12 @@ def test_what_would_be_without_a_lane():
     )
 
 
-def test_empty_graphs_have_no_bottleneck():
-    """Nothing, and waypoints alone."""
+def test_a_graph_without_lanes_has_no_bottleneck():
     assert () == bottlenecks(graph("", [])).worst == bottlenecks(graph("ab", [])).worst
 
 
 @given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=24))
-def test_they_are_the_articulation_points_and_bridges_of_networkx(pairs):
-    """And each one's sides are the parts that are there without it."""
+def test_bottlenecks_are_the_articulation_points_and_bridges_of_networkx(pairs):
     names = [f"w{number}" for number in range(10)]
     lanes = [[names[a], names[b]] for a, b in pairs if a != b]
     asked = graph(names, lanes)

@@ -1,4 +1,4 @@
-"""Where traffic concentrates."""
+"""The concentration of traffic on lanes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ CROSS = {
 
 
 def shares(world, speed=1.0):
-    """Return what share of trips takes which lane."""
+    """Return the share of trips by lane."""
     return concentration(World.model_validate(world).graph, speed).shares
 
 
 def test_trips_between_all_waypoints_where_few_have_names():
-    """Of twenty trips eight begin or end at the end of an arm."""
+    """Eight of twenty trips start or end at the end of an arm."""
     assert {("east", "mid"): 0.4, ("mid", "north"): 0.4, ("mid", "south"): 0.4, ("mid", "west"): 0.4} == shares(CROSS)
 
 
-def test_trips_between_places_where_there_are_some():
-    """No trip leads to the west, where there is none."""
+def test_trips_are_between_named_places_if_there_are_some():
     docks = {f"dock_{name}": {"at": name} for name in ("north", "east", "south")}
     found = concentration(World.model_validate({**CROSS, "docks": docks}).graph, 1.0)
 
@@ -36,8 +35,8 @@ def test_trips_between_places_where_there_are_some():
     assert ("places", 3, 3) == (found.between, found.starts, found.of)
 
 
-def test_equally_quick_ways_share_a_trip():
-    """Both ways round a square, and each lane alone: a quarter of twelve trips, and an eighth of them in halves."""
+def test_equally_quick_routes_share_a_trip():
+    """On a square, each lane has a quarter of twelve trips, and an eighth in halves."""
     square = {
         "waypoints": {"a": [0, 0], "b": [1, 0], "c": [1, 1], "d": [0, 1]},
         "lanes": [["a", "b"], ["b", "c"], ["c", "d"], ["d", "a"]],
@@ -46,8 +45,8 @@ def test_equally_quick_ways_share_a_trip():
     assert [pytest.approx(1 / 3)] * 4 == list(shares(square).values())
 
 
-def test_the_quickest_way_depends_on_the_speed():
-    """A limit keeps off only robots that are faster."""
+def test_the_quickest_route_depends_on_the_speed():
+    """A limit matters only to faster robots."""
     world = {
         "waypoints": {"a": [0, 0], "b": [10, 0], "c": [5, 3]},
         "lanes": [{"from": "a", "to": "b", "speed_limit": 1.0}, ["a", "c"], ["c", "b"]],
@@ -58,8 +57,7 @@ def test_the_quickest_way_depends_on_the_speed():
 
 
 @pytest.mark.uncovered
-def test_large_graphs_are_sampled(monkeypatch):
-    """A sample is the same each time, and near to what it is a sample of."""
+def test_large_graphs_are_sampled_reproducibly(monkeypatch):
     cells = nx.grid_2d_graph(20, 20)
     world = World.model_validate(
         {
@@ -77,5 +75,4 @@ def test_large_graphs_are_sampled(monkeypatch):
 
 
 def test_without_lanes_there_is_no_traffic():
-    """Nothing is shared out."""
     assert {} == shares({}) == shares({"waypoints": {"a": [0, 0]}})

@@ -1,4 +1,4 @@
-"""From where to where no way leads."""
+"""Places without a route between them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ ONE_WAY = World.model_validate(
 )
 
 
-def test_parts_ignore_directions():
-    """The largest first."""
+def test_parts_ignore_directions_and_are_ordered_by_size():
     assert [3, 2] == parts(ONE_WAY.graph)
 
 
-def test_what_is_not_reached_has_a_name():
-    """A one-way lane leads in and not out; islands are not reached at all."""
+def test_unreachable_waypoints_are_named():
+    """A one-way lane leads in and not out."""
     found = reach(ONE_WAY.graph)
 
     assert (2, 2, 1) == found.strong
@@ -34,8 +33,7 @@ def test_what_is_not_reached_has_a_name():
     assert 8 == found.pairs
 
 
-def test_a_lane_with_a_locked_door_leads_nowhere():
-    """A door that opens for no robot closes its lane."""
+def test_a_locked_door_closes_its_lane():
     door = {"at": [[5, -1], [5, 1]], "opens_for": []}
     world = {"waypoints": {"a": [0, 0], "b": [9, 0]}, "lanes": [["a", "b"]], "doors": {"vault": door}}
     graph = World.model_validate({**world, "places": {"in": {"at": [0, 0]}, "out": {"at": [9, 0]}}}).graph
@@ -44,8 +42,7 @@ def test_a_lane_with_a_locked_door_leads_nowhere():
     assert [2] == parts(graph)
 
 
-def test_without_lanes_there_is_nothing_to_reach():
-    """No waypoint, or one, is no gap."""
+def test_no_or_one_waypoint_is_no_gap():
     for waypoints in ({}, {"a": [0, 0]}):
         graph = World.model_validate({"waypoints": waypoints, "places": {"here": {"at": [1, 1]}}}).graph
 

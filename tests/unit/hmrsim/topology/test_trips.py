@@ -14,8 +14,8 @@ ROOMS = {
 }
 
 
-def test_trips_are_those_that_robots_drive():
-    """A place may be amid a lane; no way leads back on a one-way lane, nor into a closed room."""
+def test_trips_follow_the_routes_of_robots():
+    """A place may be on a lane; one-way lanes and closed rooms are respected."""
     found = trips(World.model_validate(ROOMS), 2.0)
 
     assert [("desk", "plug", 10.0, 10.0), ("desk", "shelf", 8.0, 8.0)] == [
@@ -27,15 +27,14 @@ def test_trips_are_those_that_robots_drive():
 
 
 def test_slower_robots_take_longer():
-    """The limit of 1 m/s is no limit for them."""
+    """The speed limit of 1 m/s does not matter to them."""
     world = World.model_validate(ROOMS)
     there = [trip for trip in trips(world, 2.0).found if trip.goal == "plug" and trip.start == "desk"]
 
     assert {("desk", "plug"): 20.0} == seconds_at(world, there, 0.5)
 
 
-def test_many_places_are_sampled():
-    """The sample is the same each time."""
+def test_many_places_are_sampled_reproducibly():
     world = World.model_validate({"places": {f"p{x:03}": {"at": [x, 0]} for x in range(150)}})
     found = trips(world, 1.0)
 
@@ -43,8 +42,8 @@ def test_many_places_are_sampled():
     assert found == trips(world, 1.0)
 
 
-def test_the_speed_of_most_robots_comes_first():
-    """Robots that fly do not count; where no robot drives it is the default."""
+def test_the_most_common_speed_comes_first():
+    """Flying robots do not count."""
     slow, fast, drone = ({"base": {"speed": speed, "flies": speed > 4}} for speed in (0.5, 2.0, 9.0))
     robots = {f"r{number}": {"type": kind, "at": [0, 0]} for number, kind in enumerate(["fast", "slow", "slow"])}
     types = {"slow": slow, "fast": fast, "drone": drone}
@@ -54,7 +53,6 @@ def test_the_speed_of_most_robots_comes_first():
     assert {300.0: ()} == speeds_of(World.model_validate({"units": "px", "robots": {}}))
 
 
-def test_one_place_makes_no_trip():
-    """Nor does none."""
+def test_fewer_than_two_places_make_no_trip():
     assert () == trips(World.model_validate({}), 1.0).found
     assert () == trips(World.model_validate({"places": {"here": {"at": [0, 0]}}}), 1.0).found

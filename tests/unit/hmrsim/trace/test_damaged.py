@@ -1,4 +1,4 @@
-"""Traces in which values, lines or bytes were changed: a replay shows the difference, or says what is wrong."""
+"""Replays of damaged traces find the difference, or report the error."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def lines() -> tuple[str, ...]:
 
 
 def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield where there are values in one of JSON."""
+    """Yield the paths of all values in a JSON value."""
     if path:
         yield path
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -51,7 +51,7 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def change_value(line: str, chance: random.Random) -> str:
-    """Return a line of which one value is another one, or gone."""
+    """Return a line with one value changed or removed."""
     body = json.loads(line)
     *way, last = chance.choice(list(paths(body)))
     inner = body
@@ -65,7 +65,6 @@ def change_value(line: str, chance: random.Random) -> str:
 
 
 def damaged(chance: random.Random) -> list[str]:
-    """Return the trace with one change."""
     made = list(lines())
     number = chance.randrange(len(made))
     match chance.choice(["value", "value", "value", "cut", "gone", "twice", "byte"]):
@@ -85,8 +84,7 @@ def damaged(chance: random.Random) -> list[str]:
 
 @examples(300)
 @given(seed=st.integers(0, 2**32))
-def test_no_damage_is_a_traceback(seed):
-    """Whatever was changed."""
+def test_no_damage_causes_a_traceback(seed):
     with suppress(TraceError):
         outcome = replay(damaged(random.Random(seed)))
 
@@ -95,8 +93,7 @@ def test_no_damage_is_a_traceback(seed):
 
 @examples(100)
 @given(seed=st.integers(0, 2**32), section=st.sampled_from([None, 1, 2, 3]))
-def test_nor_is_it_one_of_a_report(seed, section):
-    """Of each section, or of one."""
+def test_no_damage_causes_a_traceback_of_a_report(seed, section):
     made = damaged(random.Random(seed))
     with suppress(TraceError):
         found = of_trace(lambda: made, section=section)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.protocol.commands import CallService
 from hmrsim.services import registry as services
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import go
 
 A, B = "a" * 32, "b" * 32
 JUNCTION = {
@@ -31,12 +30,6 @@ SIDES = {
 }
 
 
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
 def order(door, state):
     """Return the command that opens, closes or locks a door."""
     service = services()["set_door_state"]
@@ -44,13 +37,12 @@ def order(door, state):
 
 
 def meet(policy, side, *commands, **more):
-    """Return the log of two robots that meet at a junction, each on its way to where the other began."""
+    """Return the log of two robots that meet at a junction and want to change places."""
     run = simulate({**JUNCTION, **SIDES[side], **more, "traffic": {"policy": policy, "patience": None}})
     return run((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)), *commands, until=300.0)
 
 
 def ends(log):
-    """Return how both goals ended."""
     return [log.changes(goal_id)[-1][1] for goal_id in (A, B)]
 
 
@@ -58,16 +50,14 @@ def ends(log):
     ("policy", "side"),
     [("priority", side) for side in SIDES] + [("reserve", side) for side in SIDES if side != "for the other"],
 )
-def test_two_pass_each_other_where_one_can_make_room_behind_a_door_or_in_a_lift(policy, side):
-    """It opens, or comes, for the one that makes room as for any other."""
+def test_a_robot_can_make_room_behind_a_door_or_in_a_lift(policy, side):
     log = meet(policy, side)
 
     assert ["SUCCEEDED"] * 2 == ends(log)
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
-def test_a_door_is_told_that_a_robot_passes(policy):
-    """It does not close while the robot that makes room drives through."""
+def test_a_door_stays_open_for_a_robot_that_makes_room(policy):
     log = meet(policy, "at once")
     (made_room, _), *_ = log.happened("made_room")
     (closed, _), *_ = log.happened("door_closed")
@@ -78,22 +68,20 @@ def test_a_door_is_told_that_a_robot_passes(policy):
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 @pytest.mark.parametrize("side", ["automatic", "twice"])
 def test_a_circle_is_one_deadlock_until_it_is_dissolved(policy, side):
-    """Though it is looked at again each time that a door has opened."""
+    """It is checked again each time that a door has opened."""
     log = meet(policy, side)
 
     assert [10.0] == [at for at, _ in log.happened("deadlock")]
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
-def test_a_door_that_is_locked_meanwhile_is_no_way_out(policy):
-    """The robots that counted on it look for another one, and there is none."""
+def test_robots_do_not_make_room_behind_a_door_locked_meanwhile(policy):
     log = meet(policy, "automatic", (11.0, order("door", "locked")))
 
     assert 1 == ends(log).count("ABORTED")
 
 
-def test_what_a_robot_waits_for_is_told_again_when_it_changes():
-    """A door that has opened is in no robot's way any more."""
+def test_a_change_of_a_waits_cause_is_reported():
     door = {"at": [[4, -1], [4, 1]], "opening_time": 4.0}
     run = simulate({**JUNCTION, "lanes": ARM, "doors": {"door": door}, "traffic": {"policy": "reserve"}})
     log = run((0.0, go("ann", 10, 5, A)), (0.0, go("bob", 10, 0, B)), until=20.0)
@@ -104,7 +92,7 @@ def test_what_a_robot_waits_for_is_told_again_when_it_changes():
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 def test_a_lift_is_called_once_for_a_robot_that_makes_room(policy):
-    """Though the policy asks for it again while the cabin comes."""
+    """The policy requests it again while the cabin comes."""
     log = meet(policy, "lift elsewhere")
     (called, _), *_ = log.happened("lift_called")
     (left, empty), (carries, carried), *_ = log.happened("lift_departed")

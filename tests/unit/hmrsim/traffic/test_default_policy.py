@@ -1,4 +1,4 @@
-"""Worlds that set no traffic policy."""
+"""Worlds without a traffic policy."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ WIDE = {"base": {"radius": 0.3}}
 
 
 def wide(*names):
-    """Return the track, on which these robots have a radius."""
+    """Return the track with robots that have a radius."""
     robots = {name: {**robot, **(WIDE if name in names else {})} for name, robot in TRACK["robots"].items()}
     return {**TRACK, "robots": robots, "robot_types": {"wide": WIDE}}
 
 
 def test_robots_with_bodies_do_not_drive_through_each_other():
-    """They make room for each other, and both arrive."""
     log = simulate(wide("ann", "bob"))((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
     assert log.happened("made_room")
@@ -23,14 +22,13 @@ def test_robots_with_bodies_do_not_drive_through_each_other():
 
 
 def test_robots_without_bodies_pass_through_each_other():
-    """They are points."""
     log = simulate(TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
     assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
 
 
 def test_a_robot_that_is_spawned_does_not_change_the_policy():
-    """One robot of the file has a body, and the spawned one passes through it."""
+    """The spawned robot passes through one with a body."""
     run = simulate(wide("ann"))
     pose = {"pose": {"position": {"x": 10.0, "y": 5.0}}}
     run.ask("spawn_entity", {"name": "new", "uri": "robot_type:wide", "initial_pose": pose})

@@ -1,4 +1,4 @@
-"""Small random fleets, as new users draw them, serve all of their orders under `priority` and `planned`."""
+"""Small random fleets serve all of their orders under `priority` and `planned`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ SEEDS = (6, 7, 10, 13, 22, 34, 45, 53, 57, 58, 66, 72, 80, 255, 371, 933, 957)
 @pytest.mark.parametrize("policy", ["priority", "planned"])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_plain_dispatcher_serves_every_order(seed, policy):
-    """No robots touch where they stand, and none waits for ever."""
     outcome = dispatched(fleet(seed, policy))
 
     assert (outcome.total, [], []) == (outcome.served, outcome.touching, outcome.waiting)
@@ -22,7 +21,7 @@ def test_a_plain_dispatcher_serves_every_order(seed, policy):
 
 @pytest.mark.parametrize("seed", SEEDS[:4])
 def test_a_robot_that_is_given_up_names_blocker_state_and_reason(seed):
-    """Under `reserve`, where robots make no room, most are."""
+    """Under `reserve`, robots make no room."""
     outcome = dispatched(fleet(seed, "reserve"))
     blocked = [text for text in outcome.aborted if "blocked for" in text]
 

@@ -11,13 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import gap
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.traffic.policies._nearness import near_slots
 from tests.profiles import examples
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import end, go, under
 
 A, B = "a" * 32, "b" * 32
 
@@ -32,7 +31,7 @@ def squared(p, a, b):
 
 
 def cut(a, b, c, d):
-    """Return whether two segments cross, each having an end on either side of the other."""
+    """Return whether two segments cross, with the ends of each on either side of the other."""
 
     def side(p, q, r):
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
@@ -50,8 +49,7 @@ COORDINATES = st.tuples(st.integers(-6, 6), st.integers(-6, 6))
 
 @examples(400)
 @given(*[COORDINATES] * 4)
-def test_the_gap_of_two_segments(a, b, c, d):
-    """Points are segments without length."""
+def test_the_gap_of_two_segments_is_exact(a, b, c, d):
     assert math.isclose(gap(a, b, c, d), math.sqrt(exact_gap(a, b, c, d)), abs_tol=1e-12)
 
 
@@ -65,8 +63,7 @@ def networks(draw):
 
 @examples(400)
 @given(networks(), st.sampled_from([0.0, 0.75, 1.0, 2.5, 9.0]))
-def test_the_same_as_when_all_are_compared_with_all(network, reach):
-    """Whatever their lengths, and however many cells a lane is in."""
+def test_the_grid_finds_the_same_neighbors_as_comparing_all_pairs(network, reach):
     points, lanes = network
     ends = dict(enumerate([*((i, i) for i in range(len(points))), *lanes]))
     near = near_slots([(float(x), float(y)) for x, y in points], ends, reach)
@@ -79,8 +76,8 @@ def test_the_same_as_when_all_are_compared_with_all(network, reach):
     assert expected == {(one, other) for one, others in near.items() for other in others}
 
 
-def test_lanes_of_a_lattice_are_no_neighbours():
-    """Robots that are as wide as its cells just fit beside each other, whatever rounding does."""
+def test_lanes_of_a_lattice_are_no_neighbors():
+    """Robots as wide as a cell just fit beside each other, whatever the rounding."""
     columns = range(8)
     points = [(x * 0.1, y * 0.1) for x in columns for y in columns]
     tracks = [(8 * x + y, 8 * x + y + 1) for x in columns for y in range(7)]
@@ -102,26 +99,8 @@ BESIDE = {
 }
 
 
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
-def under(policy, world, **settings):
-    """Return a simulation of a world under a policy."""
-    return simulate({**world, "traffic": {"policy": policy, **settings}})
-
-
-def end(log, goal_id):
-    """Return when and how a goal ended, and what it says."""
-    at, status = log.changes(goal_id)[-1]
-    return round(at, 6), status, log.result(goal_id).error_msg
-
-
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 def test_the_later_robot_waits_where_lanes_cross_without_a_waypoint(policy):
-    """Until the other one has left the lane."""
     log = under(policy, CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
     waiting = {"robot": "bob", "at": [10.0, 10.0], "lane": ["north", "south"], "for": ["ann"]}
@@ -131,7 +110,6 @@ def test_the_later_robot_waits_where_lanes_cross_without_a_waypoint(policy):
 
 
 def test_lanes_with_room_for_any_number_do_not_exclude_each_other():
-    """Robots have no place of their own there."""
     log = under("reserve", CROSS, lane_capacity=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
     assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
@@ -139,7 +117,7 @@ def test_lanes_with_room_for_any_number_do_not_exclude_each_other():
 
 @pytest.mark.parametrize(("kind", "ends"), [("slim", 9.4), ("wide", 29.4)])
 def test_a_waypoint_is_too_near_to_a_lane_for_robots_that_are_wide(kind, ends):
-    """It is a matter of the two robots, whatever others there are."""
+    """Only the two robots matter, not others."""
     robots = {"ann": {"at": "a", "type": kind}, "bob": {"at": "c", "type": kind}}
     world = {**BESIDE, "robots": robots}
     log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, 0.6, B)))
@@ -151,7 +129,6 @@ ROBOTS_BESIDE = {"ann": {"at": "a", "type": "wide"}, "bob": {"at": "d", "type": 
 
 
 def test_a_robot_that_stands_beside_the_lane_blocks_it_under_reserve():
-    """As one that stands on it."""
     log = under("reserve", {**BESIDE, "robots": ROBOTS_BESIDE}, patience=5.0)((0.0, go("ann", 20, 0, A)))
 
     by = "bob, idle at d since 0 s; it makes no room under the policy 'reserve'; others do"
@@ -159,7 +136,6 @@ def test_a_robot_that_stands_beside_the_lane_blocks_it_under_reserve():
 
 
 def test_a_robot_that_stands_beside_the_lane_yields_under_priority():
-    """The other one sets out when it is far enough."""
     run = under("priority", {**BESIDE, "robots": ROBOTS_BESIDE})
     log = run((0.0, go("ann", 20, 0, A)))
 
@@ -169,7 +145,6 @@ def test_a_robot_that_stands_beside_the_lane_yields_under_priority():
 
 
 def test_robots_that_were_put_too_near_each_other_can_leave():
-    """They touch in any case."""
     waypoints = {"a": [0, 0], "b": [10, 0], "c": [0, 0.6], "d": [10, 10]}
     robots = {name: {"at": at, "base": {"radius": 0.4}} for name, at in (("ann", "a"), ("bob", "c"))}
     world = {"waypoints": waypoints, "lanes": [["a", "b"], ["c", "d"]], "robots": robots}
@@ -178,8 +153,7 @@ def test_robots_that_were_put_too_near_each_other_can_leave():
     assert (10.0, "SUCCEEDED", "") == end(log, A)
 
 
-def test_no_place_to_yield_is_one_that_is_too_near_as_well():
-    """The robot takes the other way, though it is longer."""
+def test_a_robot_does_not_yield_to_a_place_that_is_too_near():
     waypoints = {**BESIDE["waypoints"], "e": [13, 0.6]}
     world = {**BESIDE, "waypoints": waypoints, "lanes": [*BESIDE["lanes"], ["d", "e"]], "robots": ROBOTS_BESIDE}
     log = under("priority", world)((0.0, go("ann", 20, 0, A)))
@@ -188,8 +162,7 @@ def test_no_place_to_yield_is_one_that_is_too_near_as_well():
     assert (29.4, "SUCCEEDED", "") == end(log, A)
 
 
-def test_no_robot_is_put_where_it_would_touch_one_that_comes():
-    """Though that is far away yet."""
+def test_no_robot_is_placed_where_it_would_touch_a_distant_one_that_comes():
     run = under("reserve", {**BESIDE, "robots": ROBOTS_BESIDE})
     run.ask("set_entity_state", {"entity": "bob", "state": {"pose": {"position": {"x": 10.0, "y": 10.0}}}})
     run.ask("set_entity_state", {"entity": "ann", "state": {"pose": {"position": {"x": 2.0}}}})
@@ -202,7 +175,7 @@ def test_no_robot_is_put_where_it_would_touch_one_that_comes():
 
 @st.composite
 def tangles(draw):
-    """Return a world of waypoints in a grid with lanes across each other, its robots, and where each is to go."""
+    """Return a world of waypoints in a grid with crossing lanes, its robots, and their destinations."""
     points = {f"n{x}{y}": [10 * x, 10 * y] for x in range(3) for y in range(3)}
     pairs = [list(pair) for pair in combinations(points, 2)]
     lanes = draw(st.lists(st.sampled_from(pairs), min_size=4, max_size=12, unique_by=tuple))
@@ -227,10 +200,7 @@ def check_apart(simulator):
 
 
 def comes_by(simulator, one, here, other, there):
-    """Return whether one of two robots has stopped in the middle of a lane, and the other is on one beside it.
-
-    The lanes have a common waypoint, and so much is all that touches: the place of the one, the lane of the other.
-    """
+    """Return whether one robot has stopped in the middle of a lane, and the other is on an adjacent one."""
     slots, lanes = simulator.roster.admission._rules.slots, simulator.graph.lanes
     if slots.is_lane(here):
         one, here, other, there = other, there, one, here
@@ -244,8 +214,8 @@ def comes_by(simulator, one, here, other, there):
 @pytest.mark.parametrize("policy", ["reserve", "priority"])
 @examples(60, share_fixtures=True)
 @given(tangles(), st.lists(st.integers(0, 40), max_size=4))
-def test_never_two_that_touch(policy, tangle, cancels):
-    """At every instant, also where goals are canceled after so many events; under reserve every goal ends."""
+def test_robots_never_touch(policy, tangle, cancels):
+    """Goals are canceled after some events, and under reserve every goal ends."""
     world, goals = tangle
     run = simulate({**world, "traffic": {"policy": policy}}, topics=frozenset({Topic.EVENTS}))
     simulator = run.simulator

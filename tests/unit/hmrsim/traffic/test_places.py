@@ -1,4 +1,4 @@
-"""Robots at places beside the lanes, and in the middle of a lane, take part in traffic as those at waypoints do."""
+"""Traffic of robots at places beside the lanes, and in the middle of a lane."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import pytest
 
 from hmrsim.geometry import distance
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.services import registry as services
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import go
 
 A, B, C = (letter * 32 for letter in "abc")
 YIELDING = ("priority", "planned")
@@ -25,14 +25,8 @@ FORK = {
 BASE = {"base": {"speed": 1.0, "radius": 0.3}}
 
 
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
 def wait(robot, seconds, goal_id):
-    """Return the command that has a robot work where it stands."""
+    """Return the command that makes a robot work where it stands."""
     return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=seconds)), goal_id)
 
 
@@ -49,10 +43,7 @@ def end(log, goal_id):
 
 @pytest.mark.parametrize("policy", YIELDING)
 class TestYielding:
-    """Whoever stands in the way makes room, wherever that is."""
-
     def test_a_robot_leaves_the_place_to_which_another_one_is_sent(self, policy):
-        """The place is 1 m beside the lanes; both can't stand there."""
         run = fleet(policy, LINE, {"parked": [4, 1], "comes": "a"})
         log = run((0.0, go("comes", 4, 1, A)))
 
@@ -60,21 +51,20 @@ class TestYielding:
         assert ["parked", "parked"] == [fields["robot"] for _, fields in log.happened("made_room")]
 
     def test_two_change_places_where_one_can_step_aside(self, policy):
-        """One wants into the place beside a dead end, the other one out of it."""
+        """One wants into the place beside a dead end, and the other one out of it."""
         run = fleet(policy, FORK, {"leaves": [8, 1.5], "comes": "a"})
         log = run((0.0, go("comes", 8, 1.5, A)), (0.0, go("leaves", 0, 0, B)))
 
         assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
 
     def test_a_robot_in_the_middle_of_a_lane_drives_back_to_let_another_one_out(self, policy):
-        """It wants into the dead end before it, where an idle one stands."""
         run = fleet(policy, {**FORK, "waypoints": {**FORK["waypoints"], "c": [10, 0]}}, {"idle": "c", "comes": [7, 0]})
         log = run((0.0, go("comes", 10, 0, A)))
 
         assert (18.0, "SUCCEEDED") == end(log, A)
 
     def test_a_robot_makes_room_at_a_waypoint_for_one_that_would_touch_it_beside(self, policy):
-        """The place is 0.5 m from the waypoint; two robots need 0.6 m."""
+        """The place is 0.5 m from the waypoint, and two robots need 0.6 m."""
         run = fleet(policy, LINE, {"idle": "b", "comes": "a"})
         log = run((0.0, go("comes", 4, 0.5, A)))
         robots = run.simulator.robots
@@ -82,8 +72,7 @@ class TestYielding:
         assert (8.5, "SUCCEEDED") == end(log, A)
         assert distance(robots["idle"].pose().point, robots["comes"].pose().point) >= 0.6
 
-    def test_one_drives_on_around_a_one_way_cell_to_let_another_one_out(self, policy):
-        """The way back leads around the whole cell."""
+    def test_a_robot_drives_around_a_one_way_cell_to_let_another_one_out(self, policy):
         cell = {"n": [0, 5], "e": [5, 0], "s": [0, -5], "w": [-5, 0], "bay": [9, 0], "aside": [0, 9]}
         lanes = [{"from": one, "to": other, "one_way": True} for one, other in ("en", "nw", "ws", "se")]
         world = {"waypoints": cell, "lanes": [*lanes, ["e", "bay"], ["n", "aside"]]}
@@ -95,10 +84,8 @@ class TestYielding:
 
 @pytest.mark.parametrize("policy", ["reserve", *YIELDING])
 class TestWaiting:
-    """A robot waits where it blocks nobody, for as long as that may help."""
-
     def test_a_robot_waits_for_a_place_before_the_last_lane(self, policy):
-        """Another one works there until 20 s; from b to c a third one passes meanwhile."""
+        """Another robot works there until 20 s, and a third one passes from b to c meanwhile."""
         run = fleet(policy, LINE, {"works": [8, 1], "comes": "a", "passes": "b"})
         run.simulator.submit(wait("works", 20, C))
         log = run((0.0, go("comes", 8, 1, A)), (0.0, go("passes", 12, 0, B)), until=15.0)
@@ -107,7 +94,7 @@ class TestWaiting:
         assert (4.0, 0.0) == run.simulator.robots["comes"].pose().point
 
     def test_patience_does_not_count_while_the_robot_ahead_drives(self, policy):
-        """It takes 80 s on its lane; patience is 60 s."""
+        """It takes 80 s on its lane, and the patience is 60 s."""
         world = {"waypoints": {"a": [0, 0], "b": [4, 0], "c": [44, 0], "d": [50, 0]}, "lanes": LINE["lanes"]}
         robots = {"slow": {"at": "b", "base": {"speed": 0.5}}, "behind": {"at": "a", "base": {"speed": 1.0}}}
         run = simulate({**world, "robots": robots, "traffic": {"policy": policy}})
@@ -116,7 +103,6 @@ class TestWaiting:
         assert (120.0, "SUCCEEDED") == end(log, B)
 
     def test_patience_does_not_count_while_the_robot_in_the_way_works(self, policy):
-        """It works for 65 s."""
         run = fleet(policy, FORK, {"works": "b", "comes": "a"})
         run.simulator.submit(wait("works", 65, C))
         log = run((0.0, go("comes", 4, 3, A)), until=64.0)
@@ -124,8 +110,7 @@ class TestWaiting:
         assert (0.0, "EXECUTING") == end(log, A)
 
 
-def test_a_goal_after_an_aborted_one_begins_to_wait_anew():
-    """Sent the same way again at once, it has the whole of its patience."""
+def test_a_repeated_goal_has_its_whole_patience():
     run = fleet("reserve", FORK, {"idle": "b", "comes": "a"}, patience=10.0)
     log = run((0.0, go("comes", 8, 0, A)), (10.0, go("comes", 8, 0, B)))
 
@@ -133,7 +118,6 @@ def test_a_goal_after_an_aborted_one_begins_to_wait_anew():
 
 
 def test_a_robot_that_is_put_beside_another_one_can_leave_it():
-    """They touch from the start; neither can be kept from driving off."""
     run = fleet("priority", LINE, {"one": [4, 1], "other": "d"})
     request = {"entity": "other", "state": {"pose": {"position": {"x": 4.2, "y": 1.0}}}}
     message = services()["set_entity_state"].request.model_validate(request)
@@ -144,10 +128,9 @@ def test_a_robot_that_is_put_beside_another_one_can_leave_it():
 
 
 class TestExplanation:
-    """The result of a goal says who was in the way, in which state, since when, and why it made no room."""
+    """Results of goals explain which robot was in the way, and why it made no room."""
 
-    def test_one_that_waits_for_a_robot_in_a_dock_is_told_so(self):
-        """It is docked from the start, on the only lane."""
+    def test_a_docked_robot_in_the_way_is_named(self):
         world = {**LINE, "docks": {"berth": {"at": "b"}}}
         run = fleet("priority", world, {"docked": "b", "comes": "a"})
         log = run((0.0, go("comes", 8, 0, A)))
@@ -157,8 +140,7 @@ class TestExplanation:
         assert f"blocked for 60 s at a {why}" == log.result(A).error_msg
         assert [(60.0, {**robots, "why": why})] == log.happened("gave_up_waiting")
 
-    def test_one_that_has_nowhere_to_go_is_told_with_who_is_there(self):
-        """Both ends of its lane are taken."""
+    def test_a_robot_without_room_to_yield_is_named_with_its_blockers(self):
         world = {"waypoints": LINE["waypoints"], "lanes": LINE["lanes"][:2]}
         run = fleet("priority", world, {"idle": "b", "end": "c", "comes": "a"})
         log = run((0.0, go("comes", 8, 0, A)))
@@ -168,7 +150,7 @@ class TestExplanation:
 
 
 def test_a_door_stays_open_for_a_robot_that_waits_beside_the_lane():
-    """As for one that waits on it: it would close and open again and again."""
+    """Otherwise it would close and open again and again."""
     door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 2, "stays_open": 3}}
     world = {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}
     run = fleet("reserve", world, {"one": [9, 2], "works": "d"})
@@ -179,7 +161,7 @@ def test_a_door_stays_open_for_a_robot_that_waits_beside_the_lane():
 
 @pytest.mark.parametrize("policy", ["reserve", *YIELDING])
 def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
-    """The door takes its time, and the robot on its far side works for longer than that."""
+    """The robot beyond the door works for longer than the patience."""
     door = {"gate": {"at": [[2, -1], [2, 1]], "opening_time": 30}}
     world = {"waypoints": {"a": [0, 0], "b": [4, 0]}, "lanes": [["a", "b"]], "doors": door}
     run = fleet(policy, world, {"works": "b", "comes": [0, 1]}, patience=10)
@@ -190,8 +172,8 @@ def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
     assert policy != "reserve" or "by works, idle at b since 60 s" in log.result(A).error_msg
 
 
-def test_places_that_nobody_needs_are_forgotten():
-    """Clients may send robots to any number of points; where a robot stands is kept."""
+def test_unused_places_are_forgotten():
+    """Clients may send robots to any number of points."""
     run = fleet("reserve", LINE, {"parked": [4, 1], "comes": "a"})
     slots = run.simulator.roster.admission._rules.slots
     parked = slots.held(run.simulator.robots["parked"])
@@ -204,7 +186,7 @@ def test_places_that_nobody_needs_are_forgotten():
 
 @pytest.mark.parametrize("policy", ["free", "reserve", *YIELDING])
 def test_a_robot_beside_a_lane_waits_there_until_a_door_is_open(policy):
-    """In the middle of the lane it would be in the way of others, and may touch one at a waypoint."""
+    """In the middle of the lane it would be in the way of others."""
     door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 8}}
     run = fleet(policy, {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}, {"one": [9, 2]})
     log = run((0.0, go("one", 12, 0, A)), until=7.9)
@@ -214,8 +196,7 @@ def test_a_robot_beside_a_lane_waits_there_until_a_door_is_open(policy):
 
 
 @pytest.mark.parametrize("policy", ["reserve", *YIELDING])
-def test_a_robot_in_the_middle_of_a_lane_does_not_drive_to_where_it_touches_another_one(policy):
-    """That one works beyond the end of the lane; the two stand 2.5 m apart."""
+def test_a_robot_does_not_leave_the_middle_of_a_lane_to_touch_another_one(policy):
     run = fleet(policy, LINE, {"one": [10, 0], "works": [12.5, 0]})
     run((0.0, wait("works", 30, B)), (1.0, go("one", 12, 0, A)), until=20.0)
 

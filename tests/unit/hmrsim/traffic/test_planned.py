@@ -29,17 +29,17 @@ def planned(world, **settings):
 
 
 def works(robot, seconds, goal_id):
-    """Return the command that has a robot stand still for some seconds."""
+    """Return the command that makes a robot stand still for some seconds."""
     from hmrsim.interfaces.nav2_msgs import Wait  # noqa: PLC0415 - for some tests
 
     return SendGoal(robot, "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id)
 
 
 class TestTurningOff:
-    """A robot whose lane is taken takes another one that is as good."""
+    """A robot whose lane is taken takes an equally good one."""
 
-    def test_it_does_not_turn_off_towards_a_door_that_is_not_for_it(self):
-        """The door would be a shortcut, so the robot would drive there and back for ever."""
+    def test_a_robot_does_not_turn_off_towards_a_door_closed_to_it(self):
+        """The shortcut would make it drive there and back forever."""
         world = load_world("zoo/door").world.model_dump(exclude_unset=True)
         world["robots"] = {"burn_e": {"type": "porter", "at": "east_exit"}, "m_o": {"type": "porter", "at": "east_bed"}}
         run = planned(world)
@@ -48,8 +48,7 @@ class TestTurningOff:
         assert [] == log.happened("rerouted")
         assert "SUCCEEDED" == end(log, B)[1]
 
-    def test_it_takes_a_lane_that_leads_nearer_to_its_goal(self):
-        """And comes as early as if no robot had been there."""
+    def test_a_robot_takes_another_lane_that_leads_nearer_to_its_goal(self):
         ends = []
         for taken in ("n01", "n10"):
             run = planned(grid(3, 3, ann=("n00", 1.0), bob=(taken, 1.0)), one_way=0)
@@ -58,15 +57,13 @@ class TestTurningOff:
 
         assert [(41.0, "SUCCEEDED", "")] * 2 == ends
 
-    def test_it_waits_where_the_others_lead_away_from_its_goal(self):
-        """They would not help."""
+    def test_a_robot_waits_where_other_lanes_lead_away(self):
         world = grid(3, 2, ann=("n00", 1.0), bob=("n10", 1.0))
         log = planned(world)((0.0, works("bob", 7, B)), (1.0, go("ann", 10, 0, A)), until=100.0)
 
         assert (17.0, "SUCCEEDED", "") == end(log, A)
 
-    def test_a_way_around_that_is_much_longer_is_not_taken(self):
-        """To wait is better."""
+    def test_a_much_longer_detour_is_not_taken(self):
         world = {
             "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0], "d": [10, 40]},
             "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"]],
@@ -78,29 +75,19 @@ class TestTurningOff:
 
 
 class TestMakingRoom:
-    """Robots that set out later, or stand idle, make room."""
-
-    def test_two_that_meet_pass_each_other(self):
-        """At a bay."""
+    def test_two_robots_pass_each_other_at_a_bay(self):
         log = planned(TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
         assert ["SUCCEEDED"] * 2 == [end(log, goal)[1] for goal in (A, B)]
 
-    def test_it_goes_where_it_is_nearest_to_its_goal(self):
-        """If it has one."""
+    def test_a_robot_makes_room_nearest_to_its_goal(self):
         world = grid(3, 3, ann=("n01", 1.0), bob=("n11", 1.0), eve=("n12", 1.0), dan=("n21", 1.0))
         run = planned(world, one_way=0)
-        log = run(
-            (0.0, works("dan", 60, C)),
-            (1.0, go("ann", 10, 10, A)),
-            (2.0, go("bob", 20, 20, B)),
-            until=100.0,
-        )
+        log = run((0.0, works("dan", 60, C)), (1.0, go("ann", 10, 10, A)), (2.0, go("bob", 20, 20, B)), until=100.0)
 
         assert {"SUCCEEDED"} == {end(log, goal)[1] for goal in (A, B)}
 
-    def test_a_robot_without_a_way_out_gives_up(self):
-        """Whatever the patience, with the circle."""
+    def test_a_robot_that_can_not_make_room_aborts_with_the_circle(self):
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = planned(world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
@@ -110,16 +97,14 @@ class TestMakingRoom:
         )
         assert (10.0, "ABORTED", text) == end(log, B)
 
-    def test_one_that_was_stopped_on_a_lane_leaves_it(self):
-        """By the end that is free, so that others can go there."""
+    def test_a_robot_stopped_on_a_lane_leaves_it_by_the_free_end(self):
         run = planned(TRACK)
         run((0.0, go("bob", 15, 0, A)))
         log = run((10.0, go("ann", 20, 0, B)))
 
         assert ("SUCCEEDED", (20.0, 0.0)) == (end(log, B)[1], run.simulator.robots["ann"].pose().point)
 
-    def test_the_one_that_set_out_first_keeps_others_out_in_the_end(self):
-        """A stream of robots across its way does not hold it up for ever."""
+    def test_a_stream_of_crossing_robots_does_not_block_an_earlier_one_forever(self):
         world = grid(4, 3, ann=("n01", 0.5), **{f"r{i}": (f"n{i}0", 2.0) for i in range(4)})
         run = planned(world)
         chance = random.Random(1)
@@ -136,7 +121,7 @@ class TestMakingRoom:
 
 @st.composite
 def full_grids(draw):
-    """Return a grid on which all waypoints are taken, or all but a few, and where each robot is to go."""
+    """Return a grid with all or nearly all waypoints taken, and the destination of each robot."""
     columns, rows = draw(st.sampled_from([(2, 2), (3, 2), (3, 3), (4, 3), (5, 4)]))
     names = sorted(grid(columns, rows)["waypoints"])
     number = len(names) - draw(st.integers(0, 2))
@@ -152,7 +137,7 @@ def full_grids(draw):
 
 
 def all_to_one_corner():
-    """Return a full grid of slow robots that all turn at the same corner, where each is asked to make room at once."""
+    """Return a full grid of slow robots that all turn at one corner, where each has to make room at once."""
     names = sorted(grid(4, 3)["waypoints"])
     world = grid(4, 3, **{f"r{i}": (name, 0.5) for i, name in enumerate(names)})
     for robot in world["robots"].values():
@@ -165,7 +150,7 @@ def all_to_one_corner():
 @given(crowd=full_grids())
 @example(crowd=all_to_one_corner())
 def test_every_goal_is_reached_on_a_full_grid(crowd):
-    """Every lane is part of a ring, so that all can move, and never are two in one place."""
+    """Every lane is part of a ring, so all robots can move, and no two are ever in one place."""
     world, goals = crowd
     run = planned(world)
     simulator, points = run.simulator, world["waypoints"]
@@ -180,16 +165,13 @@ def test_every_goal_is_reached_on_a_full_grid(crowd):
 
 
 class TestStreets:
-    """Parallel streets have alternate directions."""
-
     @staticmethod
     def directions(world):
-        """Return the ways that lead against their street, by the names of their ends."""
+        """Return the lanes against their street's direction, by the names of their ends."""
         ways = Adjacency(World.model_validate(world))
         return {(ways.names[ways.starts[n]], ways.names[ways.ends[n]]) for n in against(ways)}
 
-    def test_neighbours_lead_to_opposite_sides(self):
-        """Along both axes; each street as a whole."""
+    def test_parallel_streets_alternate_along_both_axes(self):
         against_it = self.directions(grid(4, 4))
 
         rows = [[(f"n{x}{y}", f"n{x + 1}{y}") in against_it for x in range(3)] for y in range(4)]
@@ -198,7 +180,6 @@ class TestStreets:
         assert all(a[0] != b[0] for lines in (rows, columns) for a, b in pairwise(lines))
 
     def test_each_lane_has_one_preferred_direction(self):
-        """The way back is against it."""
         against_it = self.directions(grid(4, 4))
 
         assert len(against_it) == 24
@@ -213,12 +194,11 @@ class TestStreets:
         ],
         ids=["short", "one way", "zigzag"],
     )
-    def test_what_is_no_street_has_none(self, fields):
-        """Two lanes, lanes that lead in one direction anyway, or a zigzag."""
+    def test_lanes_outside_streets_have_no_preferred_direction(self, fields):
         assert set() == self.directions({**grid(4, 4), **fields})
 
-    def test_a_route_takes_the_streets_that_lead_its_way(self):
-        """Of two that are equally short; a setting turns that off."""
+    def test_a_route_follows_the_directions_of_streets(self):
+        """A setting turns that off."""
         corners = [(0.0, 0.0), (30.0, 0.0), (0.0, 30.0), (30.0, 30.0)]
         taken = {}
         for one_way in (0, 1):

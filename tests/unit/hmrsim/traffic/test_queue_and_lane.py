@@ -1,4 +1,4 @@
-"""A circle of waits of which one is a dock's queue, where a goal was replaced while its robot made room."""
+"""A circle of waits that includes a dock's queue, where a goal was replaced while its robot made room."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from tests.torture.missions import within
 
 
 def test_a_robot_in_a_docks_queue_is_not_asked_to_go_first():
-    """It waits for no lane; a random mission has found that."""
+    """A random mission found this case."""
     seen = within(load_world("zoo/charger_queue"), 5_000_363)
 
     assert "deadlock" in seen.trace

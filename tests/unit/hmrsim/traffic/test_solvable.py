@@ -1,4 +1,4 @@
-"""Whatever robots can do, one lane at a time or all of a circle at once, they do under `priority` and `planned`."""
+"""Robots reach all goals that are reachable by any sequence of moves, under `priority` and `planned`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STEP = 10.0
 CELLS = [(x, y) for x in range(SIDE) for y in range(SIDE)]
 PAIRS = [(a, b) for a in CELLS for b in CELLS if a < b and abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1]
 DOORS = st.sampled_from(
-    (*[None] * 5, {"open": True}, {}, {"stays_open": 0.0}, {"opening_time": 0.0}, "closed", "locked"),
+    (*[None] * 5, {"open": True}, {}, {"stays_open": 0.0}, {"opening_time": 0.0}, "closed", "locked")
 )
 
 
@@ -56,7 +56,6 @@ class Case:
         return nx.restricted_view(self.lanes, [], [*locked, *((b, a) for a, b in locked)])
 
     def orders(self):
-        """Yield the requests that close or lock doors."""
         for number, door in enumerate(self.doors.values()):
             if isinstance(door, str):
                 yield {"name": f"door_{number}", "state": door}
@@ -85,7 +84,7 @@ class Case:
 
 @st.composite
 def cases(draw):
-    """Draw a case in which every robot could come back from wherever it goes."""
+    """Draw a case in which every robot could return from wherever it goes."""
     pairs = draw(st.lists(st.sampled_from(PAIRS), min_size=3, max_size=len(PAIRS), unique=True))
     ways = nx.Graph(pairs)
     ways = ways.subgraph(max(nx.connected_components(ways), key=lambda part: (len(part), sorted(part))))
@@ -131,7 +130,7 @@ def is_solvable(case):
 
 
 def single_moves(places, steps, roomy):
-    """Yield the places after one robot has driven one lane; where a lift stops there is room for many."""
+    """Yield the places after one robot has driven one lane; lift stops hold several robots."""
     for i, place in enumerate(places):
         for cell in steps[place]:
             if cell in roomy or cell not in places:
@@ -139,7 +138,7 @@ def single_moves(places, steps, roomy):
 
 
 def rotations(places, steps):
-    """Yield the places after three or more robots of a circle have moved on at once."""
+    """Yield the places after three or more robots of a circle have moved at once."""
     for size in range(3, len(places) + 1):
         for ring in permutations(range(len(places)), size):
             pairs = [*zip(ring, ring[1:] + ring[:1], strict=True)]
@@ -152,8 +151,8 @@ def rotations(places, steps):
 
 @examples(90)
 @given(cases())
-def test_what_can_be_done_is_done(case):
-    """Each goal succeeds, without an end by patience; deadlocks, if any, are dissolved."""
+def test_every_solvable_case_is_solved(case):
+    """No goal ends by patience, and deadlocks are dissolved."""
     assume(is_solvable(case))
     run = simulate(case.world(), topics=frozenset({Topic.EVENTS}))
     for order in case.orders():
@@ -168,7 +167,7 @@ def test_what_can_be_done_is_done(case):
 
 
 def told(run):
-    """Return what happened, for the message of a failure."""
+    """Return the history, for the message of a failure."""
     return "\n".join(
         f"{at:.1f} {output.event.describe()}"
         for at, output in run.log.events

@@ -1,4 +1,4 @@
-"""The policies of traffic, which say where robots may be."""
+"""The policies of traffic."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from hmrsim.geometry import SAME_PLACE, distance, foot
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath, NavigateToPose
+from hmrsim.interfaces.geometry_msgs import Point
+from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
 from tests.simulation import simulate
+from tests.unit.hmrsim.traffic.runs import end, go, under
 
 A, B, C = (letter * 32 for letter in "abc")
 EVENTS = frozenset({Topic.EVENTS})
@@ -38,27 +39,8 @@ BYPASS = {
 }
 
 
-def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
-
-
-def under(policy, world, **settings_of_it):
-    """Return a simulation of a world under a policy."""
-    return simulate({**world, "traffic": {"policy": policy, **settings_of_it}})
-
-
-def end(log, goal_id):
-    """Return when and how a goal ended, and what it says."""
-    return (*log.changes(goal_id)[-1], log.result(goal_id).error_msg)
-
-
 class TestFree:
-    """Robots pass through each other."""
-
     def test_no_robot_waits(self):
-        """Both cross at the same instant."""
         log = under("free", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
         assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
@@ -66,10 +48,9 @@ class TestFree:
 
 
 class TestReserve:
-    """A robot holds what it occupies and what comes next."""
+    """A robot holds the places that it occupies and those that come next."""
 
-    def test_the_later_robot_waits_and_it_is_told_for_which(self):
-        """Until the other has left the place that it needs."""
+    def test_the_later_robot_waits_and_names_its_blocker(self):
         log = under("reserve", CROSS)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
 
         waiting = {"robot": "bob", "at": [10.0, 10.0], "lane": ["north", "centre"], "for": ["ann"]}
@@ -77,16 +58,14 @@ class TestReserve:
         assert [(10.0, {"robot": "bob", "waited": 10.0})] == log.happened("went_on")
         assert [(20.0, "SUCCEEDED", ""), (30.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
 
-    def test_waiting_shows_in_feedback(self):
-        """As a recovery; the distance stays as it is."""
+    def test_a_wait_is_a_recovery_in_feedback(self):
         run = under("reserve", CROSS)
         log = run((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)), until=5.0)
         _, feedback = log.feedback(B)[-1]
 
         assert (1, 20.0) == (feedback.number_of_recoveries, feedback.distance_remaining)
 
-    def test_a_waypoint_may_have_room_for_more(self):
-        """As the world says."""
+    def test_a_waypoint_can_hold_several_robots(self):
         centre = {"at": [10, 0], "capacity": 2}
         world = {**CROSS, "waypoints": {**CROSS["waypoints"], "centre": centre}}
         log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 10, -10, B)))
@@ -94,8 +73,7 @@ class TestReserve:
         assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
 
     @pytest.mark.parametrize(("capacity", "ends"), [(1, 30.0), (2, 20.0)])
-    def test_a_lane_may_have_room_for_more(self, capacity, ends):
-        """All robots on it count, in either direction."""
+    def test_a_lane_can_hold_several_robots_in_both_directions(self, capacity, ends):
         lanes = [{"from": "west", "to": "east", "capacity": capacity}]
         waypoints = {"west": [0, 0], "east": [10, 0]}
         waypoints = {name: {"at": at, "capacity": 2} for name, at in waypoints.items()}
@@ -106,7 +84,6 @@ class TestReserve:
         assert ends == end(log, B)[0]
 
     def test_patience_ends_a_goal_that_is_blocked(self):
-        """With the reason, and the place."""
         run = under("reserve", TRACK, patience=5.0)
         log = run((0.0, go("ann", 20, 0, A)))
 
@@ -114,8 +91,7 @@ class TestReserve:
         assert (15.0, "ABORTED", f"blocked for 5 s at b by {by}") == end(log, A)
         assert FollowPath.Result.PATIENCE_EXCEEDED == log.result(A).error_code
 
-    def test_a_robot_goes_around_one_that_stands_for_good(self):
-        """If there is another way."""
+    def test_a_robot_takes_a_detour_around_one_that_stays(self):
         world = {**BYPASS, "robots": {"ann": {"at": "b"}, "bob": {"at": "c"}}}
         waypoints = {**world["waypoints"], "end": [30, 5]}
         lanes = [*world["lanes"], ["over", "end"]]
@@ -123,31 +99,27 @@ class TestReserve:
 
         assert (25.0, "SUCCEEDED", "") == end(log, A)
 
-    def test_a_circle_is_told_when_it_closes(self):
-        """With the robots and their lanes."""
+    def test_a_deadlock_is_reported_with_robots_and_lanes(self):
         log = under("reserve", TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
         told = {"robots": ["ann", "bob"], "lanes": [["b", "c"], ["c", "b"]]}
         assert [(10.0, told)] == log.happened("deadlock")
 
-    def test_in_a_circle_one_takes_another_way(self):
-        """The one that set out last."""
+    def test_in_a_deadlock_the_last_robot_takes_a_detour(self):
         world = {**BYPASS, "robots": {"ann": {"at": "a"}, "bob": {"at": "d"}}}
         log = under("reserve", world)((0.0, go("ann", 30, 0, A)), (0.0, go("bob", 0, 0, B)))
 
         assert ["bob"] == [fields["robot"] for _, fields in log.happened("rerouted")]
         assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
 
-    def test_or_backs_off_where_there_is_room(self):
-        """And then goes on."""
+    def test_in_a_deadlock_a_robot_backs_off_where_there_is_room(self):
         log = under("reserve", TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
         made_room = {"robot": "ann", "by": "bob", "from": [10.0, 0.0], "to": [10.0, 5.0]}
         assert [(10.0, made_room)] == log.happened("made_room")
         assert [(35.0, "SUCCEEDED", ""), (30.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
 
-    def test_or_gives_up_where_nothing_helps(self):
-        """One of them, and only one at once."""
+    def test_in_a_deadlock_without_a_way_out_one_robot_gives_up(self):
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
@@ -158,7 +130,6 @@ class TestReserve:
         assert (10.0, "ABORTED", text) == end(log, B)
 
     def test_a_goal_that_is_canceled_leaves_the_queue(self):
-        """Nothing is left behind that would be granted a place."""
         run = under("reserve", CROSS)
         log = run(
             (0.0, go("ann", 20, 0, A)),
@@ -170,8 +141,8 @@ class TestReserve:
         assert (50.0, "SUCCEEDED", "") == end(log, C)
         assert (10.0, 10.0) == run.simulator.robots["bob"].pose().point
 
-    def test_two_do_not_stand_on_one_spot_off_the_lanes(self):
-        """The second waits at the last waypoint, not in the middle of the lane that it would leave."""
+    def test_two_robots_do_not_share_a_spot_off_the_lanes(self):
+        """The second waits at the last waypoint, not in the middle of the lane."""
         world = {**CROSS, "robots": {"ann": {"at": "west"}, "bob": {"at": "east"}}}
         run = under("reserve", world)
         log = run((0.0, go("ann", 14, 4, A)), (0.0, go("bob", 14, 4, B)), until=30.0)
@@ -181,8 +152,7 @@ class TestReserve:
             "waiting"
         )[-1]
 
-    def test_a_robot_that_flies_is_in_no_robots_way(self):
-        """No robot is in its way, either."""
+    def test_a_flying_robot_blocks_no_robot_and_is_not_blocked(self):
         world = {**CROSS, "robots": {**CROSS["robots"], "fly": {"at": "centre", "base": {"flies": True}}}}
         log = under("reserve", world)((0.0, go("ann", 20, 0, A)), (0.0, go("fly", 0, 0, B)))
 
@@ -190,10 +160,10 @@ class TestReserve:
 
 
 class TestPriority:
-    """The robot that set out first has the others make room."""
+    """The robot that set out first makes the others make room."""
 
     def test_a_robot_that_makes_room_drives_from_where_it_stands(self):
-        """Beside the waypoint, as after backing up; it does not jump onto its lane."""
+        """After backing up it is beside the waypoint, and must not jump onto its lane."""
         world = {**TRACK, "robots": {"ann": {"at": "b"}, "bob": {"at": "a"}}}
         back = SendGoal("ann", "back_up", BackUp.Goal(target=Point(x=0.5), speed=0.5), A)
         log = under("priority", world)((0.0, back), (2.0, go("bob", 20, 0, B)))
@@ -201,8 +171,7 @@ class TestPriority:
         (_, backed), (_, aside) = ((at, told) for at, told in log.happened("motion") if told["robot"] == "ann")
         assert ([9.5, 0.0], [9.5, 0.0], [10.0, 5.0]) == (backed["to"][:2], aside["from"][:2], aside["to"][:2])
 
-    def test_a_robot_that_stands_makes_room(self):
-        """And stays where it has gone."""
+    def test_an_idle_robot_makes_room_and_stays_there(self):
         run = under("priority", TRACK)
         log = run((0.0, go("ann", 10, 0, A)), (20.0, go("bob", 0, 0, B)))
 
@@ -210,7 +179,6 @@ class TestPriority:
         assert (10.0, 5.0) == run.simulator.robots["ann"].pose().point
 
     def test_a_full_ring_moves_on_all_at_once(self):
-        """There need not be a free place in it."""
         corners = {"a": [0, 0], "b": [10, 0], "c": [10, 10], "d": [0, 10]}
         ring = ["a", "b", "c", "d", "a"]
         world = {
@@ -224,7 +192,6 @@ class TestPriority:
         assert [(10.0, "SUCCEEDED", "")] * 4 == [end(log, name * 32) for name in corners]
 
     def test_a_robot_at_work_does_not_make_room(self):
-        """The others wait for it."""
         run = under("priority", CROSS, patience=None)
         run((0.0, go("ann", 10, 0, A)))
         wait = {"time": {"sec": 7}}
@@ -234,22 +201,20 @@ class TestPriority:
         assert (37.0, "SUCCEEDED", "") == end(log, C)
 
     @pytest.mark.parametrize("policy", ["reserve", "priority"])
-    def test_a_robot_that_waits_in_a_dock_makes_room_too(self, policy):
-        """It is on its way out; one that stays there makes none."""
+    def test_a_robot_on_its_way_out_of_a_dock_makes_room(self, policy):
+        """One that stays in the dock makes none."""
         world = {**TRACK, "docks": {"dock": {"at": "c"}}, "robots": {"ann": {"at": "b"}, "bob": {"at": "c"}}}
         log = under(policy, world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
         assert ["SUCCEEDED"] * 2 == [end(log, A)[1], end(log, B)[1]]
 
-    def test_a_goal_given_while_it_makes_room_begins_afterwards(self):
-        """It counts on it for whom it made room."""
+    def test_a_goal_starts_after_making_room(self):
         run = under("priority", TRACK)
         log = run((0.0, go("ann", 10, 0, A)), (20.0, go("bob", 0, 0, B)), (22.0, go("ann", 20, 0, C)))
 
         assert (45.0, "SUCCEEDED", "") == end(log, C)
 
-    def test_one_that_stands_in_the_middle_of_a_lane_makes_room_too(self):
-        """By driving on to its end."""
+    def test_a_robot_in_the_middle_of_a_lane_makes_room_by_driving_to_its_end(self):
         run = under("priority", TRACK)
         run((0.0, go("bob", 15, 0, A)))
         log = run((10.0, go("ann", 20, 0, B)))
@@ -257,7 +222,7 @@ class TestPriority:
         assert ("SUCCEEDED", (20.0, 0.0)) == (end(log, B)[1], run.simulator.robots["ann"].pose().point)
 
     def test_in_a_deadlock_without_a_way_out_one_robot_gives_up(self):
-        """Whatever the patience."""
+        """Its patience does not matter."""
         world = {**TRACK, "lanes": TRACK["lanes"][:2]}
         log = under("priority", world, patience=None)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
 
@@ -275,10 +240,7 @@ def _message(action, plain):
 
 
 class TestPlacing:
-    """Where robots can be put."""
-
-    def test_a_lane_takes_no_more_than_it_has_room_for(self):
-        """Though they would be far apart."""
+    def test_a_lane_accepts_no_more_robots_than_its_capacity(self):
         run = under("reserve", CROSS)
         run.ask("set_entity_state", {"entity": "ann", "state": {"pose": {"position": {"x": 2.0}}}})
         answer = run.ask("set_entity_state", {"entity": "bob", "state": {"pose": {"position": {"x": 8.0}}}})
@@ -287,7 +249,6 @@ class TestPlacing:
         assert text == answer.result.error_message
 
     def test_a_robot_spawned_onto_another_is_refused(self):
-        """Footprints must not overlap."""
         world = {**CROSS, "robot_types": {"cart": {"base": {"radius": 0.5}}}}
         run = simulate({**world, "robots": {"ann": {"type": "cart", "at": "west"}}})
         pose = {"pose": {"position": {"x": 0.8, "y": 0.0}}}
@@ -298,7 +259,7 @@ class TestPlacing:
 
 
 def grid(columns, rows, **robots):
-    """Return a world in which every lane is part of a circle, with robots: where each starts, and its speed."""
+    """Return a world in which every lane is part of a circle, and robots with starts and speeds."""
     at = {f"n{x}{y}": [x * 10.0, y * 10.0] for x in range(columns) for y in range(rows)}
     lanes = [[f"n{x}{y}", f"n{x + 1}{y}"] for x in range(columns - 1) for y in range(rows)]
     lanes += [[f"n{x}{y}", f"n{x}{y + 1}"] for x in range(columns) for y in range(rows - 1)]
@@ -308,7 +269,7 @@ def grid(columns, rows, **robots):
 
 @st.composite
 def crowds(draw):
-    """Return a random grid with robots, with the times of goals, and of cancellations."""
+    """Return a random grid with robots, and the times of goals and cancels."""
     columns, rows = draw(st.sampled_from([(2, 2), (3, 2), (3, 3), (4, 3)]))
     names = sorted(grid(columns, rows)["waypoints"])
     number = draw(st.integers(2, max(2, len(names) * 2 // 3)))
@@ -398,7 +359,7 @@ def check_places(simulator):
 @example(crowd=MIDDLE_OF_A_LANE)
 @example(crowd=TWO_RESOLUTIONS)
 def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
-    """At every instant; without cancels, priority and planned bring every robot to its goal."""
+    """Without cancels, priority and planned bring every robot to its goal."""
     world, goals, cancels = crowd
     patience = {} if policy == "reserve" else {"patience": None}
     run = simulate({**world, "traffic": {"policy": policy, **patience}}, topics=EVENTS)
@@ -422,10 +383,7 @@ def test_never_two_in_one_place_and_every_goal_ends(policy, crowd):
 
 
 class TestAfterwards:
-    """What traffic leaves behind."""
-
-    def test_no_robot_pushes_a_broken_one(self):
-        """It can't move."""
+    def test_a_broken_robot_makes_no_room(self):
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
         run.ask("inject_fault", {"type": "breakdown", "robot": "bob"})
@@ -434,7 +392,6 @@ class TestAfterwards:
         assert (10.0, 0.0) == run.simulator.robots["bob"].pose().point
 
     def test_a_reset_of_time_stops_a_robot_that_makes_room(self):
-        """It drives again at its next goal."""
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
         run((10.0, go("ann", 20, 0, B)), until=22.0)
@@ -446,7 +403,6 @@ class TestAfterwards:
 
     @pytest.mark.parametrize("policy", ["reserve", "priority", "planned"])
     def test_a_run_after_a_reset_is_the_same_run(self, policy):
-        """Nothing of the past is known."""
         run = under(policy, TRACK)
         ends = []
         for number in "12":
@@ -459,7 +415,6 @@ class TestAfterwards:
         assert 2 * ends[0][2] == ends[1][2]
 
     def test_a_robot_deleted_while_it_makes_room_leaves_nothing_behind(self):
-        """Its place is free."""
         run = under("priority", TRACK)
         run((0.0, go("bob", 10, 0, A)))
         log = run((10.0, go("ann", 20, 0, B)), until=22.0)
@@ -470,7 +425,6 @@ class TestAfterwards:
         assert "SUCCEEDED" == end(log, C)[1]
 
     def test_a_detour_counts_the_rides_of_lifts(self):
-        """The quick way around is taken, and not the one by a slow lift."""
         world = {
             "waypoints": {"a": [0, 0], "b": [10, 0], "c": [20, 0], "d": [10, 10], "e": [10, -10]},
             "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"], ["a", "e"]],
@@ -481,8 +435,7 @@ class TestAfterwards:
 
         assert (28.28, "SUCCEEDED") == (round(end(log, A)[0], 2), end(log, A)[1])
 
-    def test_a_robot_that_turns_on_its_new_way_no_longer_waits(self):
-        """It keeps the place where it turns while other robots go on."""
+    def test_a_robot_that_turns_on_its_new_route_no_longer_waits(self):
         world = {
             "waypoints": {"a": [0, 0], "b": [4, 0], "c": [8, 0], "d": [4, 3], "e": [0, 4], "f": [12, 0]},
             "lanes": [["a", "b"], ["b", "c"], ["a", "d"], ["d", "c"], ["e", "a"], ["c", "f"]],
@@ -495,7 +448,7 @@ class TestAfterwards:
         assert 15.0 < end(log, C)[0]
 
     def test_a_lane_that_is_left_at_its_end_needs_the_waypoint_there(self):
-        """Though the goal is off the lanes."""
+        """The goal is off the lanes."""
         world = {
             "waypoints": {"a": [0, 0], "b": [4, 0], "x": [8, 1], "y": [12, 1]},
             "lanes": [{"from": "a", "to": "b", "one_way": True}, ["x", "y"]],
