@@ -1,4 +1,4 @@
-"""What every service in the registry promises."""
+"""The guarantees of every service in the registry."""
 
 from __future__ import annotations
 
@@ -24,25 +24,22 @@ WORLD = {
 
 @pytest.fixture(params=registry().values(), ids=registry())
 def service(request):
-    """Return each service in turn."""
     return request.param
 
 
 def read(service, values):
-    """Return a request as the wire reads it."""
     return service.request.model_validate_json(json.dumps(values))
 
 
 @pytest.fixture
 def answer(service):
-    """Return the answer to the example."""
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
     return run.log.answer("asked")
 
 
 def test_it_answers_its_example_at_once_and_once(service, answer):
-    """A service answers with its response; step_simulation rejects the example, as the simulation is not paused."""
+    """The simulation is not paused, so step_simulation rejects its example."""
     assert isinstance(answer, service.response)
     if hasattr(answer, "result"):
         expected = Result.RESULT_OPERATION_FAILED if service.name == "step_simulation" else Result.RESULT_OK
@@ -50,12 +47,10 @@ def test_it_answers_its_example_at_once_and_once(service, answer):
 
 
 def test_its_answer_survives_json(service, answer):
-    """An answer equals itself after a round trip through JSON."""
     assert answer == service.response.model_validate_json(answer.model_dump_json())
 
 
-def test_its_request_may_be_empty(service):
-    """An empty request has ROS's defaults and gets an answer, whatever the answer is."""
+def test_an_empty_request_is_answered(service):
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, {}), "asked"))
 
@@ -63,21 +58,18 @@ def test_its_request_may_be_empty(service):
 
 
 def test_an_unknown_field_is_rejected(service):
-    """An unknown field is an error instead of being ignored."""
     with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
         read(service, {"no_such_field": 1})
 
 
 def test_its_ros_type_is_that_of_its_messages(service):
-    """Service, request and response have the same ROS type."""
     assert [f"{service.ros_type}_{part}" for part in ("Request", "Response")] == [
         service.request.ros_type,
         service.response.ros_type,
     ]
 
 
-def test_it_does_the_same_to_the_same_world(service):
-    """Two simulations of the same world are equal after a request, so that a replay can repeat it."""
+def test_it_is_deterministic(service):
     logs = []
     for _ in range(2):
         run = simulate(WORLD)
@@ -88,8 +80,7 @@ def test_it_does_the_same_to_the_same_world(service):
     assert logs[0] == logs[1]
 
 
-def test_what_changes_nothing_tells_nothing(service):
-    """A service that replays skip publishes no events."""
+def test_queries_publish_no_events(service):
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
 

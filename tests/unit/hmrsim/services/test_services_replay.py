@@ -1,4 +1,4 @@
-"""What services do to a world is in the trace, and is done again by a replay."""
+"""Replays of runs in which services changed the world."""
 
 from __future__ import annotations
 
@@ -18,19 +18,16 @@ WORLD = {
 
 
 def go(robot, x):
-    """Return the command to drive somewhere."""
     action = actions()["navigate_to_pose"]
     goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": 0.0}}}})
     return SendGoal(robot, action.name, goal)
 
 
 def steps(number):
-    """Return the command to make steps and tell of each."""
     return SendGoal("_world", "simulate_steps", actions()["simulate_steps"].goal(steps=number), "c" * 32)
 
 
 def state(number):
-    """Return the request for a state."""
     return ("set_simulation_state", {"state": {"state": number}})
 
 
@@ -57,7 +54,7 @@ STORIES = {
 
 
 def play(story, **settings):
-    """Return the trace of a simulation in which each of these came so many seconds after the one before."""
+    """Return the trace of a run; each command comes some seconds after the one before."""
     run = simulate(WORLD, topics=frozenset(), traced=True, **settings)
     for after, what in story:
         run.simulator.advance(run.simulator.now + after)
@@ -71,27 +68,23 @@ def play(story, **settings):
 
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
-def test_a_replay_does_the_same(story):
-    """The trace of a replay equals the original, line by line."""
+def test_a_replay_equals_the_original(story):
     outcome = replay(play(story).splitlines(keepends=True))
 
     assert None is outcome.difference
     assert outcome.complete
 
 
-def test_steps_of_another_size_are_made_again():
-    """The trace contains the step size, so that a replay makes the same steps."""
+def test_a_replay_makes_steps_of_the_same_size():
     outcome = replay(play(STORIES["step"], step_size=0.3).splitlines(keepends=True))
 
     assert None is outcome.difference
 
 
-def test_a_loaded_world_is_in_the_trace():
-    """A replay does not need the file of a loaded world."""
+def test_a_replay_needs_no_file_of_a_loaded_world():
     assert r"\"scenario 1\"" in play(STORIES["load"])
 
 
-def test_what_changes_nothing_is_not_in_the_trace():
-    """The trace has neither queries nor worlds that could not be loaded."""
+def test_queries_and_failed_loads_are_not_traced():
     assert "no_such_world" not in play(STORIES["load in vain"])
     assert "get_entities" not in play(STORIES["load"])

@@ -1,4 +1,4 @@
-"""Beginning anew, in whole or in part."""
+"""Resetting the simulation, in whole or in part."""
 
 from __future__ import annotations
 
@@ -26,32 +26,25 @@ SCRIPTED = SMALL_WORLD | {
 
 
 def send(action, goal, robot="wall_e", goal_id=GOAL):
-    """Return the command that sends a goal in plain values."""
     return SendGoal(robot, action, actions()[action].goal.model_validate(goal), goal_id, reply_to=goal_id)
 
 
 def go(x=9.0, y=2.0, **more):
-    """Return the command to drive somewhere."""
     return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}}, **more)
 
 
 def reset(run, scope=0):
-    """Reset; return what came of it."""
     return run.ask("reset_simulation", {"scope": scope}).result
 
 
 def spawn(run, name="bob"):
-    """Spawn a robot."""
     pose = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
     run.ask("spawn_entity", {"name": name, "uri": "robot_type:carrier", "initial_pose": pose})
 
 
 class TestGoals:
-    """They are aborted first."""
-
     @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
-    def test_goals_that_run_are_aborted(self, run, scope):
-        """Running goals are aborted with the reason, and their clients get the result now or later."""
+    def test_running_goals_are_aborted(self, run, scope):
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
         reset(run, scope)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -60,8 +53,7 @@ class TestGoals:
         assert "the simulation was reset" == run.log.answer("waiting").result.error_msg
         assert GoalStatus.ABORTED is run.log.answer("later").status
 
-    def test_one_that_has_just_been_accepted_is_aborted(self, run):
-        """A goal that has just been accepted is aborted before its robot starts."""
+    def test_a_goal_accepted_at_the_same_instant_is_aborted(self, run):
         run.simulator.submit(go())
         reset(run)
         run.simulator.run()
@@ -69,8 +61,7 @@ class TestGoals:
         assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING"), (0.0, "ABORTED")] == run.log.changes(GOAL)
         assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_those_that_have_ended_are_kept(self, run):
-        """The results of ended goals stay available."""
+    def test_results_of_ended_goals_are_kept(self, run):
         run((0.0, go()))
         reset(run)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -78,7 +69,6 @@ class TestGoals:
         assert GoalStatus.SUCCEEDED is run.log.answer("later").status
 
     def test_goals_of_robots_that_stay_continue_when_only_others_are_removed(self, run):
-        """Goals of robots that are not removed continue."""
         spawn(run)
         run((0.0, go()), (0.0, go(robot="bob", goal_id=NEXT)), until=1.0)
         reset(run, SPAWNED)
@@ -87,15 +77,14 @@ class TestGoals:
         assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (GOAL, NEXT)]
 
     def test_a_goal_after_it_takes_as_long_as_before(self, run):
-        """A goal after the reset takes the same time as in a new simulation."""
         run((0.0, go()), until=3.0)
         reset(run)
         run((0.0, go(goal_id=NEXT)))
 
         assert (8.0, "SUCCEEDED") == run.log.changes(NEXT)[-1]
 
-    def test_made_ids_are_never_made_twice(self, run):
-        """New goals never get the id of an old goal, whose result is still kept."""
+    def test_generated_ids_are_never_reused(self, run):
+        """The result of an old goal is still kept under its id."""
         run.simulator.submit(go()._replace(goal_id=None))
         reset(run)
         run.simulator.submit(go()._replace(goal_id=None, reply_to="second"))
@@ -104,11 +93,8 @@ class TestGoals:
 
 
 class TestTime:
-    """The scope TIME."""
-
     @pytest.mark.parametrize(("scope", "now"), [(0, 0.0), (ALL, 0.0), (TIME, 0.0), (STATE, 1.5), (SPAWNED, 1.5)])
-    def test_it_is_0_again(self, run, scope, now):
-        """The time is 0 again only if requested, and pending events are dropped."""
+    def test_time_is_0_again(self, run, scope, now):
         run((0.0, go()), until=1.5)
         reset(run, scope)
 
@@ -116,15 +102,13 @@ class TestTime:
         assert (scope in (0, ALL, TIME)) == (run.simulator.generation == 1)
 
     def test_a_robot_stays_where_it_is(self, run):
-        """A reset of time alone moves no robot."""
         run((0.0, go()), until=1.5)
         reset(run, TIME)
         run.simulator.run()
 
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_samples_start_again(self):
-        """The first sample after the reset is due after a tenth of a second."""
+    def test_samples_restart(self):
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.advance(1.55)
         reset(run, TIME)
@@ -134,7 +118,6 @@ class TestTime:
         assert [0.1, pytest.approx(0.2), pytest.approx(0.3)] == [time for time, _ in run.log.events]
 
     def test_the_clock_is_published_once_more(self):
-        """The clock is published after a reset even if the time is unchanged."""
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.settle()
         run.simulator.advance(0.05)
@@ -143,8 +126,7 @@ class TestTime:
 
         assert 2 == len([event for _, event in run.log.events if isinstance(event, Sampled)])
 
-    def test_it_stays_paused(self, run):
-        """A paused simulation stays paused at 0."""
+    def test_a_paused_simulation_stays_paused(self, run):
         run.simulator.advance(1.5)
         run.ask("set_simulation_state", {"state": {"state": 2}})
         reset(run)
@@ -152,34 +134,21 @@ class TestTime:
 
         assert (0.0, 2) == (run.simulator.now, run.ask("get_simulation_state").state.state)
 
-    def test_a_script_that_has_not_begun_begins_before_it(self):
-        """The first goal of a script is aborted with the others, so that the script fails instead of hanging."""
+    @pytest.mark.parametrize("at", [0.0, 1.5])
+    def test_a_script_fails_unless_the_state_is_reset(self, at):
+        """Even the first goal of a script that has not begun is aborted, so that the script does not hang."""
         run = simulate(SCRIPTED)
-        reset(run, TIME)
-        run.simulator.run()
-
-        assert (ScriptState.FAILED, 0.0) == (
-            run.simulator.scripts.all["wall_e"].state,
-            run.simulator.now,
-        )
-
-    def test_a_script_ends_if_its_state_does_not_start_again(self):
-        """A script whose goal was aborted ends, as with any other abort."""
-        run = simulate(SCRIPTED)
-        run.simulator.advance(1.5)
+        run.simulator.advance(at)
         reset(run, TIME)
         run.simulator.run()
 
         script = run.simulator.scripts.all["wall_e"]
-        assert (ScriptState.FAILED, 0.0) == (script.state, script.ended)
+        assert (ScriptState.FAILED, 0.0, 0.0) == (script.state, script.ended, run.simulator.now)
         assert "'Go shelf' ended ABORTED: the simulation was reset" == script.error
 
 
 class TestState:
-    """The scope STATE."""
-
-    def test_robots_are_where_they_were(self, run):
-        """Robots return to their start and hold no items."""
+    def test_robots_return_to_their_start(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
         reset(run, STATE)
 
@@ -187,8 +156,7 @@ class TestState:
         assert (1.0, 2.0, 0.0) == wall_e.pose()
         assert (None, (1.0, 2.1)) == (wall_e.components["claw"].item, run.simulator.items["letter"].position)
 
-    def test_the_deleted_are_there_again(self, run):
-        """Deleted robots are back in their places and serve their actions."""
+    def test_deleted_robots_are_back(self, run):
         for name in ("wall_e", "parcel", "letter"):
             run.ask("delete_entity", {"entity": name})
         reset(run, STATE)
@@ -198,8 +166,7 @@ class TestState:
         assert ["parcel", "anvil", "letter"] == [*run.simulator.items]
         assert (0.0, "SUCCEEDED") == run.log.changes(GOAL)[-1]
 
-    def test_the_name_of_a_deleted_one_may_be_taken(self, run):
-        """A deleted robot whose name was taken stays deleted until the other one is removed."""
+    def test_a_deleted_robot_whose_name_is_taken_stays_deleted(self, run):
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e")
         reset(run, STATE)
@@ -208,16 +175,14 @@ class TestState:
 
         assert ("carrier", "nurse") == (before, run.simulator.robots["wall_e"].type)
 
-    def test_the_spawned_go_back_where_they_were_spawned(self, run):
-        """Spawned robots return to the pose where they were spawned."""
+    def test_spawned_robots_return_to_their_first_pose(self, run):
         spawn(run)
         run((0.0, go(robot="bob")))
         reset(run, STATE)
 
         assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
 
-    def test_scripts_start_again(self):
-        """Scripts restart at once."""
+    def test_scripts_restart(self):
         run = simulate(SCRIPTED)
         run.simulator.advance(3.0)
         reset(run, STATE)
@@ -226,16 +191,15 @@ class TestState:
         script = run.simulator.scripts.all["wall_e"]
         assert (ScriptState.DONE, 3.0 + 16.0) == (script.state, script.ended)
 
-    def test_scripts_begin_before_a_reset_at_their_instant(self):
-        """A script that starts at the instant of a reset starts its first goal again."""
+    def test_scripts_that_start_at_the_instant_of_a_reset_restart(self):
         run = simulate(SCRIPTED)
         reset(run)
         log = run()
 
         assert 4 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
 
-    def test_a_run_after_it_is_the_first_run(self):
-        """A run after a reset repeats the first run, except for the ids."""
+    def test_a_run_after_a_reset_repeats_the_first(self):
+        """Only the ids of goals differ."""
         run = simulate(SCRIPTED, topics=frozenset({Topic.EVENTS}))
         run.simulator.run()
         first = [(time, type(event)) for time, event in run.log.events]
@@ -247,10 +211,7 @@ class TestState:
 
 
 class TestSpawned:
-    """The scope SPAWNED."""
-
-    def test_the_spawned_are_gone(self, run):
-        """Spawned robots and items are removed, and subscribers are notified."""
+    def test_spawned_entities_are_removed(self, run):
         spawn(run)
         run.ask("spawn_entity", {"name": "box", "uri": "item"})
         del run.log.events[:]
@@ -259,15 +220,13 @@ class TestSpawned:
         assert ["wall_e", "eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
         assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
-    def test_a_roster_that_stays_is_not_announced(self, run):
-        """A reset without spawned robots publishes no change of the robots."""
+    def test_unchanged_robots_are_not_announced(self, run):
         reset(run)
 
         assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
 
-def test_it_is_published(run):
-    """The reset is published after the aborted goals, at the new time."""
+def test_a_reset_is_published_after_the_aborted_goals(run):
     run((0.0, go()), until=1.5)
     reset(run, TIME | STATE)
 
@@ -276,7 +235,6 @@ def test_it_is_published(run):
 
 @pytest.mark.parametrize("scope", [8, 128, 254])
 def test_other_scopes_are_not_supported(run, scope):
-    """A request with an unknown scope resets nothing."""
     run.simulator.advance(1.5)
     result = reset(run, scope)
 

@@ -16,55 +16,46 @@ from hmrsim.services import registry
 from hmrsim.settings.run import RunSettings
 from tests.simulation import SMALL_WORLD, simulate
 
-STOPPED, PLAYING, PAUSED = (
-    SimulationState.STATE_STOPPED,
-    SimulationState.STATE_PLAYING,
-    SimulationState.STATE_PAUSED,
-)
+STOPPED, PLAYING, PAUSED = (SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING, SimulationState.STATE_PAUSED)
 OK = Result(result=Result.RESULT_OK)
 GOAL, STEPS, NEXT = (letter * 32 for letter in "abc")
 
 
 def go(x=9.0, y=2.0, goal_id=GOAL):
-    """Return the command to drive wall_e somewhere."""
     action = actions()["navigate_to_pose"]
     goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
     return SendGoal("wall_e", action.name, goal, goal_id, reply_to=goal_id)
 
 
 def steps(number, goal_id=STEPS):
-    """Return the command to make steps and tell of each."""
     action = actions()["simulate_steps"]
     return SendGoal("_world", action.name, action.goal(steps=number), goal_id, reply_to=goal_id)
 
 
+def step(run, number=3, reply_to="steps"):
+    return run.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=number), reply_to))
+
+
 def become(run, state):
-    """Set the state; return what came of it."""
     return run.ask("set_simulation_state", {"state": {"state": state}}).result
 
 
 def state_of(run):
-    """Return the state."""
     return run.ask("get_simulation_state").state.state
 
 
 @pytest.fixture
 def paused(run):
-    """Return a simulation that is paused at 0."""
     become(run, PAUSED)
     return run
 
 
 class TestStates:
-    """Whether time moves."""
-
-    def test_it_plays_at_first(self, run):
-        """A simulation plays until it is paused."""
+    def test_a_simulation_plays_by_default(self, run):
         assert PLAYING == state_of(run)
 
     @pytest.mark.parametrize("state", [STOPPED, PLAYING, PAUSED])
     def test_every_state_leads_to_every_other(self, run, state):
-        """Every state can follow every other; from stopped to paused, the simulation starts paused."""
         for other in (STOPPED, PLAYING, PAUSED):
             become(run, other)
             expected = 101 if other == state else Result.RESULT_OK
@@ -74,14 +65,13 @@ class TestStates:
 
     @pytest.mark.parametrize("state", [3, 4, 5, 99])
     def test_other_states_are_not_supported(self, run, state):
-        """The state of quitting can't be set, as the program belongs to the user who started it."""
+        """A client can't quit the program, which belongs to the user who started it."""
         result = become(run, state)
 
         assert Result.RESULT_FEATURE_UNSUPPORTED == result.result
         assert f"state {state} can't be set" in result.error_message
 
     def test_time_does_not_move_while_paused(self, run):
-        """Neither running nor advancing the clock moves a paused simulation."""
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
         run.simulator.run()
@@ -89,8 +79,7 @@ class TestStates:
 
         assert (1.5, (2.5, 2.0)) == (run.simulator.now, run.simulator.robots["wall_e"].pose().point)
 
-    def test_it_continues_where_it_was(self, run):
-        """A pause does not change later events."""
+    def test_a_pause_changes_no_later_event(self, run):
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
         run.simulator.advance(10.0)
@@ -99,35 +88,30 @@ class TestStates:
 
         assert (8.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
-    def test_a_goal_is_accepted_while_paused(self, paused):
-        """A goal starts at once while paused, and makes no progress."""
-        log = paused((0.0, go()))
+    @pytest.mark.parametrize(
+        ("x", "commands", "status"),
+        [
+            (9.0, [], "EXECUTING"),
+            (99.0, [], "ABORTED"),
+            (9.0, [(0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL))], "CANCELED"),
+        ],
+        ids=["accepted", "impossible", "canceled"],
+    )
+    def test_goals_are_accepted_and_canceled_while_paused(self, paused, x, commands, status):
+        log = paused((0.0, go(x)), *commands)
 
-        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)[:2]
+        assert (0.0, status) == log.changes(GOAL)[-1]
         assert (1.0, 2.0) == paused.simulator.robots["wall_e"].pose().point
 
-    def test_what_can_not_be_done_ends_while_paused(self, paused):
-        """An impossible goal is aborted while paused."""
-        log = paused((0.0, go(x=99.0)))
-
-        assert (0.0, "ABORTED") == log.changes(GOAL)[-1]
-
-    def test_a_goal_is_canceled_while_paused(self, paused):
-        """A goal is canceled at once while paused."""
-        log = paused((0.0, go()), (0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL)))
-
-        assert (0.0, "CANCELED") == log.changes(GOAL)[-1]
-
     @pytest.mark.parametrize("name", [name for name, service in registry().items() if not service.changes_world])
-    def test_every_question_is_answered_while_paused(self, paused, name):
-        """All queries are answered while paused, without moving anything."""
+    def test_queries_are_answered_while_paused(self, paused, name):
         paused((0.0, go()))
 
         assert paused.ask(name, registry()[name].example) is not None
         assert 0.0 == paused.simulator.now
 
-    def test_to_stop_is_to_reset_and_pause(self, run):
-        """Stopping aborts goals, and resets and pauses the simulation."""
+    def test_stopping_resets_and_pauses(self, run):
         log = run((0.0, go()), until=1.5)
         become(run, STOPPED)
 
@@ -135,19 +119,15 @@ class TestStates:
         assert (0.0, True) == (run.simulator.now, run.simulator.paused)
 
     def test_states_are_published(self, paused):
-        """A change of the state is published."""
         become(paused, PLAYING)
 
         assert [(0.0, {"state": PAUSED}), (0.0, {"state": PLAYING})] == paused.log.happened("simulation_state")
 
 
 class TestSteps:
-    """The service."""
-
     def test_steps_are_answered_at_their_end(self, paused):
-        """The request is answered after three steps of 0.1 s, when the simulation is paused again."""
         paused((0.0, go()))
-        reply = paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        reply = step(paused)
         before = paused.log.answers("steps")
         paused.simulator.run()
 
@@ -156,12 +136,14 @@ class TestSteps:
         assert (0.3, True) == (paused.simulator.now, paused.simulator.paused)
         assert (pytest.approx(1.3), 2.0) == paused.simulator.robots["wall_e"].pose().point
 
-    def test_one_is_the_default(self, paused):
-        """One step is the default, as in ROS."""
-        paused.ask("step_simulation")
-        paused.simulator.run()
+    @pytest.mark.parametrize(("settings", "request_", "end"), [({}, {}, 0.1), ({"step_size": 0.25}, {"steps": 2}, 0.5)])
+    def test_the_default_is_one_step_of_the_step_size(self, make_run, settings, request_, end):
+        run = make_run(**settings)
+        become(run, PAUSED)
+        run.ask("step_simulation", request_)
+        run.simulator.run()
 
-        assert 0.1 == paused.simulator.now
+        assert end == run.simulator.now
 
     @pytest.mark.parametrize(
         ("number", "why"),
@@ -170,8 +152,7 @@ class TestSteps:
             (10**9, "steps: 1000000000 of 10 s: 1e+10 s is not from 0 to 1e+09 s"),
         ],
     )
-    def test_not_more_steps_are_made_than_time_can_count(self, number, why):
-        """More steps are rejected than a time with nanoseconds can express."""
+    def test_more_steps_than_time_can_count_are_rejected(self, number, why):
         run = simulate(step_size=10.0)
         run.ask("set_simulation_state", {"state": {"state": PAUSED}})
         answer = run.ask("step_simulation", {"steps": number})
@@ -179,22 +160,19 @@ class TestSteps:
         assert why in str(answer)
         assert 0.0 == run.simulator.now
 
-    def test_no_steps_are_made_at_once(self, paused):
-        """A request for no steps is answered at once."""
+    def test_a_request_for_no_steps_is_answered_at_once(self, paused):
         assert OK == paused.ask("step_simulation", {"steps": 0}).result
 
     @pytest.mark.parametrize("state", [PLAYING, STOPPED])
-    def test_only_a_paused_simulation_makes_steps(self, run, state):
-        """A simulation that is not paused rejects steps."""
+    def test_a_simulation_that_is_not_paused_rejects_steps(self, run, state):
         become(run, state)
 
-        assert Result(
-            result=Result.RESULT_OPERATION_FAILED, error_message="the simulation is not paused; pause it first"
-        ) == (run.ask("step_simulation").result)
+        result = run.ask("step_simulation").result
+        assert Result.RESULT_OPERATION_FAILED == result.result
+        assert "the simulation is not paused; pause it first" == result.error_message
 
-    def test_one_at_a_time(self, paused):
-        """Steps while steps are made are refused, and change nothing of the first."""
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_only_one_request_makes_steps(self, paused):
+        step(paused)
         second = paused.ask("step_simulation").result
         paused.simulator.run()
 
@@ -202,66 +180,49 @@ class TestSteps:
         assert "steps are being made already" in second.error_message
         assert (0.3, OK) == (paused.simulator.now, paused.log.answer("steps").result)
 
-    def test_the_size_of_a_step_is_settable(self, make_run):
-        """The step size is a setting: here a quarter of a second."""
-        run = make_run(step_size=0.25)
-        become(run, PAUSED)
-        run.ask("step_simulation", {"steps": 2})
-        run.simulator.run()
-
-        assert 0.5 == run.simulator.now
-
-    def test_a_step_takes_time(self):
-        """A step size below a nanosecond is refused."""
+    def test_a_step_size_below_a_nanosecond_is_rejected(self):
         with pytest.raises(ValueError, match="5e-10 s is less than a nanosecond"):
             RunSettings(step_size=5e-10)
 
-    @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
+    @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "reset")])
     def test_another_state_ends_the_steps(self, paused, state, word):
-        """The waiting client gets the reason why not all steps were made."""
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        step(paused)
         paused.simulator.process_events(0.1, 1)
         become(paused, state)
         paused.simulator.process_events(0.1, 100)
 
         result = paused.log.answer("steps").result
         assert Result.RESULT_OPERATION_FAILED == result.result
-        assert ("the simulation was reset" if state == STOPPED else f"the simulation was {word}") == (
-            result.error_message
-        )
+        assert f"the simulation was {word}" == result.error_message
         assert state == state_of(paused)
 
-    def test_steps_that_were_ended_do_not_end_those_after_them(self, paused):
-        """After three steps are stopped at the first, later steps are complete."""
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_stopped_steps_do_not_affect_later_ones(self, paused):
+        step(paused)
         paused.simulator.process_events(0.1, 1)
         become(paused, PAUSED)
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=9), "more"))
+        step(paused, 9, "more")
         paused.simulator.run()
 
         assert [1.0] == [time for time, event in paused.log.events if getattr(event, "reply_to", "") == "more"]
         assert OK == paused.log.answer("more").result
 
-    def test_what_ends_with_a_step_ends_before_its_answer(self, paused):
-        """A client has all events of a step before the answer."""
+    def test_the_events_of_a_step_precede_its_answer(self, paused):
         wait = actions()["wait"]
         paused.simulator.submit(SendGoal("eve", "wait", wait.goal.model_validate({"time": {"sec": 1}}), GOAL))
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=10), "steps"))
+        step(paused, 10)
         paused.simulator.run()
-        told = [event for _, event in paused.log.events if isinstance(event, (GoalChanged, Answered))]
+        reported = [event for _, event in paused.log.events if isinstance(event, (GoalChanged, Answered))]
 
         assert (1.0, "SUCCEEDED") == paused.log.changes(GOAL)[-1]
-        assert isinstance(told[-1], Answered)
+        assert isinstance(reported[-1], Answered)
 
-    def test_the_end_of_the_simulation_answers(self, paused):
-        """No client waits forever."""
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_the_end_of_the_simulation_answers_waiting_clients(self, paused):
+        step(paused)
         paused.simulator.submit(Stop("enough"))
 
         assert "enough" == paused.log.answer("steps").result.error_message
 
-    def test_what_is_due_at_the_end_of_a_step_happens_in_it(self, make_run):
-        """Feedback at 0.1 s belongs to the first step."""
+    def test_events_at_the_end_of_a_step_belong_to_it(self, make_run):
         run = make_run(feedback_rate=10.0)
         become(run, PAUSED)
         run((0.0, go()))
@@ -272,10 +233,7 @@ class TestSteps:
 
 
 class TestSimulateSteps:
-    """The action of the world."""
-
-    def test_it_tells_of_each_step(self, paused):
-        """The action gives feedback after each step."""
+    def test_feedback_follows_each_step(self, paused):
         log = paused((0.0, steps(3)))
 
         assert [(0.1, 1, 2), (0.2, 2, 1), (0.3, 3, 0)] == [
@@ -285,17 +243,12 @@ class TestSimulateSteps:
         assert (OK, True) == (log.result(STEPS).result, paused.simulator.paused)
 
     def test_only_a_paused_simulation_accepts_it(self, run):
-        """A simulation that is not paused rejects the goal as not ready."""
         answer = run((0.0, steps(3))).answer(STEPS)
 
-        assert (False, "not_ready", "the simulation is not paused; pause it first") == (
-            answer.accepted,
-            answer.reason,
-            answer.error_msg,
-        )
+        assert (False, "not_ready") == (answer.accepted, answer.reason)
+        assert "the simulation is not paused; pause it first" == answer.error_msg
 
-    def test_one_at_a_time(self, paused):
-        """Neither with another goal nor with the service."""
+    def test_only_one_goal_or_request_makes_steps(self, paused):
         paused.simulator.submit(steps(3))
         paused.simulator.submit(steps(3, NEXT))
         service = paused.ask("step_simulation").result
@@ -304,48 +257,37 @@ class TestSimulateSteps:
         assert Result.RESULT_OPERATION_FAILED == service.result
 
     def test_no_robot_serves_it(self, run):
-        """Only the world serves the action, and it serves no other."""
         run((0.0, steps(3)._replace(robot="wall_e", reply_to="robot")), (0.0, go()._replace(robot="_world")))
 
         assert "unknown_action" == run.log.answer("robot").reason
         assert "_world has no action 'navigate_to_pose'; it has: simulate_steps" == run.log.answer(GOAL).error_msg
 
-    def test_a_cancel_shuts_the_gate_where_it_is(self, paused):
-        """A cancel pauses the simulation between two steps."""
+    def test_a_cancel_pauses_between_two_steps(self, paused):
+        """Further steps are possible at once."""
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
         paused.simulator.advance(9.0)
-
-        assert (1.25, "CANCELED") == paused.log.changes(STEPS)[-1]
-        assert (1.25, True) == (paused.simulator.now, paused.simulator.paused)
-
-    def test_steps_can_be_made_right_after_a_cancel(self, paused):
-        """Further steps are possible at the instant of a cancel."""
-        paused.simulator.submit(steps(30))
-        paused.simulator.advance(1.25)
-        paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
+        stopped = (paused.simulator.now, paused.simulator.paused)
         paused.simulator.submit(steps(2, NEXT))
         paused.simulator.run()
 
+        assert (1.25, "CANCELED") == paused.log.changes(STEPS)[-1]
+        assert (1.25, True) == stopped
         assert (1.45, "SUCCEEDED") == paused.log.changes(NEXT)[-1]
 
     def test_a_reset_aborts_it(self, paused):
-        """A reset aborts the goal with the reason."""
         paused.simulator.submit(steps(30))
         paused.simulator.submit(GetResult("_world", "simulate_steps", STEPS, "result"))
         paused.simulator.advance(1.25)
         paused.ask("reset_simulation")
 
         answer = paused.log.answer("result")
-        assert (GoalStatus.ABORTED, "the simulation was reset") == (
-            answer.status,
-            answer.result.result.error_message,
-        )
+        assert GoalStatus.ABORTED == answer.status
+        assert "the simulation was reset" == answer.result.result.error_message
         assert (0.0, True) == (paused.simulator.now, paused.simulator.paused)
 
-    def test_to_play_aborts_it(self, paused):
-        """Playing aborts the goal."""
+    def test_playing_aborts_it(self, paused):
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         become(paused, PLAYING)
@@ -364,7 +306,6 @@ SCRIPTED = SMALL_WORLD | {
 
 
 def story(run):
-    """Return all that goals went through, with the times."""
     return [
         (time, event.robot, event.action, event.goal_id, event.status, event.result)
         for time, event in run.log.events
@@ -373,8 +314,7 @@ def story(run):
 
 
 @pytest.mark.parametrize("number", [1, 3, 1000])
-def test_stepping_is_running(number):
-    """Steps of any number lead to the same events at the same times."""
+def test_stepping_equals_running(number):
     whole = simulate(SCRIPTED)
     whole.simulator.run(20.0)
     stepped = simulate(SCRIPTED)
@@ -387,6 +327,5 @@ def test_stepping_is_running(number):
 
 
 def test_a_request_of_another_kind_is_read_strictly():
-    """A number instead of a state message is an error."""
     with pytest.raises(ValueError, match="should be an object"):
         SetSimulationState.Request.model_validate_json(json.dumps({"state": 2}))
