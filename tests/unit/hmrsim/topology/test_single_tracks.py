@@ -1,4 +1,4 @@
-"""Where robots can't pass each other."""
+"""Single tracks, on which robots can't pass each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from tests.profiles import examples
 
 
 def tracks(lanes, rooms=None, **parts):
-    """Return the single tracks of lanes between waypoints of one letter each, such as ``ab``."""
     names = sorted({name for lane in lanes for name in lane} | {stop for stops in parts.values() for stop in stops})
     points = {name: [number, number * number] for number, name in enumerate(names)}
     lifts = {name: {"stops": [*stops]} for name, stops in parts.items()}
@@ -29,7 +28,7 @@ H = ["ax", "bx", "xm", "mn", "ny", "yc", "yd"]
 
 
 def test_a_chain_between_two_junctions():
-    """The junctions are no part of it: there one can go aside."""
+    """Junctions do not belong to it, since a robot can step aside there."""
     assert (("m", "n"),) == tracks(H).corridors
 
 
@@ -38,18 +37,15 @@ def test_a_chain_between_two_junctions():
     [([*H, "bc"], {}), ([lane for lane in H if lane not in ("xm", "mn")] + ["xn"], {}), (H, {"m": 2}), (H, {"n": 3})],
     ids=["a way around", "a single waypoint", "room for two", "room for three"],
 )
-def test_what_is_no_corridor(lanes, rooms):
-    """Robots can pass, or go around, or aside."""
+def test_lanes_with_a_way_around_are_no_single_track(lanes, rooms):
     assert () == tracks(lanes, rooms).corridors
 
 
-def test_a_dead_end_is_one_too():
-    """Whoever wants out of it meets whoever wants in."""
+def test_a_dead_end_is_a_single_track():
     assert (("p", "q", "r"),) == tracks(["ax", "bx", "xp", "pq", "qr"]).corridors
 
 
-def test_one_way_lanes_are_none():
-    """Robots do not meet on them."""
+def test_one_way_lanes_are_no_single_track():
     one_way = [{"from": a, "to": b, "one_way": True} for a, b in ("mn", "xm", "ny")]
     lanes = [*([*lane] for lane in ("ax", "bx", "yc", "yd")), *one_way]
     points = {name: [number, number * number] for number, name in enumerate("abcdmnxy")}
@@ -59,14 +55,12 @@ def test_one_way_lanes_are_none():
 
 
 def test_a_lift_ends_a_corridor():
-    """Robots that wait for it stand beside its door."""
     found = tracks(["ab", "bc", "de", "ef"], {"c": math.inf, "d": math.inf}, lift="cd")
 
     assert (("a", "b"), ("e", "f")) == found.corridors
 
 
-def test_what_is_beyond():
-    """The largest part is the one from which robots come; where there is a way around nothing is beyond."""
+def test_the_part_beyond_a_single_track_is_the_smaller_one():
     assert frozenset() == tracks([*H, "bc", "ad"]).cut_off("x")
     assert frozenset("ab") == tracks([*H, "nz"]).cut_off("x")
     assert frozenset("abx") == tracks([*H, "nz"]).cut_off("m")
@@ -74,8 +68,7 @@ def test_what_is_beyond():
     assert frozenset() == tracks([*H, "bc"]).cut_off("x", "m")
 
 
-def test_room_aside_leaves_the_only_way_free():
-    """A waypoint that cuts something off has room for one less."""
+def test_a_cut_waypoint_has_room_for_one_robot_less():
     found = tracks(H, {"m": 2})
     (part,) = found.parts
 
@@ -83,7 +76,7 @@ def test_room_aside_leaves_the_only_way_free():
 
 
 def can_swap(beside, one, other):
-    """Return whether two robots can swap places by one move after the other, to waypoints that are free."""
+    """Return whether two robots can swap places by single moves to free waypoints."""
     todo, seen = [(one, other)], {(one, other)}
     for a, b in todo:
         moves = [(to, b) for to in beside[a] if to != b] + [(a, to) for to in beside[b] if to != a]
@@ -94,7 +87,6 @@ def can_swap(beside, one, other):
 @examples(200)
 @given(st.lists(st.sampled_from([a + b for a, b in combinations("abcdef", 2)]), min_size=1, max_size=7, unique=True))
 def test_two_robots_can_swap_unless_all_is_one_corridor(lanes):
-    """That is when robots that make room for each other can't pass, either."""
     found = tracks(lanes)
     beside = defaultdict(set)
     for a, b in lanes:
