@@ -1,4 +1,4 @@
-"""Traces in which values, lines or bytes were changed: a replay shows the difference, or says what is wrong."""
+"""Damaged traces: a replay or a report shows the difference or the error."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ VALUES = [None, True, 0, -1, 1e308, 5e-324, 2**64, "x", "", [], {}, [1], {"a": 1
 
 @cache
 def lines() -> tuple[str, ...]:
-    """Return a trace with goals, a fault, a spawned robot, a reset and a pause."""
     run = simulate(traced=True)
     run.ask("inject_fault", {"type": "breakdown", "robot": "cart", "at": 1.0, "duration": 2.0})
     drive = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}})
@@ -42,7 +41,7 @@ def lines() -> tuple[str, ...]:
 
 
 def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield where there are values in one of JSON."""
+    """Yield the paths of all JSON values in a value."""
     if path:
         yield path
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -51,7 +50,6 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def change_value(line: str, chance: random.Random) -> str:
-    """Return a line of which one value is another one, or gone."""
     body = json.loads(line)
     *way, last = chance.choice(list(paths(body)))
     inner = body
@@ -65,7 +63,6 @@ def change_value(line: str, chance: random.Random) -> str:
 
 
 def damaged(chance: random.Random) -> list[str]:
-    """Return the trace with one change."""
     made = list(lines())
     number = chance.randrange(len(made))
     match chance.choice(["value", "value", "value", "cut", "gone", "twice", "byte"]):
@@ -85,8 +82,7 @@ def damaged(chance: random.Random) -> list[str]:
 
 @examples(300)
 @given(seed=st.integers(0, 2**32))
-def test_no_damage_is_a_traceback(seed):
-    """Whatever was changed."""
+def test_a_replay_survives_any_damage(seed):
     with suppress(TraceError):
         outcome = replay(damaged(random.Random(seed)))
 
@@ -95,8 +91,7 @@ def test_no_damage_is_a_traceback(seed):
 
 @examples(100)
 @given(seed=st.integers(0, 2**32), section=st.sampled_from([None, 1, 2, 3]))
-def test_nor_is_it_one_of_a_report(seed, section):
-    """Of each section, or of one."""
+def test_a_report_survives_any_damage(seed, section):
     made = damaged(random.Random(seed))
     with suppress(TraceError):
         found = of_trace(lambda: made, section=section)

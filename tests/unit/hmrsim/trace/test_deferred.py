@@ -1,4 +1,4 @@
-"""A trace that is written late: it has the bytes of one that is written at once."""
+"""Traces that are written later, with the same bytes."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ class Receiver:
     """Somebody who waits for an answer."""
 
 
-def test_it_has_the_same_bytes_as_one_that_is_written_at_once():
-    """In the middle of a run, and at its end."""
+def test_deferred_writing_gives_the_same_bytes():
     world, settings, pieces = World.model_validate(SMALL_WORLD), RunSettings(), []
     late, trace = DeferredTrace(world, settings), Trace(Header.of(world, settings), pieces.append)
     simulator = Simulator(world, settings, [late, trace])
@@ -35,8 +34,8 @@ def test_it_has_the_same_bytes_as_one_that_is_written_at_once():
     assert middle != "".join(pieces) == late.text
 
 
-def test_it_keeps_nobody_who_waits_for_an_answer():
-    """Some end with the last reference to them, which tells their senders that no more answers come."""
+def test_it_keeps_no_reply_address():
+    """The last reference to some of them tells their senders that no further answer comes."""
     world, ended = World.model_validate(SMALL_WORLD), []
 
     class Ending(Receiver):

@@ -1,4 +1,4 @@
-"""Where two runs first differ."""
+"""The first difference of two runs."""
 
 from __future__ import annotations
 
@@ -11,13 +11,11 @@ WAS = '{"kind":"header"}\n{"kind":"status","robot":"eve","stamp":{"nanosec":5000
 NOW = WAS.replace('"status":4', '"status":6')
 
 
-def test_runs_that_are_the_same():
-    """Have no difference."""
+def test_equal_runs_have_no_difference():
     assert first_difference(WAS, WAS) is None
 
 
-def test_the_first_line_that_differs_is_told():
-    """With its time, robot and event, as it was and as it is."""
+def test_the_first_difference_has_both_lines():
     difference = first_difference(WAS, NOW)
 
     assert difference is not None
@@ -28,8 +26,7 @@ def test_the_first_line_that_differs_is_told():
     ) == difference.describe()
 
 
-def test_a_run_that_ends_before():
-    """Has nothing there."""
+def test_a_run_that_ends_earlier_differs():
     difference = first_difference(WAS, WAS.splitlines()[0])
 
     assert difference is not None
@@ -37,8 +34,7 @@ def test_a_run_that_ends_before():
 
 
 @pytest.mark.parametrize("line", ["", "[]", "no JSON"])
-def test_a_line_that_is_no_event(line):
-    """Is shown as it is."""
+def test_a_line_that_is_no_event_is_shown_raw(line):
     difference = first_difference(line + "x", NOW)
 
     assert difference is not None
@@ -46,20 +42,17 @@ def test_a_line_that_is_no_event(line):
 
 
 def order_of_a_set() -> str:
-    """Return the order of a set of texts, which differs between processes."""
     return " ".join({f"robot_{number}" for number in range(50)})
 
 
-def test_a_run_is_repeated_in_other_processes_where_no_trace_was_kept():
+def test_without_a_trace_the_run_is_repeated_in_other_processes():
     """Sets have another order there."""
     assert "two runs of now differ, too" in difference_from("", order_of_a_set(), order_of_a_set)
 
 
-def test_runs_that_are_all_the_same():
-    """Something else has changed."""
+def test_equal_repetitions_are_reported():
     assert "the code of the controller" in difference_from("", "'abc'", repr, "abc")
 
 
-def test_a_trace_that_was_kept_is_compared_with():
-    """Nothing has to be repeated."""
+def test_a_kept_trace_is_compared():
     assert "line 2, at 3.500 s" in difference_from(WAS, NOW, lambda: "")

@@ -1,4 +1,4 @@
-"""Sections: where simulated time begins anew, another header begins a section of the trace."""
+"""Sections of a trace, which begin wherever simulated time restarts."""
 
 from __future__ import annotations
 
@@ -25,12 +25,10 @@ LOAD = ("load_world", {"resource_string": json.dumps(OTHER)})
 
 
 def wait(robot="eve"):
-    """Return the command to wait for a second."""
     return SendGoal(robot, "wait", Wait.Goal.model_validate({"time": {"sec": 1}}))
 
 
 def traced(*orders, close=True, **settings):
-    """Return the lines of a run: seconds to let pass, commands, and services with their requests."""
     run = simulate(traced=True, **settings)
     for order in orders:
         if isinstance(order, float):
@@ -46,7 +44,6 @@ def traced(*orders, close=True, **settings):
 
 
 def headers(lines):
-    """Return the headers of a trace."""
     return [line for line in map(json.loads, lines) if line["kind"] == "header"]
 
 
@@ -56,7 +53,6 @@ THREE = (2.0, wait(), 3.0, RESET, wait(), 4.0, LOAD, PLAY, wait("zoe"), 2.0)
 
 @pytest.fixture
 def path(tmp_path):
-    """The trace of three sections in a file."""
     path = tmp_path / "run.jsonl"
     path.write_text("".join(traced(*THREE)))
     return path
@@ -80,38 +76,29 @@ def path(tmp_path):
         ((RESET, 1.0, RESET), ["reset", "reset"]),
     ],
 )
-def test_a_section_begins_where_time_does(orders, causes):
-    """A reset of time, a stop and another world; states and spawned entities are reset within a section."""
+def test_a_section_begins_where_time_restarts(orders, causes):
     first, *others = headers(traced(1.0, *orders, 1.0))
 
     assert ("section" in first, "cause" in first) == (False, False)
     assert list(enumerate(causes, 2)) == [(header["section"], header["cause"]) for header in others]
 
 
-def test_the_header_is_that_of_the_first_section():
-    """The same world, seed and settings, with the number and the cause."""
+def test_the_header_repeats_that_of_the_first_section():
     first, second = headers(traced(1.0, RESET, seed=7, step_size=0.3, run_id="x"))
 
     assert first | {"section": 2, "cause": "reset"} == second
 
 
-def test_a_loaded_world_is_in_its_header():
-    """With its hash and its seed."""
-    _, header = headers(traced(1.0, LOAD))
+@pytest.mark.parametrize(("settings", "seed"), [({}, 5), ({"seed": 7}, 7)])
+def test_a_loaded_world_is_in_its_header_with_its_seed_or_the_given_one(settings, seed):
+    _, header = headers(traced(1.0, LOAD, **settings))
 
-    assert ("other", 5, False) == (header["world"]["name"], header["seed"], header["seed_given"])
+    assert ("other", seed, bool(settings)) == (header["world"]["name"], header["seed"], header["seed_given"])
     assert ["zoe"] == [*header["world"]["definition"]["robots"]]
 
 
-def test_a_seed_that_was_given_stays():
-    """It holds for every world."""
-    _, header = headers(traced(1.0, LOAD, seed=7))
-
-    assert (7, True) == (header["seed"], header["seed_given"])
-
-
-def test_times_are_those_of_the_section():
-    """The command and what ends by it belong to the section before."""
+def test_times_restart_with_the_section():
+    """The command that begins a section belongs to the one before."""
     lines = [json.loads(line) for line in traced(2.0, wait(), 0.5, RESET)]
     at = next(i for i, line in enumerate(lines) if line.get("section") == 2)
 
@@ -120,7 +107,6 @@ def test_times_are_those_of_the_section():
 
 
 def test_the_header_is_canonical():
-    """Keys are sorted, but for those of the world."""
     line = next(line for line in traced(1.0, LOAD) if '"section"' in line)
     world = json.loads(line)["world"]
 
@@ -128,8 +114,7 @@ def test_the_header_is_canonical():
     assert line == json.dumps({**json.loads(line), "world": world}, separators=(",", ":")) + "\n"
 
 
-def test_a_replay_tells_the_sections_apart():
-    """How many lines and commands, and how long."""
+def test_a_replay_counts_each_section():
     lines = traced(*THREE)
     outcome = replay(lines)
 
@@ -141,15 +126,13 @@ def test_a_replay_tells_the_sections_apart():
 
 
 @pytest.mark.parametrize("orders", [(RESET_TIME,), (STOP, PLAY), (RESET, RESET), (LOAD, PLAY, 1.0, LOAD)])
-def test_each_way_to_begin_is_replayed(orders):
-    """To the last line."""
+def test_each_cause_of_a_section_is_replayed(orders):
     outcome = replay(traced(1.5, wait(), 0.5, *orders, 2.0))
 
     assert (None, True) == (outcome.difference, outcome.complete)
 
 
-def test_a_replay_ends_behind_the_section_that_is_wanted():
-    """What is wrong behind it does not matter."""
+def test_a_replay_ends_after_the_requested_section():
     lines = traced(*THREE)
     ends = sections_of(lines)[2].line - 1
     outcome = replay([*lines[:ends], lines[ends], "nonsense\n"], section=2)
@@ -157,8 +140,7 @@ def test_a_replay_ends_behind_the_section_that_is_wanted():
     assert (None, True, ends, 2) == (outcome.difference, outcome.complete, outcome.lines, len(outcome.sections))
 
 
-def test_a_difference_in_an_earlier_section_is_told():
-    """A later one begins with what it has left."""
+def test_a_difference_in_an_earlier_section_is_reported():
     lines = traced(*THREE)
     number = next(i for i, line in enumerate(lines) if '"status":4' in line)
     lines[number] = lines[number].replace('"status":4', '"status":6')
@@ -167,8 +149,7 @@ def test_a_difference_in_an_earlier_section_is_told():
     assert (number + 1, 1) == (outcome.difference.line, len(outcome.sections))
 
 
-def test_a_header_that_is_not_due_is_a_difference():
-    """No command has begun a section."""
+def test_an_extra_header_is_a_difference():
     lines = traced(1.0, wait(), 2.0)
     header = traced(1.0, RESET)[2]
     difference = replay([*lines[:3], header, *lines[3:]]).difference
@@ -176,8 +157,7 @@ def test_a_header_that_is_not_due_is_a_difference():
     assert (4, header) == (difference.line, difference.trace + "\n")
 
 
-def test_a_header_that_is_missing_is_a_difference():
-    """As in a trace of a version without sections."""
+def test_a_missing_header_is_a_difference():
     lines = traced(1.0, RESET, 1.0)
     number = next(i for i, line in enumerate(lines) if '"section":2' in line)
     difference = replay(lines[:number] + lines[number + 1 :]).difference
@@ -186,7 +166,6 @@ def test_a_header_that_is_missing_is_a_difference():
 
 
 def test_a_trace_that_was_cut_is_replayed_to_its_end():
-    """Also within a header, or right behind it."""
     text = "".join(traced(*THREE))
     for cut in range(text.index("\n") + 1, len(text) - 1, 97):
         outcome = replay(text[:cut].splitlines(keepends=True))
@@ -196,7 +175,7 @@ def test_a_trace_that_was_cut_is_replayed_to_its_end():
 
 
 def test_a_section_alone_is_no_trace():
-    """It begins with what those before it have left."""
+    """It depends on the sections before it."""
     lines = traced(*THREE)
     alone = lines[sections_of(lines)[1].line - 1 :]
 
@@ -204,21 +183,18 @@ def test_a_section_alone_is_no_trace():
         replay(alone)
 
 
-def test_what_only_looks_like_a_header_is_none():
-    """A text, or a part of a line."""
+def test_lines_that_resemble_a_header_are_none():
     lines = traced()
     others = ['{"kind":"x","goal":{"kind":"header"}}\n', '"\\"kind\\":\\"header\\""\n', '{"kind":"header"\n', "[]\n"]
 
     assert [1] == [section.line for section in sections_of([*lines, *others, lines[0][:-1]])]
 
 
-def test_what_made_a_section_begin_is_told_in_words():
-    """One of a later version says so itself."""
+def test_the_cause_of_a_section_is_described():
     assert ("a world was loaded", "eclipse", "") == tuple(map(restart_text, ("world_loaded", "eclipse", "")))
 
 
 def test_a_test_of_a_controller_has_sections(simulation):
-    """In lockstep, within its process."""
     run = simulation(SMALL_WORLD)
     run.client.sleep(2.0)
     run.client.get("hmrsim/_world/reset_simulation", payload=b"{}")
@@ -229,10 +205,7 @@ def test_a_test_of_a_controller_has_sections(simulation):
 
 
 class TestCommand:
-    """``hmrsim replay``."""
-
     def test_sections_are_listed(self, path, capsys):
-        """A line each, with what began it; then all of them."""
         code = main(["replay", str(path)])
         *sections, last = capsys.readouterr().out.splitlines()
 
@@ -245,8 +218,7 @@ class TestCommand:
         ]
         assert last.endswith(", 6 commands, 11.000 simulated seconds")
 
-    def test_one_section(self, path, capsys):
-        """The others are not told of."""
+    def test_one_section_is_replayed(self, path, capsys):
         code = main(["replay", str(path), "--section", "2"])
         section, last = capsys.readouterr().out.splitlines()
 
@@ -254,8 +226,7 @@ class TestCommand:
         assert section.endswith("2 commands, 4.000 simulated seconds: the simulation was reset")
         assert last.endswith("4 commands, 9.000 simulated seconds, up to the end of section 2")
 
-    def test_json_has_them(self, path, capsys):
-        """With what the whole has, of each."""
+    def test_json_has_sections(self, path, capsys):
         main(["replay", str(path), "--json"])
         found = json.loads(capsys.readouterr().out)
 
@@ -265,8 +236,7 @@ class TestCommand:
         ]
 
     @pytest.mark.parametrize("command", ["replay", "report"])
-    def test_a_section_that_is_not_there(self, path, capsys, command):
-        """Exit 2, and which there are and where."""
+    def test_an_unknown_section_exits_with_2(self, path, capsys, command):
         code = main([command, str(path), "--section", "4"])
         second, third = (section.line for section in sections_of(path.read_text().splitlines(keepends=True))[1:])
         there = f"1 from line 1 on ('small'), 2 from line {second} on ('small'), 3 from line {third} on ('other')"
@@ -275,15 +245,13 @@ class TestCommand:
 
     @pytest.mark.parametrize("command", ["replay", "report"])
     @pytest.mark.parametrize("number", ["0", "-1", "x", "1.5", ""])
-    def test_what_is_no_number_of_a_section(self, path, capsys, command, number):
-        """Exit 2, and what is expected."""
+    def test_an_invalid_section_number_exits_with_2(self, path, capsys, command, number):
         code = main([command, str(path), f"--section={number}"])
         error = capsys.readouterr().err
 
         assert (2, True) == (code, f"argument --section: {number!r} is not a whole number greater than 0" in error)
 
-    def test_a_header_that_is_cut_begins_no_section(self, path, capsys):
-        """As any line that is incomplete."""
+    def test_a_truncated_header_begins_no_section(self, path, capsys):
         text = path.read_text()
         path.write_text(text[: text.index('"section":3') + 20])
 
@@ -293,15 +261,14 @@ class TestCommand:
         assert capsys.readouterr().out.endswith("; the trace is truncated there\n")
 
     def test_a_header_may_have_as_many_values_as_a_world(self, path, capsys):
-        """Each has one."""
         path.write_text(path.read_text() + f'{{"kind":"header","x":[{"0," * 5_000_000}0]}}\n')
 
         assert 2 == main(["replay", str(path)])
         assert "has more than 5000000 values" in capsys.readouterr().err
 
 
-def test_a_world_whose_scripts_are_stopped_before_time_begins_is_replayed():
-    """What the scripts would still have done at that instant is not in the trace, and not in the replay."""
+def test_scripts_stopped_before_their_first_instant_are_replayed():
+    """Neither the trace nor the replay has the remaining orders of that instant."""
     scripted = {**OTHER, "robots": {"zoe": {"at": "a", "script": ["Wait 5"]}}}
     run = simulate(traced=True)
     run.ask("load_world", {"resource_string": json.dumps(scripted)})
