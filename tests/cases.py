@@ -1,4 +1,4 @@
-"""Many small cases in one test: what fails says which case it was."""
+"""Named cases within one test, so that a failure names its case."""
 
 from __future__ import annotations
 

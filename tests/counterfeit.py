@@ -1,4 +1,4 @@
-"""A counterfeit simulator: it forwards requests to a real one and changes what that answers and publishes."""
+"""A counterfeit simulator, which forwards requests to a real one and changes its answers and publications."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 Change = Callable[[str, bytes], bytes]
-"""Returns what is sent in place of a payload; the key is without the prefix, such as ``_world/info``."""
+"""Returns the replacement of a payload; the key has no prefix, such as ``_world/info``."""
 
 _PREFIX = "hmrsim/"
 
@@ -32,7 +32,7 @@ class Counterfeit:
         robots: Whose tokens it has.
 
     Attributes:
-        options: What a client connects with.
+        options: Connection options of a client.
         change: Of what is sent; by default nothing is changed.
     """
 
@@ -62,7 +62,7 @@ class Counterfeit:
 
     def _answer(self, query: zenoh.Query) -> None:
         if str(query.key_expr).endswith("/get_result"):
-            # It may take as long as its goal; all others are answered in their order, as a simulator does.
+            # This request may take as long as its goal; a simulator answers all others in order.
             threading.Thread(target=self._forward, args=(query,), daemon=True).start()
         else:
             self._queries.put(query)

@@ -1,4 +1,4 @@
-"""Requests with numbers and texts at the ends of what they may be, made from the types of messages."""
+"""Requests with extreme numbers and texts, generated from the types of messages."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ TEXTS = [
 
 
 Choose = Callable[[Sequence[Any]], Any]
-"""Returns one of some values."""
+"""Returns one of the given values."""
 
 
 def bodies(kind: type[Message], names: Sequence[str] = ()) -> st.SearchStrategy[dict[str, Any]]:
-    """Return requests of a type, in plain values; most are valid, and *names* are names of what there is."""
+    """Return requests of a type in plain values; most are valid, and *names* are names of existing entities."""
 
     @st.composite
     def made(draw: Any) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def bodies(kind: type[Message], names: Sequence[str] = ()) -> st.SearchStrategy[
 
 
 def body(kind: type[Message], names: Sequence[str], choose: Choose) -> dict[str, Any]:
-    """Return one request of a type, of which *choose* makes every choice."""
+    """Return one request of a type; *choose* makes every choice."""
     return {
         name: _value(field.annotation, tuple(field.metadata), names, choose)
         for name, field in kind.model_fields.items()

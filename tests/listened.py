@@ -1,4 +1,4 @@
-"""Keys of which a test wants to know whether anybody listens to them."""
+"""A monitor of whether keys have subscribers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Listened:
         return bool(self._publisher(key).matching_status.matching)
 
     def wait(self, key: str, *, there: bool) -> None:
-        """Wait until a key has a subscriber, or has none any more."""
+        """Wait until a key has a subscriber, or until it has none."""
         with self._changed:
             assert self._changed.wait_for(lambda: self.now(key) == there, PATIENCE)
 

@@ -1,6 +1,6 @@
-"""Linear temporal logic by its definition, on words that end in one letter for ever; to compare patterns with.
+"""Linear temporal logic by its definition, on words that end in one letter forever; to compare patterns with.
 
-A word is a list of letters, each a set of propositions; after it comes its last letter for ever. A formula is a
+A word is a list of letters, each a set of propositions; after it comes its last letter forever. A formula is a
 function of a word and a position.
 """
 
@@ -59,7 +59,7 @@ def until(left: Formula, right: Formula) -> Formula:
 
 
 def weak_until(left: Formula, right: Formula) -> Formula:
-    """Return the same, or that the left one holds for ever."""
+    """Return the same, or that the left one holds forever."""
     return lambda word, i: until(left, right)(word, i) or always(left)(word, i)
 
 
@@ -67,7 +67,7 @@ def weak_until(left: Formula, right: Formula) -> Formula:
 
 
 def visit(places: Sequence[str]) -> Formula:
-    """And of F l_i."""
+    """Return the conjunction of F l_i for all i."""
     return and_(*(eventually(is_(place)) for place in places))
 
 
@@ -105,7 +105,7 @@ def fair_visit(places: Sequence[str]) -> Formula:
 
 
 def fair_patrol(places: Sequence[str]) -> Formula:
-    """G (l_i -> X ((not l_i) W l_(i+1))): of the fair patrolling what is said of the order."""
+    """G (l_i -> X ((not l_i) W l_(i+1))): the condition of fair patrolling on the order."""
     return and_(*_fair(places))
 
 
@@ -119,13 +119,13 @@ def ordered_patrol(places: Sequence[str]) -> Formula:
 
 
 def strict_ordered_patrol(places: Sequence[str]) -> Formula:
-    """Likewise, and G (l_i -> X ((not l_i) U l_(i+1))) but for the last one."""
+    """The same, and G (l_i -> X ((not l_i) U l_(i+1))) but for the last one."""
     strict = [always(implies(is_(a), next_(weak_until(not_(is_(a)), is_(b))))) for a, b in pairwise(places)]
     return and_(ordered_patrol(places), *strict)
 
 
 def at_least(name: str, count: int) -> Formula:
-    """F (l1 and X F (l1 and ...)), so many times."""
+    """F (l1 and X F (l1 and ...)), the given number of times."""
     return eventually(and_(is_(name), next_(at_least(name, count - 1))) if count > 1 else is_(name))
 
 

@@ -1,4 +1,4 @@
-"""Where files are that tests read."""
+"""Paths of the files that tests read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 TESTS = Path(__file__).parent
 ROOT = TESTS.parent
 REFERENCES = ROOT.parent / "shared" / "data"
-"""Files of others, on machines that have them."""
+"""Files of other projects, on machines that have them."""
 
 
 def nav2_files(suffix: str) -> list[Path]:

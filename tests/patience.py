@@ -1,4 +1,4 @@
-"""How long tests wait for what must happen."""
+"""The time limit of tests that wait for something."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from typing import Final
 PATIENCE: Final = 300.0
 """Wall seconds after which a test that waits for a message, an event or a thread fails.
 
-Each of them takes far less than ten seconds, on a machine that is thirty times slower than that less than this. The end
-of a process is waited for without a limit of its own: pytest's timeout ends a test that does so in vain.
+Each of these takes far less than ten seconds, and less than the limit even on a machine thirty times slower. Tests wait
+for the end of a process without a limit, since pytest's timeout ends a test that waits in vain.
 """

@@ -1,4 +1,4 @@
-"""Controllers of a porter, as users write them, and checks of them in a small world."""
+"""Controllers of a porter robot as users write them, and their checks in a small world."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check_of(function: str, **said: Any):
 
 
 def searched(check, executor=Serial, **options: Any):
-    """Return what comes of a search within this process."""
+    """Return the result of a search within this process."""
     with Evaluator(check, executor, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         check = limited(check, nominal)
@@ -48,18 +48,18 @@ def searched(check, executor=Serial, **options: Any):
 
 
 def careful(client):
-    """Bring the box; try what fails again after a while, and say so when that does not help."""
+    """Bring the box; retry failed steps after a pause, and report failure if that does not help."""
     porter = Commander(client, "porter")
     return all(tried(client, step) for step in steps(porter))
 
 
 def sleepy(_client):
-    """Do nothing for ever."""
+    """Do nothing until the run ends."""
     threading.Event().wait()
 
 
 def needy(client):
-    """Look where the crate is, and bring the box with care."""
+    """Look up the position of the crate, and bring the box carefully."""
     scene = json.loads(client.get(client.keys.world("scene")))
     return bool({item["name"]: item for item in scene["items"]}["crate"]) and careful(client)
 
@@ -71,7 +71,7 @@ def hasty(client):
 
 
 def tired(client):
-    """Bring the box, but go to the berth, at any price, when it can't be picked up."""
+    """Bring the box, or drive to the berth regardless of failures if it can't be picked up."""
     porter = client.action_client("porter", registry()["dock_robot"])
     if done(lambda: Commander(client, "porter").pickup("box")):
         return True
@@ -81,7 +81,7 @@ def tired(client):
 
 
 def vain(client):
-    """Bring the box; try what fails again at once, for ever."""
+    """Bring the box; retry failed steps at once, without end."""
     porter = Commander(client, "porter")
     for step in steps(porter):
         while not done(step):
@@ -90,7 +90,7 @@ def vain(client):
 
 
 def proud(client):
-    """Bring the box, and say that all is well whatever has become of it."""
+    """Bring the box, and report success regardless of the outcome."""
     porter = Commander(client, "porter")
     for step in steps(porter):
         done(step)
@@ -98,7 +98,7 @@ def proud(client):
 
 
 def crashing(client):
-    """Bring the box, and have no idea that something could fail."""
+    """Bring the box without checking any result."""
     porter = Commander(client, "porter")
     for step in steps(porter):
         step()
@@ -111,7 +111,7 @@ def broken(client):
 
 
 def steps(porter):
-    """Return what has to be done, in order."""
+    """Return the steps in order."""
     return [
         lambda: porter.go_to_pose(10, 0),
         lambda: porter.pickup("box"),
@@ -131,7 +131,7 @@ def done(step):
 
 
 def tried(client, step):
-    """Return whether a step succeeds at last."""
+    """Return whether a step succeeds within its retries."""
     for _ in range(TRIES):
         if done(step):
             return True

@@ -1,4 +1,4 @@
-"""Processes of ours, each forked from one that has everything loaded: what they do, without half a second of imports.
+"""Our programs as processes that are forked from one with everything imported, which saves half a second each.
 
 How the programs start is tested where they are started as users start them.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PROGRAMS: Final = ("hmrsim", "bt-controller")
 _BEFORE_IMPORTS: Final = frozenset({"PYTHONHASHSEED", "PYTHONPATH"})
-"""Variables that count when Python starts, and not for a process that is forked."""
+"""Variables that Python reads when it starts, so that a forked process would ignore them."""
 _SERVER: Final = "import sys; from tests.processes import serve; sys.exit(serve(int(sys.argv[1])))"
 
 
@@ -40,7 +40,7 @@ def start(program: str, *arguments: object, **options: Any) -> subprocess.Popen[
 
 @contextmanager
 def killed_at_the_end() -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Yield the function that starts ``hmrsim``; what still runs at the end is killed."""
+    """Yield the function that starts ``hmrsim``; processes that still run at the end are killed."""
     with ExitStack() as stack:
 
         def run(*arguments: object) -> subprocess.Popen[str]:
@@ -52,7 +52,7 @@ def killed_at_the_end() -> Iterator[Callable[..., subprocess.Popen[str]]]:
 
 
 class _Forked(subprocess.Popen[str]):
-    """A grandchild that can be treated as a child: another process waits for it and tells how it has ended."""
+    """A grandchild with the interface of a child; another process waits for it and reports its exit code."""
 
     def _execute_child(self, args: list[str], *rest: Any) -> None:
         cwd, env = rest[4], rest[5]
@@ -84,7 +84,7 @@ class _Forked(subprocess.Popen[str]):
 
 @cache
 def _server() -> tuple[socket.socket, subprocess.Popen[bytes]]:
-    """Return what the server gets its orders by, and the server; it ends when this process does."""
+    """Return the socket for requests to the server, and the server, which ends with this process."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 20)
     words = [sys.executable, "-c", _SERVER, str(theirs.fileno())]
@@ -96,7 +96,7 @@ def _server() -> tuple[socket.socket, subprocess.Popen[bytes]]:
 
 
 def serve(descriptor: int) -> int:
-    """Start what is ordered, each in a process of its own, which returns from here with its exit code."""
+    """Start each requested program in a separate process, which returns from here with its exit code."""
     programs = _loaded()
     orders = socket.socket(fileno=descriptor)
     while True:
@@ -113,8 +113,8 @@ def serve(descriptor: int) -> int:
 
 
 def _loaded() -> dict[str, Callable[[], int]]:
-    """Return the programs' main functions, when what they use is loaded and made."""
-    # Only the server needs them, and loading them takes its time.
+    """Return the main functions of the programs after loading their dependencies."""
+    # Only the server needs these slow imports.
     import bt_controller.__main__  # noqa: PLC0415
     import bt_controller.cli._watching  # noqa: PLC0415
     import bt_controller.running.run_tree  # noqa: PLC0415
@@ -132,7 +132,7 @@ def _loaded() -> dict[str, Callable[[], int]]:
 
 
 def _become(order: dict[str, Any], given: list[int]) -> None:
-    """Become the ordered process; the original stays behind and reports its number, and how it ends."""
+    """Fork into the requested process; the parent reports its process id and its exit code."""
     *own, teller = given
     if child := os.fork():
         for one in own:

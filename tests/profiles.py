@@ -1,4 +1,4 @@
-"""How many examples hypothesis tries: few at one's desk, the same ones each time in CI, many at night.
+"""Hypothesis profiles: few examples locally, reproducible ones in CI, and many at night.
 
 The profile is that in ``HYPOTHESIS_PROFILE``: ``dev``, ``ci`` or ``nightly``; ``ci`` where ``CI`` is set.
 """
@@ -11,11 +11,11 @@ from typing import Final
 from hypothesis import HealthCheck, settings
 
 SHARES: Final = {"dev": 0.5, "ci": 0.5, "nightly": 20.0}
-"""How many times the examples that a test asks for are tried."""
+"""The factor by which a profile multiplies the number of examples."""
 
 PROFILE: Final = os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "dev")
 
-# Examples are counted, not timed: a busy machine must not fail a test.
+# Only the number of examples is limited, since a busy machine must not fail a test.
 _TOLERATED: Final = (HealthCheck.too_slow,)
 
 
@@ -31,7 +31,7 @@ def examples(count: int, *, share_fixtures: bool = False) -> settings:
 
 
 def load() -> None:
-    """Load the profile; before tests are imported, as each takes the rest of its settings from it."""
+    """Load the profile, before tests are imported and take their settings from it."""
     for name, share in SHARES.items():
         settings.register_profile(
             name,

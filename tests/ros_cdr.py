@@ -33,7 +33,7 @@ FORMATS: Mapping[str, str] = dict(
 
 
 class Reader:
-    """Reads one message."""
+    """Reads one message value by value."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

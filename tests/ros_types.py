@@ -1,4 +1,4 @@
-"""All ROS types that we speak, for tests of what holds for each of them."""
+"""All ROS types that hmrsim supports, for tests that cover each of them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def messages() -> dict[str, type[Message]]:
 
 @cache
 def structures(distro: str) -> dict[str, Structure]:
-    """Return all types as a distribution has them, by name: with what they nest, and what ROS derives from them."""
+    """Return all types of a distribution by name, with nested types and those that ROS derives."""
     found: dict[str, Structure] = {}
     for described in _outermost(distro):
         _collect(described, found)

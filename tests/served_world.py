@@ -1,4 +1,4 @@
-"""A world served over Zenoh from the test's own process, for clients that are tested against the real thing."""
+"""A world that the test process serves over Zenoh, for clients that need a real simulator."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def served_world(
     sinks: Sequence[Sink] = (),
     **settings: Any,
 ) -> Iterator[SessionOptions]:
-    """Serve a world, the small one if none is given; yields what a client connects with."""
+    """Serve a world, the small one if none is given; yields the connection options of a client."""
     model = World.model_validate(world or SMALL_WORLD)
     loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
     with Host(loaded, options, RunSettings(**settings), wires=wires, sinks=sinks) as host:

@@ -1,4 +1,4 @@
-"""The worlds that hmrsim brings along, each loaded once for all tests of a process."""
+"""The shipped worlds, each loaded once for all tests of a process."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ SMALL_WORLD = {
 
 
 def as_message(event: FeedbackSent) -> Message:
-    """Return the feedback as a message of its action, strictly checked, whatever it was sent as."""
+    """Return the feedback as a strictly validated message of its action."""
     if isinstance(event.feedback, Message):
         return event.feedback
     return registry()[event.action].feedback.model_validate_json(json.dumps(event.feedback, allow_nan=False))
@@ -56,14 +56,14 @@ def as_message(event: FeedbackSent) -> Message:
 
 @dataclass
 class Log:
-    """A sink that keeps all events with their simulated times."""
+    """A sink that records all events with their simulated times."""
 
     topics: frozenset[Topic] = frozenset(Topic)
     events: list[tuple[float, Output]] = field(default_factory=list)
     simulator: Simulator | None = None
 
     def emit(self, output: Output) -> None:
-        """Keep an event."""
+        """Record an event with its time."""
         self.events.append((self.simulator.now if self.simulator else 0.0, output))
 
     def wants(self, topic: Topic) -> bool:
@@ -71,7 +71,7 @@ class Log:
         return topic in self.topics
 
     def answers(self, reply_to: object) -> list[object]:
-        """Return what was answered to a command, in order."""
+        """Return the answers to a command, in order."""
         return [event.answer for _, event in self.events if isinstance(event, Answered) and event.reply_to == reply_to]
 
     def answer(self, reply_to: object) -> object:
@@ -101,7 +101,7 @@ class Log:
         return result
 
     def happened(self, kind: str) -> list[tuple[float, dict[str, object]]]:
-        """Return the times of what happened of a kind, and its fields, as JSON has them."""
+        """Return the times and the JSON fields of the events of a kind."""
         return [
             (time, json.loads(json.dumps(event.fields)))
             for time, event in self.events
@@ -143,7 +143,7 @@ class Run:
         return "".join(self.written).splitlines(keepends=True)
 
     def ask(self, service: str, request: object = None) -> object:
-        """Ask a service, with a request in plain values; return the answer, or None if it is to come."""
+        """Call a service with a request in plain values; return the answer, or None if it is pending."""
         reply_to = object()
         message = services()[service].request.model_validate_json(json.dumps(request or {}))
         self.simulator.submit(CallService(service, message, reply_to))
@@ -176,7 +176,7 @@ def in_lockstep(
     traced: bool = False,
     **settings: Any,
 ) -> tuple[Run, Lockstep]:
-    """Return a simulation of a world, and what grants its time; *settings* are those of `Lockstep`."""
+    """Return a simulation of a world and its `Lockstep`, which gets *settings*."""
     made: list[Lockstep] = []
 
     def grant(simulator: Simulator) -> list[Lockstep]:

@@ -1,4 +1,4 @@
-"""Feeding a monitor by hand: what happens when, in a few words."""
+"""A monitor that tests feed with events by hand."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ OFF = dict.fromkeys(
     ),
     False,
 )
-"""No property that is built in."""
+"""Settings that turn all built-in properties off."""
 
 WARD = {
     "name": "ward",
@@ -51,7 +51,7 @@ WARD = {
     },
     "demand": [{"name": "pills", "at": "lab", "to": "ward_a", "arrives": 100, "within": 60}],
 }
-"""A world with a line of waypoints, 10 m apart, and something of each kind."""
+"""A world with waypoints 10 m apart and an entity of each kind."""
 
 
 def ward(**changes: Any) -> World:
@@ -65,11 +65,11 @@ def seconds(at: float) -> int:
 
 
 class Feed:
-    """A monitor, and ways to tell it what happens.
+    """A monitor with methods that feed it.
 
     Args:
         properties: By name.
-        built_in: Which of those that are built in are watched; none if left out.
+        built_in: Settings of built-in properties; all are off by default.
     """
 
     def __init__(
@@ -83,24 +83,24 @@ class Feed:
         self.monitor = Monitor(properties_of(file), world or ward())
 
     def event(self, at: float, kind: str, /, **fields: Any) -> Feed:
-        """Tell of an event."""
+        """Feed an event to the monitor."""
         self.monitor.take(Occurrence(seconds(at), from_json({"kind": kind, **fields})))
         return self
 
     def goal(self, at: float, robot: str, action: str, goal_id: str, *statuses: int, cause: str = "") -> Feed:
-        """Tell of the statuses of a goal, all at one instant."""
+        """Feed several statuses of a goal at one instant."""
         for status in statuses:
             why = {"cause": cause} if cause and status > 4 else {}
             self.event(at, "status", robot=robot, action=action, goal_id=goal_id, status=status, **why)
         return self
 
     def scene(self, at: float, **fields: Any) -> Feed:
-        """Tell of the state of the world."""
+        """Feed the state of the world."""
         self.monitor.take(Occurrence(seconds(at), SceneSeen(fields)))
         return self
 
     def end(self, at: float, ending: str | None = "succeeded", cause: str = "") -> Feed:
-        """Tell how the run ends."""
+        """Feed the end of the run."""
         self.monitor.end(seconds(at), None if ending is None else Ended(ending, cause))
         return self
 

@@ -1,4 +1,4 @@
-"""What could have been meant, in messages."""
+"""Suggestions of similar names in error messages."""
 
 from __future__ import annotations
 
@@ -18,11 +18,9 @@ MANY = [f"robot{number}" for number in range(20)]
         ("x", [], "; there are none"),
     ],
 )
-def test_a_message_ends_with_what_would_do(wanted, known, words):
-    """What is alike, or else the first of all."""
+def test_a_message_ends_with_suggestions(wanted, known, words):
     assert words == instead(wanted, known)
 
 
 def test_a_long_text_is_cut():
-    """In quotes."""
     assert ("'short'", f"'{'x' * 60}…'") == (shown("short"), shown("x" * 1000))

@@ -1,4 +1,4 @@
-"""Distributions in world files."""
+"""Distributions of random values in world files."""
 
 from __future__ import annotations
 
@@ -31,14 +31,12 @@ ALL = [
 
 
 def values(distribution: Distribution, n: int = 20_000) -> list[float]:
-    """Return values at evenly spaced random numbers."""
     return [distribution.value((i + 0.5) / n) for i in range(n)]
 
 
-@pytest.mark.parametrize("said", ALL, ids=str)
-def test_the_mean_is_that_of_the_values_and_the_bounds_hold(said: dict[str, Any]) -> None:
-    """The mean is that of the values and the bounds hold."""
-    distribution = SECONDS.validate_python(said)
+@pytest.mark.parametrize("data", ALL, ids=str)
+def test_mean_and_bounds_fit_the_values(data: dict[str, Any]) -> None:
+    distribution = SECONDS.validate_python(data)
     drawn = values(distribution)
     assert mean(distribution) == pytest.approx(statistics.fmean(drawn), rel=2e-3)
     assert distribution.least <= drawn[0] <= drawn[-1] <= latest(distribution)
@@ -46,7 +44,7 @@ def test_the_mean_is_that_of_the_values_and_the_bounds_hold(said: dict[str, Any]
 
 
 @pytest.mark.parametrize(
-    ("said", "stddev"),
+    ("data", "stddev"),
     [
         ({"normal": {"mean": 50, "stddev": 2}}, 2),
         ({"lognormal": {"mean": 5, "stddev": 3}}, 3),
@@ -56,33 +54,29 @@ def test_the_mean_is_that_of_the_values_and_the_bounds_hold(said: dict[str, Any]
     ],
     ids=str,
 )
-def test_the_standard_deviation_is_that_of_the_textbook(said: dict[str, Any], stddev: float) -> None:
-    """The standard deviation is that of the textbook."""
-    assert statistics.pstdev(values(SECONDS.validate_python(said), 200_000)) == pytest.approx(stddev, rel=2e-2)
+def test_the_standard_deviation_has_the_textbook_value(data: dict[str, Any], stddev: float) -> None:
+    assert statistics.pstdev(values(SECONDS.validate_python(data), 200_000)) == pytest.approx(stddev, rel=2e-2)
 
 
-def test_a_cut_normal_is_the_part_between_its_bounds() -> None:
-    """A cut normal is the part between its bounds."""
+def test_a_truncated_normal_is_the_part_between_its_bounds() -> None:
     cut = SECONDS.validate_python({"normal": {"mean": 1, "stddev": 2, "min": 0.5, "max": 4}})
     whole = statistics.NormalDist(1, 2)
     share = (whole.cdf(2.0) - whole.cdf(0.5)) / (whole.cdf(4.0) - whole.cdf(0.5))
     assert cut.value(share) == pytest.approx(2.0)
 
 
-@given(u=st.floats(1e-12, 1 - 1e-12), said=st.sampled_from(ALL))
-def test_each_random_number_stands_for_a_value_within_the_bounds(u: float, said: dict[str, Any]) -> None:
-    """Each random number stands for a value within the bounds."""
-    distribution = SECONDS.validate_python(said)
+@given(u=st.floats(1e-12, 1 - 1e-12), data=st.sampled_from(ALL))
+def test_each_random_number_gives_a_value_within_the_bounds(u: float, data: dict[str, Any]) -> None:
+    distribution = SECONDS.validate_python(data)
     assert distribution.least <= distribution.value(u) <= distribution.greatest
 
 
-def test_a_number_stands_for_itself() -> None:
-    """A number stands for itself."""
+def test_a_number_is_its_own_value() -> None:
     assert SECONDS.validate_python(2) == mean(2.0) == latest(2.0) == 2.0
 
 
 @pytest.mark.parametrize(
-    ("said", "wrong"),
+    ("data", "wrong"),
     [
         ({}, "expected one distribution of normal, lognormal, exponential, uniform, triangular, empirical"),
         ({"uniform": {"low": 1, "high": 2}, "exponential": {"mean": 1}}, "expected one distribution of"),
@@ -98,14 +92,13 @@ def test_a_number_stands_for_itself() -> None:
     ],
     ids=str,
 )
-def test_what_is_no_distribution_of_seconds_is_refused(said: object, wrong: str) -> None:
-    """What is no distribution of seconds is refused."""
+def test_invalid_distributions_of_seconds_are_rejected(data: object, wrong: str) -> None:
     with pytest.raises(ValidationError, match=wrong.replace("(", r"\(")):
-        SECONDS.validate_python(said)
+        SECONDS.validate_python(data)
 
 
 @pytest.mark.parametrize(
-    ("said", "wrong"),
+    ("data", "wrong"),
     [
         ({"uniform": {"low": 0.5, "high": 2}}, "values up to 2 are possible; expected at most 1"),
         ({"exponential": {"mean": 0.5}}, "values up to inf are possible"),
@@ -115,7 +108,6 @@ def test_what_is_no_distribution_of_seconds_is_refused(said: object, wrong: str)
     ],
     ids=str,
 )
-def test_what_is_no_factor_is_refused(said: object, wrong: str) -> None:
-    """What is no factor is refused."""
+def test_invalid_factors_are_rejected(data: object, wrong: str) -> None:
     with pytest.raises(ValidationError, match=wrong):
-        FACTOR.validate_python(said)
+        FACTOR.validate_python(data)

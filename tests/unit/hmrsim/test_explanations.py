@@ -1,4 +1,4 @@
-"""Every code is explained, and nothing else is."""
+"""Explanations of error codes, reasons, causes and exit codes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ NO_ERRORS = {"NONE", "ALL_GOALS"}
 
 
 def codes_of_results():
-    """Return the codes that the types of results define, with their names."""
     found = {}
     for action in registry().values():
         for kind in action.result.__mro__:
@@ -39,7 +38,6 @@ def codes_of_results():
 
 
 def test_every_code_of_a_result_is_explained_under_its_name():
-    """Those of Nav2 all, those of MoveIt that robots give."""
     known = explanations()
     moveit = {
         str(value): name
@@ -51,8 +49,7 @@ def test_every_code_of_a_result_is_explained_under_its_name():
         assert known[code].name == name, code
 
 
-def test_what_is_explained_can_come():
-    """A code, a reason, a cause or an exit code."""
+def test_exactly_the_possible_codes_are_explained():
     exits = {f"exit_{code.value}" for code in ExitCode if code} | {"exit_143"}
     codes = {*codes_of_results(), *map(str, OURS_OF_MOVEIT)}
     causes = {cause.value for cause in Cause if cause.value} | {name for name in faults() if name in explanations()}
@@ -62,8 +59,7 @@ def test_what_is_explained_can_come():
 
 
 @pytest.mark.parametrize("code", ["208", "-19", "not_ready", "exit_3"])
-def test_a_code_is_explained_on_the_terminal(code, capsys):
-    """What it means, why it comes, and what to do."""
+def test_the_command_prints_an_explanation(code, capsys):
     assert 0 == main(["explain", code])
 
     out = capsys.readouterr().out
@@ -72,8 +68,7 @@ def test_a_code_is_explained_on_the_terminal(code, capsys):
     assert "\nWhat to do:\n" in out
 
 
-def test_lists_are_shown_as_lists(capsys):
-    """Each entry begins on a line of its own, and its further lines are indented."""
+def test_lists_keep_their_lines(capsys):
     main(["explain", "104"])
 
     lines = capsys.readouterr().out.splitlines()
@@ -82,8 +77,8 @@ def test_lists_are_shown_as_lists(capsys):
     assert lines[first + 1].startswith("    ")
 
 
-def test_a_blocked_robot_is_not_advised_the_policy_that_is_on():
-    """The command knows no world, so each piece of advice names the policies that it is for."""
+def test_advice_names_the_policies_that_it_is_for():
+    """The command knows no world."""
     advice = explanations()["104"].do
 
     sentences = [sentence for sentence in advice.replace("\n", " ").split(". ") if "policy `planned`" in sentence]
@@ -92,19 +87,17 @@ def test_a_blocked_robot_is_not_advised_the_policy_that_is_on():
 
 
 @pytest.mark.parametrize("state", ["idle", "waiting", "working", "docked or charging", "broken down"])
-def test_each_state_of_a_robot_in_the_way_has_advice(state):
-    """The list has an entry for it."""
+def test_each_state_of_a_blocking_robot_has_advice(state):
     assert f"\n- {state}: " in explanations()["104"].do
 
 
 @pytest.mark.parametrize(
-    ("code", "said"),
+    ("code", "message"),
     [
         ("not_redy", "no code 'not_redy'; did you mean 'not_ready'?; `hmrsim explain` lists all"),
         ("3001", "no code '3001'; `hmrsim action info` lists those of an action of a package; `hmrsim explain` lists"),
     ],
 )
-def test_a_code_that_is_none(capsys, code, said):
-    """One number is not meant for another."""
+def test_a_code_that_is_none(capsys, code, message):
     assert main(["explain", code]) != 0
-    assert said in capsys.readouterr().err
+    assert message in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What is kept of files while they stay the same."""
+"""The cache of values that are read from files."""
 
 from __future__ import annotations
 
@@ -11,33 +11,28 @@ from hmrsim.file_cache import FileCache
 
 
 class Reader:
-    """Reads a file, and counts how often it does."""
-
     def __init__(self, path):
         self.path = path
         self.count = 0
 
     def __call__(self):
-        """Return the text of the file."""
         self.count += 1
         return self.path.read_text()
 
 
 @pytest.fixture
 def reader(tmp_path):
-    """Return what reads a file."""
     path = tmp_path / "a"
     path.write_text("one")
     return Reader(path)
 
 
 def asked(cache, reader, key="key"):
-    """Return the value of a key."""
     return cache.get(key, reader, lambda _text: [reader.path])
 
 
-def test_a_file_is_read_once_while_it_stays_the_same(reader):
-    """A change is noticed by the content: times of files are too coarse."""
+def test_an_unchanged_file_is_read_once(reader):
+    """A change is detected by the content, because times of files are too coarse."""
     cache = FileCache()
     before = reader.path.stat()
     texts = [asked(cache, reader), asked(cache, reader)]
@@ -48,8 +43,7 @@ def test_a_file_is_read_once_while_it_stays_the_same(reader):
     assert (["one", "one", "two", "two"], 2) == (texts, reader.count)
 
 
-def test_a_file_that_is_gone_is_read_again(reader):
-    """So that its absence is the error that it is."""
+def test_a_deleted_file_is_read_again(reader):
     cache = FileCache()
     asked(cache, reader)
     reader.path.unlink()
@@ -61,8 +55,7 @@ def test_a_file_that_is_gone_is_read_again(reader):
 
 
 @pytest.mark.parametrize("replace", [os.mkfifo, os.mkdir])
-def test_what_takes_the_place_of_a_file_is_not_waited_for(reader, replace):
-    """The reader is asked, whose error it is."""
+def test_a_pipe_in_place_of_the_file_does_not_block(reader, replace):
     cache = FileCache()
     asked(cache, reader)
     reader.path.unlink()
@@ -71,8 +64,7 @@ def test_what_takes_the_place_of_a_file_is_not_waited_for(reader, replace):
     assert "read" == cache.get("key", lambda: "read", lambda _text: [])
 
 
-def test_the_value_that_was_not_asked_for_the_longest_is_forgotten(reader):
-    """There are so many and no more."""
+def test_the_least_recently_used_value_is_dropped(reader):
     cache = FileCache(2)
     for key in "abac":
         asked(cache, reader, key)
@@ -83,8 +75,7 @@ def test_the_value_that_was_not_asked_for_the_longest_is_forgotten(reader):
     assert 4 == reader.count
 
 
-def test_large_files_are_read_each_time(reader, monkeypatch):
-    """They would fill the memory."""
+def test_large_files_are_not_cached(reader, monkeypatch):
     monkeypatch.setattr(file_cache, "MAX_BYTES", 2)
     cache = FileCache()
     for _ in range(2):

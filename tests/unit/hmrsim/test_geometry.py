@@ -1,4 +1,4 @@
-"""Straight lines and what stands in their way."""
+"""Straight lines and obstacles on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ POINTS = st.tuples(NUMBERS, NUMBERS)
     ],
 )
 def test_a_line_is_free_up_to_the_nearest_wall(walls, x):
-    """Of 4 m; also where the wall lies along it."""
     assert x == pytest.approx(4.0 * Obstacles(walls, []).free((0.0, 0.0), (4.0, 0.0)), abs=1e-5)
 
 
@@ -34,8 +33,7 @@ def test_a_line_is_free_up_to_the_nearest_wall(walls, x):
     st.lists(st.lists(POINTS, min_size=2, max_size=3), max_size=4),
     st.lists(st.lists(POINTS, min_size=3, max_size=4), max_size=1),
 )
-def test_what_is_free_can_be_driven(start, end, walls, solids):
-    """Nothing blocks the line up to there, and all of it is free if nothing blocks it."""
+def test_the_free_part_of_a_line_is_clear(start, end, walls, solids):
     obstacles = Obstacles(walls, solids)
     share = obstacles.free(start, end)
 

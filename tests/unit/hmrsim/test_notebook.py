@@ -1,4 +1,4 @@
-"""What notebooks show."""
+"""The displays of worlds and runs in notebooks."""
 
 from __future__ import annotations
 
@@ -11,14 +11,12 @@ from hmrsim.notebook import draw, report
 from hmrsim.testing import simulation
 
 
-def test_a_map_is_a_picture():
-    """With the names of places, unless they are not wanted."""
+def test_a_map_is_a_picture_with_optional_names():
     assert ">terrace</text>" in draw("cafe")._repr_svg_()
     assert ">terrace</text>" not in draw("cafe", names=False)._repr_svg_()
 
 
 def test_the_report_of_a_run_is_a_page_in_a_frame(tmp_path):
-    """The same from the text of a trace and from its file; what is in it is escaped."""
     with simulation("cafe") as run:
         run.commander("mocha").navigate_to("table_1")
     file = tmp_path / "run.jsonl"
@@ -30,7 +28,6 @@ def test_the_report_of_a_run_is_a_page_in_a_frame(tmp_path):
     assert "navigate_to_pose" in shown.html
 
 
-def test_what_is_no_trace_is_told():
-    """As by the command."""
+def test_a_file_that_is_no_trace_is_an_error():
     with pytest.raises(TraceError):
         report("nothing\n")

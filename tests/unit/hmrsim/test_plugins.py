@@ -1,4 +1,4 @@
-"""Plug-ins: found by folder and by entry point, loud when broken."""
+"""Discovery of plug-ins in folders and entry points."""
 
 from __future__ import annotations
 
@@ -18,14 +18,11 @@ from tests.paths import ROOT
 
 @dataclass(frozen=True)
 class Thing:
-    """A plug-in of a kind made for these tests."""
-
     name: str
 
 
 @pytest.fixture
 def kind(tmp_path, monkeypatch):
-    """Return a function that makes a package of plug-in modules and discovers them."""
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def make(package, entries=(), **modules):
@@ -43,17 +40,15 @@ def kind(tmp_path, monkeypatch):
 
 
 def test_a_file_is_a_plugin(kind):
-    """Each public module gives one; private ones are its own business."""
+    """Modules with a leading underscore are skipped."""
     assert ["a", "b"] == list(kind("things1", b='THING = Thing("b")', a='THING = Thing("a")', _private="x = 1"))
 
 
 def test_a_file_can_hold_a_family_of_plugins(kind):
-    """A tuple with a plural name defines several plug-ins, which have names of their own."""
     assert ["a", "b", "c"] == list(kind("family1", letters='THINGS = (Thing("c"), Thing("a"))', b='THING = Thing("b")'))
 
 
 def test_an_entry_point_is_a_plugin(kind, tmp_path):
-    """It names a module, which is looked at as those of the folder are."""
     (tmp_path / "elsewhere.py").write_text('from test_plugins_kind import Thing\nTHING = Thing("elsewhere")\n')
 
     assert ["a", "elsewhere"] == list(kind("things2", [("elsewhere", "elsewhere")], a='THING = Thing("a")'))
@@ -68,7 +63,6 @@ def test_an_entry_point_is_a_plugin(kind, tmp_path):
     ],
 )
 def test_a_broken_plugin_is_an_error_that_names_the_file(kind, package, text, message):
-    """Missing, misnamed, or not to be imported."""
     with pytest.raises(PluginError, match=message):
         kind(package, a=text)
 
@@ -84,7 +78,6 @@ def test_a_broken_plugin_is_an_error_that_names_the_file(kind, package, text, me
     ],
 )
 def test_a_broken_plugin_of_another_package_is_left_out(kind, tmp_path, monkeypatch, caplog, package, text, message):
-    """With a warning; a strict run checks that there is none."""
     monkeypatch.setattr(plugins, "_left_out", [])
     folder = tmp_path / f"{package}_more"
     folder.mkdir()
@@ -106,8 +99,8 @@ def test_a_broken_plugin_of_another_package_is_left_out(kind, tmp_path, monkeypa
         ("hmrsim.actions", None),
     ],
 )
-def test_a_group_that_nobody_looks_at(monkeypatch, caplog, group, warning):
-    """A typing error in a project file is told rather than ignored; groups of others are theirs."""
+def test_an_unknown_entry_point_group_is_reported(monkeypatch, caplog, group, warning):
+    """The group may be a typing error in a project file; groups of other packages are ignored."""
     found = EntryPoints([EntryPoint("wipe", "my_robots.wipe", group)])
     monkeypatch.setattr(plugins, "entry_points", lambda: found)
     plugins._installed.__wrapped__()
@@ -115,8 +108,7 @@ def test_a_group_that_nobody_looks_at(monkeypatch, caplog, group, warning):
     assert [f"{warning}; my_robots.wipe is left out"] * (warning is not None) == caplog.messages
 
 
-def test_the_groups_are_all_that_are_looked_for():
-    """Each is a package, whose plug-ins are looked for by its name."""
+def test_the_groups_are_the_plugin_packages():
     kinds = {path.parent for path in (ROOT / "hmrsim").rglob("*.py") if "discover(sys.modules[" in path.read_text()}
 
     assert {".".join(kind.relative_to(ROOT).parts) for kind in kinds} == {

@@ -1,4 +1,4 @@
-"""What the packages offer: each name is there, has a docstring and stands in order."""
+"""The public names of the packages: they exist, are documented and sorted."""
 
 from __future__ import annotations
 
@@ -18,30 +18,26 @@ NAMES = [(package, name) for package in PACKAGES for name in importlib.import_mo
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_names_are_in_order(package):
-    """So that a name is found, and two changes don't meet."""
+def test_names_are_sorted(package):
     names = importlib.import_module(package).__all__
 
     assert sorted(set(names)) == names
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_package_says_what_it_is_for(package):
-    """In a paragraph at least."""
+def test_a_package_has_a_docstring(package):
     assert 100 < len(inspect.getdoc(importlib.import_module(package)))
 
 
 @pytest.mark.parametrize(("package", "name"), NAMES)
-def test_a_name_is_there_and_says_what_it_is(package, name):
-    """Whatever has a docstring has one of its own; numbers and texts have none."""
+def test_each_name_exists_and_has_its_own_docstring(package, name):
     found = getattr(importlib.import_module(package), name)
 
     assert isinstance(found, (int, str)) or inspect.getdoc(found)
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_name_that_is_not_there_is_no_attribute(package):
-    """As of any module."""
+def test_an_unknown_name_is_no_attribute(package):
     with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nonsense'"):
         importlib.import_module(package).nonsense  # noqa: B018 - it is asked for
 
@@ -58,8 +54,7 @@ def test_a_name_that_is_not_there_is_no_attribute(package):
         ),
     ],
 )
-def test_what_is_not_asked_for_is_not_loaded(code, heavy):
-    """A program that imports a package waits for nothing that it doesn't use."""
+def test_unused_modules_are_not_imported(code, heavy):
     program = f"{code}; import sys; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 

@@ -1,4 +1,4 @@
-"""What every action in the registry promises."""
+"""The guarantees of every action in the registry."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import jsonschema
 import pytest
 
 from hmrsim.actions import error_of, registry
+from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
+from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import WORLD as THE_WORLD
@@ -33,22 +35,19 @@ PAUSE = SetSimulationState.Request(state=SimulationState(state=SimulationState.S
 
 
 def example(action):
-    """Return an action's example as a goal."""
     return action.goal.model_validate(action.example)
 
 
 def _code(result):
-    """Return the error code of a result, which the simulation's have inside of their own result."""
+    """Return the error code of a result, which the world's actions nest."""
     return result.error_code if hasattr(result, "error_code") else result.result.result
 
 
 def owner_of(action):
-    """Return who serves an action."""
     return THE_WORLD if action.of_world else "tester"
 
 
 def prepare(action):
-    """Return a simulation in which an action's example can be done, and the time at which."""
     run = simulate(WORLD)
     if action.of_world:
         run.simulator.submit(CallService("set_simulation_state", PAUSE))
@@ -59,7 +58,6 @@ def prepare(action):
 
 
 def takes_time(action):
-    """Return whether the example of an action does not end at the instant at which it is asked for."""
     run, now = prepare(action)
     log = run((now, SendGoal(owner_of(action), action.name, example(action), GOAL)))
     return any(at > now for at, _ in log.changes(GOAL))
@@ -71,24 +69,20 @@ INSTANT = [action for action in registry().values() if action not in LASTING]
 
 @pytest.fixture(params=registry().values(), ids=registry())
 def action(request):
-    """Return each action in turn."""
     return request.param
 
 
 @pytest.fixture
 def owner(action):
-    """Return who serves the action."""
     return owner_of(action)
 
 
 @pytest.fixture
 def prepared(action):
-    """Return a simulation in which the action's example can be done, and the time at which."""
     return prepare(action)
 
 
 def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared):
-    """The goal ends SUCCEEDED, and nothing is scheduled any more."""
     run, now = prepared
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
 
@@ -97,8 +91,7 @@ def test_its_example_succeeds_and_leaves_the_robot_free(action, owner, prepared)
     assert isinstance(log.result(GOAL), action.result)
 
 
-def test_its_result_can_be_read_when_the_next_goal_has_ended(action, owner, prepared):
-    """It is the same as at its end."""
+def test_its_result_stays_the_same_after_the_next_goal(action, owner, prepared):
     run, now = prepared
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
     later = run.simulator.now
@@ -112,8 +105,7 @@ def test_its_result_can_be_read_when_the_next_goal_has_ended(action, owner, prep
 
 
 @pytest.mark.parametrize("action", LASTING, ids=lambda action: action.name)
-def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
-    """In the middle of it: CANCELED then and there, with its code and 'canceled'."""
+def test_a_cancel_ends_it_at_once(action, owner, prepared):
     run, now = prepared
     cancel = CancelGoal(owner, action.name, GOAL, reply_to="cancel")
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)), (now + 0.5, cancel))
@@ -125,8 +117,7 @@ def test_it_is_canceled_at_the_instant_of_a_cancel(action, owner, prepared):
 
 
 @pytest.mark.parametrize("action", INSTANT, ids=lambda action: action.name)
-def test_one_that_takes_no_time_can_not_be_canceled_any_more(action, owner, prepared):
-    """It has succeeded already, without taking any time."""
+def test_an_instant_action_can_not_be_canceled(action, owner, prepared):
     run, now = prepared
     cancel = CancelGoal(owner, action.name, GOAL, reply_to="cancel")
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)), (now + 0.5, cancel))
@@ -135,8 +126,7 @@ def test_one_that_takes_no_time_can_not_be_canceled_any_more(action, owner, prep
     assert 3 == log.answer("cancel").return_code
 
 
-def test_a_robot_can_go_on_after_a_cancel(action, owner, prepared):
-    """The same goal, sent again, succeeds."""
+def test_a_robot_can_repeat_the_goal_after_a_cancel(action, owner, prepared):
     run, now = prepared
     log = run(
         (now, SendGoal(owner, action.name, example(action), GOAL)),
@@ -147,8 +137,7 @@ def test_a_robot_can_go_on_after_a_cancel(action, owner, prepared):
     assert "SUCCEEDED" == log.changes(NEXT)[-1][1]
 
 
-def test_its_last_feedback_comes_before_its_end(action, owner, prepared):
-    """It reports something of its own type, if that has any fields, and nothing afterwards."""
+def test_its_last_feedback_precedes_its_end(action, owner, prepared):
     run, now = prepared
     log = run((now, SendGoal(owner, action.name, example(action), GOAL)))
 
@@ -158,15 +147,13 @@ def test_its_last_feedback_comes_before_its_end(action, owner, prepared):
 
 
 def test_its_messages_survive_json(action):
-    """Goal, result and feedback are the same after a round trip; so is the envelope."""
     for message in (example(action), action.result(), action.feedback()):
         assert message == type(message).model_validate_json(message.model_dump_json())
     payload = json.dumps({"goal_id": GOAL, "goal": action.example}).encode()
     assert example(action) == read(around(SendGoalRequest, action.goal), payload).goal
 
 
-def test_its_schema_takes_its_example_and_refuses_an_unknown_field(action):
-    """The schema says what the server does."""
+def test_its_schema_accepts_the_example_but_no_unknown_field(action):
     schema = action_schema(action)
     validator = jsonschema.Draft202012Validator({"$defs": schema["$defs"], **schema["properties"]["send_goal"]})
     goal = action.example
@@ -177,7 +164,18 @@ def test_its_schema_takes_its_example_and_refuses_an_unknown_field(action):
 
 
 def test_its_ros_type_is_that_of_its_messages(action):
-    """One name, spelled once."""
     assert [f"{action.ros_type}_{part}" for part in ("Goal", "Result", "Feedback")] == [
         message.ros_type for message in (action.goal, action.result, action.feedback)
     ]
+
+
+def test_the_error_of_a_nav2_result_is_its_text():
+    assert "no way" == error_of(NavigateToPose.Result(error_code=208, error_msg="no way"))
+
+
+def test_the_error_of_a_moveit_result_is_its_message():
+    assert "too far" == error_of(Pickup.Result(error_code=MoveItErrorCodes(val=-1, message="too far")))
+
+
+def test_a_result_without_an_error_has_no_text():
+    assert "" == error_of(Wait.Result())

@@ -1,4 +1,4 @@
-"""Following a path, and another one in its place."""
+"""Following a path, and replacing it with another one."""
 
 from __future__ import annotations
 
@@ -9,20 +9,18 @@ from hmrsim.protocol.commands import SendGoal
 
 
 def follow(goal_id, *points, **fields):
-    """Return the command to follow a path through points."""
     poses = [{"pose": {"position": {"x": float(x), "y": float(y)}}} for x, y in points]
     goal = FollowPath.Goal.model_validate({"path": {"poses": poses}, **fields})
     return SendGoal("wall_e", "follow_path", goal, goal_id * (32 // len(goal_id)), goal_id)
 
 
 def world(**base):
-    """Return a world of one robot, and nothing in its way."""
     return {"robots": {"wall_e": {"at": [0, 0], "base": {"speed": 1.0, **base}}}}
 
 
 @pytest.mark.parametrize(("base", "seconds"), [({}, 10.0), ({"acceleration": 0.5}, 12.0)])
-def test_the_same_way_in_pieces_takes_as_long_as_in_one(make_run, base, seconds):
-    """A new path each second, from where the robot is then: it neither jumps nor stops."""
+def test_replacing_the_path_with_its_remainder_takes_no_time(make_run, base, seconds):
+    """With a new path each second from its current pose, the robot neither jumps nor stops."""
     whole = make_run(world(**base))((0.0, follow("a", (10, 0))))
     run = make_run(world(**base))
     for second, goal_id in enumerate("abcdef"):
@@ -35,16 +33,15 @@ def test_the_same_way_in_pieces_takes_as_long_as_in_one(make_run, base, seconds)
     assert (pytest.approx(seconds), "SUCCEEDED") == run.log.changes("f" * 32)[-1]
 
 
-def test_a_path_that_leads_elsewhere_is_begun_from_rest(make_run):
-    """A robot that rolls at 1 m/s turns aside as one that stands there: 2 m take 2 s to be as fast, and 2 to stop."""
+def test_a_path_in_another_direction_begins_from_rest(make_run):
+    """A robot at 1 m/s that turns aside takes as long as one at rest: 2 s to accelerate on 2 m, and 2 s to stop."""
     run = make_run(world(acceleration=0.5))
     log = run((0.0, follow("a", (10, 0))), (4.0, follow("b", (3, 0), (3, 2))))
 
     assert (8.0, "SUCCEEDED") == log.changes("b" * 32)[-1]
 
 
-def test_a_controller_that_there_is_not_is_rejected(run):
-    """As an unknown one is by Nav2's server."""
+def test_an_unknown_controller_is_rejected(run):
     answer = run((0.0, follow("a", (2, 2), controller_id="MPPI"))).answer("a")
 
     assert (False, "invalid_goal", 1) == (answer.accepted, answer.reason, answer.error_code)
@@ -52,16 +49,13 @@ def test_a_controller_that_there_is_not_is_rejected(run):
 
 
 @pytest.mark.parametrize("controller", ["", "FollowPath"])
-def test_the_one_controller_has_two_names(run, controller):
-    """None, and the one that Nav2's own trees use."""
+def test_the_controller_has_two_names(run, controller):
+    """The name can be empty or FollowPath, which the trees of Nav2 use."""
     assert "SUCCEEDED" == run((0.0, follow("a", (2, 2), controller_id=controller))).changes("a" * 32)[-1][1]
 
 
 def test_a_repeated_path_does_not_restart_the_patience(make_run):
-    """A path each second does not make a robot more patient: it gives up 20 s after it has come to what is in its way.
-
-    Nav2's progress checker counts on, too, when its controller is given another path.
-    """
+    """Nav2's progress checker also keeps counting when its controller gets another path."""
     waypoints = {"start": [0, 0], "middle": [4, 0], "end": [8, 0]}
     lanes = {"waypoints": waypoints, "lanes": [["start", "middle"], ["middle", "end"]]}
     robots = {"wall_e": {"at": "start", "base": {"speed": 1.0}}, "eve": {"at": "end", "base": {"speed": 1.0}}}
@@ -78,7 +72,6 @@ def test_a_repeated_path_does_not_restart_the_patience(make_run):
 
 
 def tracked(log, goal_id="a" * 32):
-    """Return how a robot keeps to its path, by time: errors, index, straight and remaining length."""
     found = {}
     for time, feedback in log.feedback(goal_id):
         one = feedback.tracking_feedback
@@ -87,39 +80,34 @@ def tracked(log, goal_id="a" * 32):
     return found
 
 
-def test_feedback_tells_how_the_robot_keeps_to_its_path(make_run):
-    """The segment that it is on, and what is left, straight and along the path."""
+def test_feedback_reports_the_tracking_error(make_run):
     found = tracked(make_run(world())((0.0, follow("a", (0, 0), (4, 0), (4, 3)))))
 
     assert pytest.approx((0.0, 0.0, 0, 3.605551, 5.0)) == found[2.0]
     assert pytest.approx((0.0, 0.0, 1, 2.0, 2.0)) == found[5.0]
 
 
-def test_a_robot_that_turns_on_the_spot_has_a_heading_error(make_run):
-    """Half a radian to the left of the segment that it has driven: the error says how far it would have to turn."""
+def test_a_robot_that_turns_in_place_has_a_heading_error(make_run):
     found = tracked(make_run(world(turning_rate=1.0))((0.0, follow("a", (0, 0), (4, 0), (4, 3)))))
 
     assert pytest.approx((0.0, -0.5, 0)) == found[4.5][:3]
 
 
 @pytest.mark.parametrize(("dy", "error"), [(0.4, 0.4), (-0.4, -0.4)])
-def test_a_robot_that_is_wrong_about_its_pose_sees_itself_beside_its_path(make_run, dy, error):
-    """Left of it is positive."""
+def test_a_localization_error_shows_as_tracking_error(make_run, dy, error):
     fault = {"type": "localisation_jump", "robot": "wall_e", "dy": dy, "at": 1}
     found = tracked(make_run(world() | {"faults": [fault]})((0.0, follow("a", (0, 0), (10, 0)))))
 
     assert pytest.approx((error, 0.0, 0)) == found[2.0][:3]
 
 
-def test_on_a_path_that_crosses_itself_the_robot_is_where_it_has_come_to(make_run):
-    """At the crossing it is on the first part, later on the last one."""
+def test_at_a_crossing_of_a_path_with_itself_progress_decides_the_segment(make_run):
     found = tracked(make_run(world())((0.0, follow("a", (0, 0), (10, 0), (10, 5), (5, 5), (5, -5)))))
 
     assert [0, 3, 3] == [found[time][2] for time in (5.0, 21.0, 24.9)]
 
 
-def test_a_path_of_one_pose_has_no_direction(make_run):
-    """Only how far it is away."""
+def test_a_path_of_one_pose_has_only_a_distance_error(make_run):
     found = tracked(make_run(world())((0.0, follow("a", (4, 0)))))
 
     assert pytest.approx((3.0, 0.0, 0, 3.0, 0.0)) == found[1.0]

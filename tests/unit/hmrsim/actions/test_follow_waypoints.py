@@ -1,4 +1,4 @@
-"""Driving to poses one by one."""
+"""Driving to waypoints one by one."""
 
 from __future__ import annotations
 
@@ -12,35 +12,25 @@ HOME, DOOR, SHELF, SOLID = (1, 2), (5, 2), (9, 2), (7, 5)
 
 
 def follow(*points, **fields):
-    """Return the command to drive to points one by one."""
     poses = [{"pose": {"position": {"x": float(x), "y": float(y)}}} for x, y in points]
     goal = FollowWaypoints.Goal.model_validate({"poses": poses, **fields})
     return SendGoal("wall_e", "follow_waypoints", goal, A, A)
 
 
 def missed(result):
-    """Return what was missed: index, status, code and text."""
     return [(w.waypoint_index, w.waypoint_status, w.error_code, w.error_msg) for w in result.missed_waypoints]
 
 
-def test_it_drives_to_each(run):
-    """8 m, and back 4 m."""
+def test_it_drives_to_each_waypoint(run):
     log = run((0.0, follow(SHELF, DOOR)))
+    current = {round(at, 6): feedback.current_waypoint for at, feedback in log.feedback(A)}
 
     assert (12.0, "SUCCEEDED") == log.changes(A)[-1]
     assert (0, []) == (log.result(A).error_code, log.result(A).missed_waypoints)
+    assert [0, 1] == [current[7.0], current[9.0]]
 
 
-def test_feedback_tells_which_one_it_drives_to(run):
-    """By its index."""
-    log = run((0.0, follow(SHELF, DOOR)))
-    told = {round(at, 6): feedback.current_waypoint for at, feedback in log.feedback(A)}
-
-    assert [0, 1] == [told[7.0], told[9.0]]
-
-
-def test_it_goes_on_when_one_can_not_be_reached(run):
-    """SUCCEEDED, and the result names what was missed, and why."""
+def test_it_continues_after_an_unreachable_waypoint(run):
     log = run((0.0, follow(SOLID, DOOR)))
 
     assert (4.0, "SUCCEEDED") == log.changes(A)[-1]
@@ -49,20 +39,18 @@ def test_it_goes_on_when_one_can_not_be_reached(run):
 
 
 @pytest.mark.parametrize(("loops", "seconds"), [(0, 8.0), (1, 16.0), (2, 24.0)])
-def test_it_begins_again_as_often_as_it_is_told(run, loops, seconds):
-    """There and back, 4 m each."""
+def test_it_repeats_the_loop(run, loops, seconds):
     assert (seconds, "SUCCEEDED") == run((0.0, follow(DOOR, HOME, number_of_loops=loops))).changes(A)[-1]
 
 
-def test_only_the_first_round_begins_at_the_index(run):
-    """Without the shelf, 8 s; then with it."""
+def test_only_the_first_loop_begins_at_the_index(run):
     log = run((0.0, follow(SHELF, DOOR, HOME, goal_index=2, number_of_loops=1)))
 
     assert (16.0, "SUCCEEDED") == log.changes(A)[-1]
 
 
-def test_billions_of_rounds_that_take_no_time_end_at_once(run):
-    """The second would be like the first; so would all others."""
+def test_billions_of_instant_loops_end_at_once(run):
+    """If a loop takes no time, all further loops would be the same."""
     log = run((0.0, follow(HOME, SOLID, number_of_loops=2**32 - 1)))
 
     assert (0.0, "SUCCEEDED") == log.changes(A)[-1]
@@ -71,20 +59,15 @@ def test_billions_of_rounds_that_take_no_time_end_at_once(run):
 
 @pytest.mark.parametrize(
     ("command", "text"),
-    [
-        (follow(), "there are no poses"),
-        (follow(DOOR, HOME, goal_index=2), "goal_index 2 of 2 poses; the first is 0"),
-    ],
+    [(follow(), "there are no poses"), (follow(DOOR, HOME, goal_index=2), "goal_index 2 of 2 poses; the first is 0")],
 )
 def test_without_waypoints_it_is_aborted(run, command, text):
-    """NO_VALID_WAYPOINTS."""
     log = run((0.0, command))
 
     assert ("ABORTED", 602, text) == (log.changes(A)[-1][1], log.result(A).error_code, log.result(A).error_msg)
 
 
-def test_a_canceled_one_tells_what_it_has_missed_so_far(run):
-    """It stops where it is."""
+def test_a_canceled_goal_reports_missed_waypoints(run):
     log = run((0.0, follow(SOLID, SHELF)), (3.0, CancelGoal("wall_e", "follow_waypoints", A)))
 
     assert (3.0, "CANCELED") == log.changes(A)[-1]

@@ -1,4 +1,4 @@
-"""What scripts can say to have robots drive otherwise than to one place."""
+"""Script orders for the navigation actions."""
 
 from __future__ import annotations
 
@@ -12,20 +12,17 @@ WORLD = World.model_validate(SMALL_WORLD)
 
 
 def points(poses):
-    """Return the points of poses."""
     return [(at.pose.position.x, at.pose.position.y) for at in poses]
 
 
-def test_through_names_places_with_semicolons_between_them():
-    """Or points."""
+def test_through_takes_places_or_points_between_semicolons():
     order = read_order("Through door; 3 4; shelf", WORLD)
 
     assert "navigate_through_poses" == order.action.name
     assert [(5.0, 2.0), (3.0, 4.0), (9.0, 2.0)] == points(order.goal.poses.goals)
 
 
-def test_visit_names_places_likewise():
-    """To be reached one by one."""
+def test_visit_takes_places_between_semicolons():
     order = read_order("Visit door;home", WORLD)
 
     assert "follow_waypoints" == order.action.name
@@ -33,7 +30,6 @@ def test_visit_names_places_likewise():
 
 
 def test_spin_takes_radians():
-    """Either way."""
     order = read_order("Spin -1.5", WORLD)
 
     assert ("spin", -1.5) == (order.action.name, order.goal.target_yaw)
@@ -42,7 +38,6 @@ def test_spin_takes_radians():
 @pytest.mark.parametrize(("word", "action"), [("Back", "back_up"), ("Drive", "drive_on_heading")])
 @pytest.mark.parametrize(("rest", "distance", "speed"), [("2", 2.0, 1.0), ("2 0.5", 2.0, 0.5)])
 def test_back_and_drive_take_a_distance_and_a_speed(word, action, rest, distance, speed):
-    """As fast as robots do of which nothing is said, if there is none."""
     order = read_order(f"{word} {rest}", WORLD)
 
     assert (action, distance, speed) == (order.action.name, order.goal.target.x, order.goal.speed)
@@ -61,7 +56,6 @@ def test_back_and_drive_take_a_distance_and_a_speed(word, action, rest, distance
         ("Drive far", "'far' is not a number"),
     ],
 )
-def test_what_makes_no_sense_is_refused(text, message):
-    """With what would do."""
+def test_invalid_orders_are_rejected(text, message):
     with pytest.raises(ValueError, match=message):
         read_order(text, WORLD)

@@ -1,4 +1,4 @@
-"""Routes on the graph, and robots tracked along them, whatever drives them."""
+"""Routes on the graph, and tracking of robots along them."""
 
 from __future__ import annotations
 
@@ -28,40 +28,34 @@ WORLD = {
 
 
 def pose(x, y):
-    """Return a pose in plain values."""
     return {"pose": {"position": {"x": float(x), "y": float(y)}}}
 
 
 def route(*to, ident=A, **fields):
-    """Return the command to find a route, to a pose or between waypoints."""
     given = {"use_poses": True, "goal": pose(*to), **fields} if to else fields
     return SendGoal("r", "compute_route", ComputeRoute.Goal.model_validate(given), ident, ident)
 
 
 def track(*to, ident=A, **fields):
-    """Return the command to track the robot along a route."""
     given = {"use_poses": True, "goal": pose(*to), **fields} if to else fields
     goal = ComputeAndTrackRoute.Goal.model_validate(given)
     return SendGoal("r", "compute_and_track_route", goal, ident, ident)
 
 
 def go(x, y, goal_id=B):
-    """Return the command to drive to a point."""
     return SendGoal("r", "navigate_to_pose", NavigateToPose.Goal.model_validate({"pose": pose(x, y)}), goal_id)
 
 
 def ask(service, **request):
-    """Return the command to call a service."""
     return CallService(service, services()[service].request.model_validate(request))
 
 
 def nodes_of(found):
-    """Return the numbers of a route's waypoints."""
     return [node.nodeid for node in found.nodes]
 
 
 def told(log, goal_id=A):
-    """Return what feedback tells when: after which waypoint and before which, on which lane, whether it is rerouted."""
+    """Return feedback as (time, last waypoint, next waypoint, lane, rerouted)."""
     found = {}
     for time, one in log.feedback(goal_id):
         found.setdefault((one.last_node_id, one.next_node_id, one.current_edge_id, one.rerouted), time)
@@ -69,15 +63,11 @@ def told(log, goal_id=A):
 
 
 def operations(log):
-    """Return when feedback tells of operations, and of which."""
     return [(time, one.operations_triggered) for time, one in log.feedback(A) if one.operations_triggered]
 
 
 class TestComputeRoute:
-    """Finding a route."""
-
     def test_it_has_the_numbers_of_the_route_graph(self, make_run):
-        """Waypoints and lanes as `map convert --to geojson` numbers them, and the cost in seconds."""
         result = make_run(WORLD)((0.0, route(20, 0))).result(A)
 
         assert [0, 1, 4] == nodes_of(result.route)
@@ -86,7 +76,6 @@ class TestComputeRoute:
         assert "map" == result.route.header.frame_id
 
     def test_the_path_has_a_pose_at_each_waypoint(self, make_run):
-        """Facing the way that goes on; the last one the way that it has come."""
         poses = make_run(WORLD)((0.0, route(start_id=1, goal_id=3))).result(A).path.poses
 
         assert [(10, 0, 3.1416), (0, 0, 1.5708), (0, 10, 1.5708)] == [
@@ -94,28 +83,24 @@ class TestComputeRoute:
             for at in poses
         ]
 
-    def test_it_begins_where_the_robot_gets_to_the_graph_and_ends_before_the_goal(self, make_run):
-        """The waypoints behind the robot and behind the goal are not passed."""
+    def test_it_spans_only_the_waypoints_between_robot_and_goal(self, make_run):
         run = make_run(WORLD | {"robots": {"r": {"at": [4, 1]}}})
 
         assert [1] == nodes_of(run((0.0, route(15, 0))).result(A).route)
 
-    def test_on_one_lane_it_is_the_waypoint_nearest_to_the_goal(self, make_run):
-        """The robot passes none."""
+    def test_within_one_lane_it_is_the_waypoint_nearest_to_the_goal(self, make_run):
         run = make_run(WORLD | {"robots": {"r": {"at": [4, 0]}}})
         result = run((0.0, route(7, 0))).result(A)
 
         assert ([1], [], 0.0) == (nodes_of(result.route), result.route.edges, result.route.route_cost)
         assert 1 == len(result.path.poses)
 
-    def test_a_start_that_is_used_counts_in_place_of_the_robot(self, make_run):
-        """By pose."""
+    def test_a_given_start_replaces_the_robot_s_pose(self, make_run):
         log = make_run(WORLD)((0.0, route(10, 10, start=pose(20, 0), use_start=True)))
 
         assert [4, 1, 2] == nodes_of(log.result(A).route)
 
-    def test_a_closed_lane_is_not_taken_and_the_others_keep_their_numbers(self, make_run):
-        """The long way round."""
+    def test_a_closed_lane_is_avoided_and_the_others_keep_their_ids(self, make_run):
         faults = [{"type": "lane_closed", "lane": ["a", "b"]}]
         result = make_run(WORLD | {"faults": faults})((1.0, route(10, 0))).result(A)
 
@@ -123,8 +108,7 @@ class TestComputeRoute:
         assert [12, 10, 8] == [edge.edgeid for edge in result.route.edges]
         assert 30.0 == result.route.route_cost
 
-    def test_a_robot_that_flies_gets_a_route_on_the_graph(self, make_run):
-        """It asked for one."""
+    def test_a_flying_robot_gets_a_route_on_the_graph(self, make_run):
         run = make_run(WORLD | {"robots": {"r": {"at": "a", "base": {"flies": True}}}})
 
         assert [0, 1, 4] == nodes_of(run((0.0, route(20, 0))).result(A).route)
@@ -137,8 +121,7 @@ class TestComputeRoute:
             ({"start_id": 0, "goal_id": 4}, 405, "no route from (0, 0) to (20, 0)"),
         ],
     )
-    def test_where_there_is_no_route_it_says_why(self, make_run, goal, code, text):
-        """ABORTED, with the code of Nav2's route server."""
+    def test_without_a_route_the_error_has_nav2_s_code(self, make_run, goal, code, text):
         faults = [{"type": "lane_closed", "lane": ["b", "e"]}]
         log = make_run(WORLD | {"faults": faults})((1.0, route(**goal)))
 
@@ -147,8 +130,8 @@ class TestComputeRoute:
         assert log.result(A).error_msg.startswith(text)
 
     @pytest.mark.parametrize(("start", "goal"), [(0, 5), (5, 2)])
-    def test_between_waypoints_it_is_on_lanes_all_the_way(self, make_run, start, goal):
-        """One that no lane has is not reached, as by Nav2's route server; by pose a robot drives there."""
+    def test_routes_between_waypoint_ids_use_lanes_only(self, make_run, start, goal):
+        """As in Nav2's route server, a waypoint without a lane is unreachable by id, but reachable by pose."""
         world = WORLD | {"waypoints": {**WORLD["waypoints"], "alone": [5, 5]}}
         run = make_run(world)
         result = run((0.0, route(start_id=start, goal_id=goal))).result(A)
@@ -158,11 +141,9 @@ class TestComputeRoute:
         assert [5] == nodes_of(run((0.0, route(start_id=5, goal_id=5, ident=B))).result(B).route)
 
     def test_a_world_without_waypoints_has_no_graph(self, make_run):
-        """402."""
         assert 402 == make_run({"robots": {"r": {"at": [0, 0]}}})((0.0, route(5, 0))).result(A).error_code
 
     def test_poses_in_an_unknown_frame_matter_only_if_they_are_used(self, make_run):
-        """Rejected, or found by the numbers of waypoints."""
         odom = {"header": {"frame_id": "odom"}}
         log = make_run(WORLD)((0.0, route(use_poses=True, goal=odom)), (0.0, route(ident=B, goal=odom)))
 
@@ -171,10 +152,7 @@ class TestComputeRoute:
 
 
 class TestComputeAndTrackRoute:
-    """Tracking a robot that another goal drives."""
-
-    def test_each_waypoint_is_told_when_it_is_passed(self, make_run):
-        """The first at once, the last when the robot is 1 m before it, the others where it turns."""
+    def test_feedback_reports_each_passed_waypoint(self, make_run):
         log = make_run(WORLD)((0.0, track(0, 10, start_id=0)), (1.0, go(0, 10)))
 
         assert [(0, 0, 0, 0, True), (0, 0, 3, 12, False), (10.0, 3, 0, 0, False)] == told(log)
@@ -182,21 +160,18 @@ class TestComputeAndTrackRoute:
         assert 10.0 == log.result(A).execution_duration.to_seconds()
 
     def test_a_speed_limit_that_begins_or_ends_is_an_operation(self, make_run):
-        """Nav2's name for it."""
         log = make_run(WORLD)((0.0, track(start_id=0, goal_id=4)), (0.0, go(20, 0)))
 
         assert [(10.0, ["AdjustSpeedLimit"])] == operations(log)
 
-    def test_it_holds_no_base_and_looks_at_nothing_while_the_robot_stands(self, make_run):
-        """Nothing is scheduled: the simulation has come to its end, and the goal is still there."""
+    def test_tracking_schedules_nothing_while_the_robot_stands(self, make_run):
         run = make_run(WORLD)
         log = run((0.0, track(20, 0)))
 
         assert (0, "EXECUTING") == log.changes(A)[-1]
         assert run.simulator.dispatcher.goal_of("r") is None
 
-    def test_it_is_canceled_at_once(self, make_run):
-        """On the way; the drive goes on."""
+    def test_a_cancel_ends_tracking_but_not_the_drive(self, make_run):
         log = make_run(WORLD)(
             (0.0, track(20, 0)), (0.0, go(20, 0)), (3.0, CancelGoal("r", "compute_and_track_route", A))
         )
@@ -204,8 +179,8 @@ class TestComputeAndTrackRoute:
         assert (3.0, "CANCELED") == log.changes(A)[-1]
         assert (30.0, "SUCCEEDED") == log.changes(B)[-1]
 
-    def test_one_that_was_canceled_is_forgotten(self, make_run):
-        """No event that may never happen keeps it."""
+    def test_a_canceled_goal_is_freed(self, make_run):
+        """No pending event may keep the goal in memory."""
         run = make_run(WORLD, topics=frozenset())
         for _ in range(3):
             run((0.0, track(20, 0, ident=None)), (0.0, CancelGoal("r", "compute_and_track_route")))
@@ -213,8 +188,7 @@ class TestComputeAndTrackRoute:
 
         assert [] == [one for one in gc.get_objects() if isinstance(one, RouteTracker)]
 
-    def test_another_one_preempts_it(self, make_run):
-        """As Nav2's servers have one at a time; a robot's base is left alone."""
+    def test_another_tracking_goal_preempts_it(self, make_run):
         log = make_run(WORLD)((0.0, track(20, 0)), (0.0, go(20, 0)), (3.0, track(20, 0, ident=C)))
 
         assert (3.0, "ABORTED") == log.changes(A)[-1]
@@ -222,8 +196,7 @@ class TestComputeAndTrackRoute:
         assert (28.0, "SUCCEEDED") == log.changes(C)[-1]
         assert (30.0, "SUCCEEDED") == log.changes(B)[-1]
 
-    def test_it_goes_around_a_lane_that_closes_ahead(self, make_run):
-        """At 4 s, from where the robot is: it has a new route, and turns back."""
+    def test_it_reroutes_around_a_lane_that_closes_ahead(self, make_run):
         faults = [{"type": "lane_closed", "lane": ["b", "c"], "at": 4}]
         log = make_run(WORLD | {"faults": faults})((0.0, track(start_id=0, goal_id=2)), (5.0, go(10, 10)))
         routes = {time: nodes_of(one.route) for time, one in log.feedback(A)}
@@ -232,8 +205,7 @@ class TestComputeAndTrackRoute:
         assert ([0, 1, 2], [0, 3, 2]) == (routes[0], routes[4.0])
         assert "SUCCEEDED" == log.changes(A)[-1][1]
 
-    def test_a_robot_that_goes_on_along_its_lane_stays_on_it(self, make_run):
-        """The new route begins at the end of the lane that it is on."""
+    def test_a_new_route_begins_at_the_end_of_the_current_lane(self, make_run):
         world = WORLD | {"faults": [{"type": "lane_closed", "lane": ["b", "c"], "at": 6}]}
         world["waypoints"] = WORLD["waypoints"] | {"f": [15, 5]}
         world["lanes"] = [*WORLD["lanes"], ["b", "f"], ["f", "c"]]
@@ -242,32 +214,30 @@ class TestComputeAndTrackRoute:
         assert (6.0, 0, 1, 6, True) in told(log)
         assert [1, 5, 2] == nodes_of([one for _, one in log.feedback(A) if one.rerouted][-1].route)
 
-    def test_without_another_way_it_fails(self, make_run):
-        """ABORTED with 405 when the lane closes."""
+    def test_without_another_route_it_fails(self, make_run):
         faults = [{"type": "lane_closed", "lane": ["b", "e"], "at": 4}]
         log = make_run(WORLD | {"faults": faults})((0.0, track(20, 0)), until=5.0)
 
         assert (4.0, "ABORTED") == log.changes(A)[-1]
         assert 405 == log.result(A).error_code
 
-    def test_a_robot_that_is_moved_is_where_it_is_put(self, make_run):
-        """Onto the last waypoint; the first one has to be achieved, too."""
+    def test_a_moved_robot_is_tracked_from_its_new_pose(self, make_run):
+        """The robot is moved onto the last waypoint, but still has to achieve the first one."""
         run = make_run(WORLD)
         there = {"entity": "r", "state": {"pose": {"position": {"x": 10.0, "y": 0.0}}}}
         log = run((0.0, track(10, 0)), (2.0, ask("set_entity_state", **there)))
 
         assert (2.0, "SUCCEEDED") == log.changes(A)[-1]
 
-    def test_a_robot_that_slows_down_before_a_waypoint_is_not_missed(self, make_run):
-        """It speeds up and slows down to a stop at each corner."""
+    def test_a_robot_with_acceleration_is_tracked(self, make_run):
         world = WORLD | {"robots": {"r": {"at": "a", "base": {"acceleration": 0.5, "turning_rate": 1.0}}}}
         log = make_run(world)((0.0, track(start_id=0, goal_id=2)), (0.0, go(10, 10)))
 
         assert [0, 1, 2] == [last for _, last, _, _, new in told(log) if not new]
         assert "SUCCEEDED" == log.changes(A)[-1][1]
 
-    def test_what_passes_near_a_waypoint_passes_it(self, make_run):
-        """1.5 m beside it, straight on: when it is abreast of it, and within half a metre of the last one's metre."""
+    def test_a_robot_near_a_waypoint_passes_it(self, make_run):
+        """The robot passes 1.5 m beside a waypoint when abreast of it."""
         path = {"path": {"poses": [pose(0, 0.5), pose(20, 0.5)]}}
         follow = SendGoal("r", "follow_path", FollowPath.Goal.model_validate(path), B)
         log = make_run(WORLD)((0.0, track(20, 0)), (0.0, follow))
@@ -283,7 +253,7 @@ speeds = st.floats(0.2, 5.0)
 @given(st.lists(cells, min_size=2, max_size=6, unique=True), speeds, st.none() | speeds, st.none() | speeds)
 @examples(20)
 def test_every_waypoint_is_passed_in_order(points, speed, acceleration, turning_rate):
-    """However a robot drives a chain of lanes, also back over itself: it is tracked to the end before it arrives."""
+    """The chain of lanes may lead back over itself."""
     names = "abcdef"[: len(points)]
     base = {"speed": speed, "acceleration": acceleration, "turning_rate": turning_rate}
     world = {

@@ -37,7 +37,6 @@ def wait(arguments):
 
 @pytest.fixture
 def start(tmp_path, monkeypatch):
-    """Return the function that starts one of our programs, and the lines that it writes."""
     (tmp_path / "programs.py").write_text(PROGRAMS)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *sys.path]))
     monkeypatch.setenv("HMRSIM_CONNECT", "tcp/nowhere:1")
@@ -49,8 +48,8 @@ def start(tmp_path, monkeypatch):
     return run
 
 
-def test_lines_and_exit_code(start):
-    """Lines arrive as the child writes them, followed by its end; HMRSIM's variables are not passed on."""
+def test_lines_arrive_before_the_exit_code(start):
+    """HMRSIM variables are not passed to the child."""
     process, lines = start("greet", "world")
     with process:
         code = process.code(PATIENCE)
@@ -60,7 +59,6 @@ def test_lines_and_exit_code(start):
 
 
 def test_errors_are_logged(start, caplog):
-    """Lines on a child's stderr are logged."""
     with caplog.at_level("INFO", "hmrsim.cli.child"):
         process, _ = start("greet")
         with process:
@@ -69,8 +67,7 @@ def test_errors_are_logged(start, caplog):
     assert ["greet: a complaint"] == caplog.messages
 
 
-def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
-    """A child that ignores SIGTERM is killed in the end."""
+def test_a_child_that_ignores_sigterm_is_killed(start, monkeypatch):
     monkeypatch.setattr("hmrsim.cli.child._PATIENCE", 0.2)
     process, lines = start("stubborn")
     lines.get(timeout=PATIENCE)
@@ -80,7 +77,6 @@ def test_a_child_that_will_not_end_is_killed(start, monkeypatch):
 
 
 def test_a_child_that_takes_too_long_is_ended(start):
-    """A child that does not end in time is stopped."""
     process, lines = start("wait")
     lines.get(timeout=PATIENCE)
 
@@ -90,7 +86,7 @@ def test_a_child_that_takes_too_long_is_ended(start):
 
 @pytest.mark.usefixtures("start")
 def test_a_child_ends_with_its_parent():
-    """If the parent is killed, the kernel ends the child."""
+    """The kernel ends the child if the parent is killed."""
     program = (
         "import sys; from hmrsim.cli.child import Child; "
         "Child('wait', 'programs:wait', [], lambda line: print(line, flush=True)); sys.stdin.read()"
@@ -106,8 +102,7 @@ def test_a_child_ends_with_its_parent():
         assert select.select([ended], [], [], PATIENCE)[0] == [ended]
 
 
-def test_an_orphan_does_not_begin():
-    """A child whose parent is already gone ends at once."""
+def test_an_orphan_ends_at_once():
     done = subprocess.run(
         [sys.executable, "-m", "hmrsim.cli.child", "1", "hmrsim.cli:main", "--version"],
         capture_output=True,
@@ -119,7 +114,6 @@ def test_an_orphan_does_not_begin():
 
 
 def test_child_calls_the_main_function(capsys, monkeypatch):
-    """The function gets the remaining arguments, and its result is the exit code."""
     monkeypatch.setattr(child.ctypes, "CDLL", MagicMock())
 
     code = child.main([str(os.getppid()), "hmrsim.cli:main", "--version"])
@@ -128,8 +122,8 @@ def test_child_calls_the_main_function(capsys, monkeypatch):
     assert capsys.readouterr().out.startswith("hmrsim ")
 
 
-def test_a_child_runs_where_no_kernel_tells_that_its_parent_is_gone(capsys, monkeypatch):
-    """There is no prctl on macOS."""
+def test_a_child_runs_without_prctl(capsys, monkeypatch):
+    """On macOS there is no prctl."""
     monkeypatch.setattr(child.ctypes, "CDLL", MagicMock(return_value=object()))
     monkeypatch.setattr(child.sys, "platform", "darwin")
 

@@ -31,12 +31,10 @@ MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position"
 
 
 def logged(sink):
-    """Return a simulation of scenario 1 that is logged."""
     return Simulator(load_world("scenario1").world, sinks=[sink])
 
 
 def test_goals_are_logged_with_target_and_end(caplog):
-    """Acceptance and end of a goal are a line each, with the simulated time."""
     simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
@@ -50,7 +48,6 @@ def test_goals_are_logged_with_target_and_end(caplog):
 
 
 def test_an_aborted_goal_is_logged_with_the_reason(caplog):
-    """The line contains the error of the result."""
     simulator = logged(EventLog())
 
     with caplog.at_level(logging.INFO):
@@ -63,13 +60,12 @@ def test_an_aborted_goal_is_logged_with_the_reason(caplog):
 
 
 def test_the_log_makes_the_simulation_compute_no_samples():
-    """The log subscribes to events only, not to motion."""
+    """Samples of motion cost time, and the log needs none."""
     assert [Topic.EVENTS] == [topic for topic in Topic if EventLog().wants(topic)]
     assert [Topic.EVENTS] == [topic for topic in Topic if BufferedSink(EventLog()).wants(topic)]
 
 
 def test_events_are_logged_at_the_level_of_their_severity(caplog):
-    """Frequent events are logged only at the debug level."""
     log = EventLog()
 
     with caplog.at_level(logging.DEBUG):
@@ -79,8 +75,7 @@ def test_events_are_logged_at_the_level_of_their_severity(caplog):
     assert [("ERROR", "sim 2.000 | eve has an empty battery")] == [(r.levelname, r.message) for r in caplog.records]
 
 
-def test_beside_a_table_warnings_are_logged(caplog):
-    """Goals and waiting robots are in the table already."""
+def test_beside_the_table_only_warnings_are_logged(caplog):
     log = EventLog(Severity.WARNING, goals=False)
 
     with caplog.at_level(logging.INFO):
@@ -92,8 +87,7 @@ def test_beside_a_table_warnings_are_logged(caplog):
     assert ["sim 0.000 | deadlock of ann and eve"] == caplog.messages
 
 
-def test_goals_can_be_logged_later(caplog):
-    """Lines are written while the simulation is idle, with the time of the goal."""
+def test_a_late_log_has_the_time_of_the_goal(caplog):
     later = BufferedSink(EventLog())
     simulator = logged(later)
 
@@ -107,8 +101,7 @@ def test_goals_can_be_logged_later(caplog):
     assert "sim 1.773 | wall_e navigate_to_pose SUCCEEDED" == caplog.messages[-1]
 
 
-def test_other_events_are_not_logged(caplog):
-    """Intermediate statuses, such as executing and canceling, are omitted."""
+def test_intermediate_statuses_are_not_logged(caplog):
     log = EventLog()
 
     with caplog.at_level(logging.INFO):
@@ -121,7 +114,6 @@ def test_other_events_are_not_logged(caplog):
 
 
 def test_log_lines_have_level_and_time():
-    """Records of our packages and warnings of all packages are written."""
     lines = []
 
     with LogLines(lines.append):
@@ -138,7 +130,6 @@ def test_log_lines_have_level_and_time():
     [(logging.DEBUG, ["debug", "info", "error"]), (logging.INFO, ["info", "error"]), (logging.ERROR, ["error"])],
 )
 def test_log_lines_have_at_least_the_level(level, written):
-    """Records below the level are omitted."""
     lines = []
 
     with LogLines(lines.append, level):
@@ -148,8 +139,7 @@ def test_log_lines_have_at_least_the_level(level, written):
     assert written == [line.rpartition("| ")[2] for line in lines]
 
 
-def test_logging_never_blocks():
-    """Neither logging nor its end takes long while stderr is not read."""
+def test_logging_never_waits_for_stderr():
     stuck = threading.Event()
 
     with LogLines(lambda _line: stuck.wait()):
@@ -160,8 +150,7 @@ def test_logging_never_blocks():
     assert logging.getLogger().getEffectiveLevel() >= logging.WARNING
 
 
-def test_lines_go_to_stderr_itself(monkeypatch):
-    """Without a terminal, lines bypass Python's buffers."""
+def test_lines_bypass_the_buffer_of_stderr(monkeypatch):
     reading, writing = os.pipe()
     with os.fdopen(reading) as reader, os.fdopen(writing, "w") as writer:
         monkeypatch.setattr("sys.__stderr__", writer)
@@ -184,13 +173,11 @@ def test_lines_go_to_stderr_itself(monkeypatch):
         (Stopped("eve", (1.0, 2.0)), ""),
     ],
 )
-def test_the_text_of_an_event(event, text):
-    """The text includes the goal if the action is known and its message is valid."""
+def test_the_text_of_an_event_has_the_goal_of_known_actions(event, text):
     assert text == text_of(event)
 
 
 def pose(x, y):
-    """Return a pose at a point."""
     return PoseStamped(pose=Pose(position=Point(x=x, y=y)))
 
 
@@ -206,13 +193,11 @@ def pose(x, y):
         (Pickup.Goal.model_validate_json(Pickup.Goal(target_name="linen").model_dump_json()), "linen"),
     ],
 )
-def test_summary(goal, words):
-    """A summary leaves out default values."""
+def test_a_summary_omits_default_values(goal, words):
     assert words == summary(goal)
 
 
 def test_events_are_logged_at_levels_without_goals(caplog):
-    """At ``--log-level error``, only errors are logged."""
     display = LogDisplay("ward", logging.ERROR)
 
     with caplog.at_level(logging.ERROR):
@@ -226,7 +211,6 @@ def test_events_are_logged_at_levels_without_goals(caplog):
 
 
 def test_the_log_begins_with_the_traffic_policy(caplog):
-    """The traffic policy follows the line with the name of the world."""
     simulator = SimpleNamespace(now=0.0, world=shipped("cafe").world)
     host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(state=SimpleNamespace(waiting_for=())))
 

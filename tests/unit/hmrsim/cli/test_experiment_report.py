@@ -23,7 +23,6 @@ measures: {time: end.at}
 
 @pytest.fixture
 def said(tmp_path, monkeypatch, capsys):
-    """Return the function that runs the command in a folder with results; it returns the exit code and the output."""
     monkeypatch.chdir(tmp_path)
     Path("e.yaml").write_text(EXPERIMENT, encoding="utf-8")
     plan = read_plan("e.yaml")
@@ -39,16 +38,14 @@ def said(tmp_path, monkeypatch, capsys):
     return told
 
 
-def test_the_page_is_in_the_folder(said):
-    """The path is printed, and the commands on the page can be copied to a shell."""
+def test_the_page_is_written_to_the_folder(said):
     assert (0, "page: my results/report.html\n", "") == said("my results")
 
     page = Path("my results/report.html").read_text(encoding="utf-8")
     assert "hmrsim experiment again &#39;my results&#39; 7 --trace run_7.jsonl" in page
 
 
-def test_output_of_the_page(said):
-    """``-o`` names a file, or the standard output."""
+def test_the_output_option_names_a_file_or_stdout(said):
     said("my results", "-o", "page.html")
     code, out, _ = said("my results", "-o", "-")
 
@@ -56,8 +53,7 @@ def test_output_of_the_page(said):
     assert not Path("my results/report.html").exists()
 
 
-def test_json_has_what_is_on_the_page(said):
-    """No page is written without ``-o``."""
+def test_json_has_the_content_of_the_page(said):
     code, out, _ = said("my results", "--json")
     found = json.loads(out)
 
@@ -79,15 +75,13 @@ def test_json_has_what_is_on_the_page(said):
     ],
 )
 def test_errors_are_one_line(said, arguments, code, text):
-    """The line names the error."""
     found, _, error = said(*arguments)
 
     assert (code, 1) == (found, len(error.splitlines()))
     assert text in error
 
 
-def test_without_scipy_it_says_what_to_install(said, monkeypatch):
-    """The exit code is 1, as for other optional dependencies."""
+def test_without_scipy_the_error_names_the_extra(said, monkeypatch):
     for name in ("numpy", "scipy"):
         monkeypatch.setitem(sys.modules, name, None)
 

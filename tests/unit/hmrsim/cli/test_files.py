@@ -60,17 +60,16 @@ def _round() -> str:
 
 
 @pytest.mark.parametrize("make", [_pipe, _folder, _device, _round, lambda: "none", lambda: "x" * 5000])
-def test_inputs_that_are_not_files(tmp_path, monkeypatch, capsys, make: Callable[[], str]):
-    """A pipe that is never written, a folder, a device, a link to itself, nothing, and a name that is too long."""
+def test_unreadable_inputs_are_errors(tmp_path, monkeypatch, capsys, make: Callable[[], str]):
     monkeypatch.chdir(tmp_path)
     name = make()
     for command in COMMANDS:
         program, *arguments = command.format(name).split()
         code = PROGRAMS[program](arguments)
-        told = capsys.readouterr()
+        output = capsys.readouterr()
 
-        assert (2, 1, "") == (code, told.err.count("\n"), told.out), (command, told.err)
-        assert "Traceback" not in told.err
+        assert (2, 1, "") == (code, output.err.count("\n"), output.out), (command, output.err)
+        assert "Traceback" not in output.err
 
 
 @pytest.mark.parametrize(
@@ -80,8 +79,8 @@ def test_inputs_that_are_not_files(tmp_path, monkeypatch, capsys, make: Callable
         ('{"mode": "' + "x" * 2_000_000 + '"}', "larger than 1048576 bytes"),
     ],
 )
-def test_a_zenoh_configuration_that_is_too_much_for_zenoh(tmp_path, capsys, text, why):
-    """Zenoh's parser would crash the process, or take long."""
+def test_a_hostile_zenoh_configuration_is_an_error(tmp_path, capsys, text, why):
+    """Zenoh's parser would crash the process or take a long time."""
     file = tmp_path / "zenoh.json5"
     file.write_text(text)
 
@@ -173,7 +172,6 @@ WAYS: list[Callable[[Path], str]] = [
 
 @pytest.fixture
 def files(tmp_path, monkeypatch):
-    """A folder with files of each kind, which is the current one."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     texts = {"w.yaml": WORLD, "more.yaml": "places: {p: {at: [1, 1]}}\n", "a_tree.py": MODULE}
@@ -191,8 +189,6 @@ def files(tmp_path, monkeypatch):
 
 @pytest.fixture
 def said(files, capsys):
-    """Return the exit code, the lines on stderr and the files that have changed."""
-
     def told(line: str) -> tuple[int, list[str], dict[str, bytes]]:
         before = _contents(files)
         capsys.readouterr()
@@ -210,7 +206,6 @@ def _contents(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize(("line", "name"), CASES)
 def test_no_input_is_overwritten(said, line, name):
-    """Under any path, an output that is also an input is an error with exit code 2, and no file changes."""
     if "run" in line and "--svg" in line and shutil.which("dot") is None:
         pytest.skip("Graphviz's dot is not installed")
     for way in WAYS if "map render" not in line else WAYS[-2:]:
@@ -220,16 +215,14 @@ def test_no_input_is_overwritten(said, line, name):
         assert "this command reads that file" in lines[0]
 
 
-def test_no_table_is_written_over_what_is_read(said):
-    """The files of ``--csv`` are checked, too."""
+def test_no_csv_table_overwrites_an_input(said):
     code, lines, changed = said("hmrsim report goals.csv --csv .")
 
     assert (2, ["hmrsim: --csv goals.csv: this command reads that file; name another"], {}) == (code, lines, changed)
 
 
 @pytest.mark.parametrize("line", TWICE)
-def test_two_outputs_are_two_files(said, line):
-    """The error names both options; the exit code is 2, and nothing is written."""
+def test_two_outputs_can_not_be_one_file(said, line):
     code, lines, changed = said(line)
 
     assert (2, 1, {}) == (code, len(lines), changed), lines
@@ -237,8 +230,7 @@ def test_two_outputs_are_two_files(said, line):
 
 
 @pytest.mark.parametrize("line", FULL)
-def test_a_full_disk_is_one_line(said, line):
-    """The line names the file, and the exit code is 1."""
+def test_a_full_disk_is_an_error_of_one_line(said, line):
     code, lines, _ = said(line)
 
     assert (1, 1) == (code, len(lines)), lines
@@ -246,8 +238,7 @@ def test_a_full_disk_is_one_line(said, line):
 
 
 @pytest.mark.usefixtures("files")
-def test_what_was_written_before_the_disk_was_full_can_be_read(said, capsys):
-    """The trace can be replayed and reported on up to its last whole line."""
+def test_a_trace_cut_off_by_a_full_disk_is_readable(said, capsys):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, limits[1]))
     try:
@@ -260,15 +251,13 @@ def test_what_was_written_before_the_disk_was_full_can_be_read(said, capsys):
     assert "the trace is truncated there" in capsys.readouterr().out
 
 
-def test_streams_may_be_shared(said):
-    """Two outputs may both be /dev/null."""
+def test_two_outputs_may_both_be_dev_null(said):
     code, lines, _ = said("hmrsim run w.yaml --trace /dev/null --record /dev/null --connect tcp/127.0.0.1:9")
 
     assert (3, False) == (code, "name two files" in lines[0])
 
 
 def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
-    """Yield the command and the option of each argument that names a file or a folder."""
     if isinstance(parser, LazyParser):
         parser.load()
     for action in parser._actions:
@@ -297,10 +286,9 @@ INPUTS = {
 
 
 def test_each_output_is_tried():
-    """Every command with an output has a case above, except the demo, whose world is shipped.
+    """The demo is exempt, because its world is shipped.
 
-    Keystores are folders that the commands of `hmrsim security` make or change, and read nothing else; results are a
-    folder, too, of which `hmrsim experiment run` and `hmrsim check` make or change what is their own.
+    Keystores and folders of results are exempt, because their commands change only their own files.
     """
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
@@ -333,8 +321,7 @@ def test_each_output_is_tried():
         ("demo --record demo.html", "--record demo.html: a recording is no .html file; expected a name that ends in"),
     ],
 )
-def test_a_name_that_ends_in_what_the_file_is_not_is_refused(line, message, capsys, tmp_path, monkeypatch):
-    """The error comes before anything is written."""
+def test_an_output_with_the_suffix_of_another_format_is_rejected(line, message, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     assert 2 == main(line.split())

@@ -14,12 +14,10 @@ from hmrsim.interfaces.std_msgs import Header
 
 
 def goal(text, kind=NavigateToPose.Goal):
-    """Return the goal that a text stands for."""
     return read_goal(read_yaml(text), kind)
 
 
 def test_integers_are_accepted_as_floats():
-    """A coordinate may be written without a point."""
     position = goal("{pose: {pose: {position: {x: 512, y: 215}}}}").pose.pose.position
 
     assert (512.0, 215.0, 0.0) == (position.x, position.y, position.z)
@@ -28,18 +26,15 @@ def test_integers_are_accepted_as_floats():
 @pytest.mark.parametrize(
     ("text", "value"), [("1e3", 1000.0), ("1.5e-3", 0.0015), ("-.5", -0.5), ("010", 10.0), ("+2", 2.0)]
 )
-def test_numbers_of_yaml_1_2(text, value):
-    """Numbers are read as in YAML 1.2, unlike in PyYAML."""
+def test_numbers_are_read_as_in_yaml_1_2(text, value):
     assert value == goal(f"{{pose: {{pose: {{position: {{x: {text}}}}}}}}}").pose.pose.position.x
 
 
-def test_no_is_a_name():
-    """An item may be called `no`."""
+def test_the_word_no_is_a_name():
     assert "no" == goal("{target_name: no}", Pickup.Goal).target_name
 
 
-def test_nothing_given_is_the_default():
-    """`{}` is the goal with ROS's defaults."""
+def test_an_empty_goal_has_ros_defaults():
     assert NavigateToPose.Goal() == goal("{}")
 
 
@@ -59,21 +54,18 @@ def test_nothing_given_is_the_default():
     ],
 )
 def test_an_error_names_its_field(text, line):
-    """An error names the field, the value and what was expected."""
     with pytest.raises(WrongUse) as caught:
         goal(text)
 
     assert line == str(caught.value)
 
 
-def test_unknown_field_in_a_list():
-    """An error about an unknown field in a list names the known fields."""
+def test_an_error_in_a_list_lists_the_known_fields():
     with pytest.raises(WrongUse, match=r"^goal: poses\.1\.q: unknown field; known fields: header, pose$"):
         goal("{poses: [{}, {q: 1}]}", FollowWaypoints.Goal)
 
 
 def test_every_error_is_a_line():
-    """Two errors are two lines."""
     with pytest.raises(WrongUse) as caught:
         goal("{pose: {pose: {position: {x: a, y: b}}}}")
 
@@ -84,13 +76,11 @@ def test_every_error_is_a_line():
     "text", ["{a: ", "", "{a: 1}}", "[" * 5000, "{a: &x [*x]}", "!!python/name:os.system {}", "\x00"]
 )
 def test_invalid_yaml_is_one_line(text):
-    """Broken, empty, deep, circular and tagged YAML is an error of one line."""
     with pytest.raises(WrongUse, match=r"^goal: [^\n]*$"):
         read_yaml(text)
 
 
 def test_a_duplicate_key_is_an_error():
-    """The second of two equal keys does not silently win."""
     with pytest.raises(WrongUse, match=r"^goal: a\.x: key 'x' is there twice"):
         read_yaml("{a: {x: 1, x: 2}}")
 
@@ -103,18 +93,15 @@ def test_a_duplicate_key_is_an_error():
         (NavigateToPose.Result(error_code=208, error_msg="no way"), {"error_code": 208, "error_msg": "no way"}),
     ],
 )
-def test_empty_parts_are_left_out(message, shown):
-    """Numbers and the error code are kept."""
+def test_default_parts_are_omitted(message, shown):
     assert shown == without_defaults(message)
 
 
-def test_a_robot_at_the_origin_has_a_position():
-    """A position at zero is shown; the default orientation is not."""
+def test_a_position_at_the_origin_is_shown():
     stamped = PoseStamped(header=Header(frame_id="map"))
 
     assert {"position": {"x": 0.0, "y": 0.0, "z": 0.0}} == without_defaults(stamped)["pose"]
 
 
 def test_whole_numbers_are_exact():
-    """Integers are not rounded."""
     assert {"sec": 1_234_567_891, "nanosec": 0} == without_defaults(Duration(sec=1_234_567_891))

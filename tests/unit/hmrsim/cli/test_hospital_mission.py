@@ -1,4 +1,4 @@
-"""The demo's mission agrees with the demo's world."""
+"""Checks that the mission of the demo fits its world."""
 
 from __future__ import annotations
 
@@ -14,12 +14,10 @@ from hmrsim.world_checks import load_world
 
 @pytest.fixture(scope="module")
 def hospital():
-    """Return the hospital."""
     return load_world("hospital").world
 
 
-def test_robots_go_to_known_places(hospital):
-    """The controller knows the names of places, and the simulator where they are."""
+def test_missions_use_known_places(hospital):
     visited = {node.name for robot in hospital.robots for node in mission(robot).iterate() if isinstance(node, GoTo)}
 
     assert 13 == len(visited)
@@ -27,22 +25,19 @@ def test_robots_go_to_known_places(hospital):
 
 
 def test_every_robot_has_a_mission(hospital):
-    """Each robot of the map has a tree, named after it."""
     names = [mission(robot).name for robot in hospital.robots]
 
     assert [f"Mission of {robot}" for robot in hospital.robots] == names
 
 
 def test_eight_robots_of_seven_types(hospital):
-    """The fleet is heterogeneous: no two types have the same base."""
     bases = [kind.base for kind in hospital.robot_types.values()]
 
     assert (8, 7) == (len(hospital.robots), len({robot.type for robot in hospital.robots.values()}))
     assert all(a != b for a, b in combinations(bases, 2))
 
 
-def test_fetchers_carriers_a_drone_and_a_cleaner(hospital):
-    """Five robots have claws, one of them flies, and the cleaner is the slowest of all."""
+def test_the_fleet_has_fetchers_carriers_a_drone_and_a_cleaner(hospital):
     kinds = {name: hospital.robot_type(robot) for name, robot in hospital.robots.items()}
 
     assert ["wall_e", "eve", "burn_e", "nan_e", "d_fib"] == [
@@ -53,13 +48,11 @@ def test_fetchers_carriers_a_drone_and_a_cleaner(hospital):
 
 
 def test_each_robot_begins_at_its_own_charger(hospital):
-    """Each robot has a battery that it can charge there."""
     assert [f"charger_{i}" for i in range(1, 9)] == [robot.at for robot in hospital.robots.values()]
     assert all("battery" in hospital.robot_type(robot).components for robot in hospital.robots.values())
 
 
-def test_robots_that_go_to_the_pharmacy_may_enter_it(hospital):
-    """Its door opens for some only, and those whose mission leads there are among them."""
+def test_the_pharmacy_opens_for_robots_with_a_mission_there(hospital):
     visitors = [name for name in hospital.robots if any(n.name == "Go to pharmacy" for n in mission(name).iterate())]
 
     assert ("nurse", "courier") == hospital.doors["pharmacy"].opens_for
@@ -67,8 +60,7 @@ def test_robots_that_go_to_the_pharmacy_may_enter_it(hospital):
     assert "nurse" == hospital.robots["wall_e"].type
 
 
-def test_there_is_a_way_around_the_visitors(hospital):
-    """While people fill the corridor, all places are reached through the wards."""
+def test_a_route_leads_around_the_visitors(hospital):
     (closed,) = (fault.model_extra["lane"] for fault in hospital.faults if fault.type == "lane_closed")
     graph = WaypointGraph(hospital)
     graph.closed = frozenset([tuple(closed), tuple(reversed(closed))])
@@ -80,14 +72,12 @@ def test_there_is_a_way_around_the_visitors(hospital):
 
 
 def test_no_two_robots_have_the_same_mission(hospital):
-    """Each robot has its own mission."""
     errands = {tuple(node.name for node in mission(robot).children) for robot in hospital.robots}
 
     assert len(hospital.robots) == len(errands)
 
 
-def test_what_is_fetched_can_be_carried(hospital):
-    """The items of the missions exist, and are not too heavy for the robots that carry them."""
+def test_fetched_items_can_be_carried(hospital):
     fetched = {
         node.name.removeprefix("Fetch "): hospital.robot_type(spec).components["claw"]["max_weight"]
         for robot, spec in hospital.robots.items()
@@ -104,8 +94,7 @@ def test_no_robot_has_a_script(hospital):
     assert all(robot.script == () for robot in hospital.robots.values())
 
 
-def test_names_of_behaviours_differ(hospital):
-    """The behaviors of a robot have different names."""
+def test_names_of_behaviors_differ(hospital):
     for robot in hospital.robots:
         names = [node.name for node in mission(robot).iterate()]
         assert len(set(names)) == len(names)

@@ -13,21 +13,10 @@ from hmrsim.cli import main
 from hmrsim.world_checks import load_world
 from tests.paths import TESTS
 
-DRAWING = "tests/unit/hmrsim/world/data/ward.drawio"
-
-
-@pytest.mark.parametrize("name", ["world.yaml", "world.yml", "world.json"])
-def test_a_drawing_becomes_a_native_world(name, tmp_path):
-    """The world has the same hash."""
-    out = tmp_path / name
-
-    code = main(["map", "convert", DRAWING, str(out)])
-
-    assert (0, load_world(DRAWING).hash) == (code, load_world(out).hash)
+DATA = TESTS / "unit" / "hmrsim" / "world" / "data"
 
 
 def test_includes_are_merged_in(tmp_path):
-    """The written file needs no other file."""
     (tmp_path / "lanes.yaml").write_text("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n")
     main_file = tmp_path / "main.yaml"
     main_file.write_text("include: [lanes.yaml]\nrobots: {eve: {at: a}}\n")
@@ -39,8 +28,7 @@ def test_includes_are_merged_in(tmp_path):
     assert "include" not in out.read_text()
 
 
-def test_a_route_graph_for_nav2(tmp_path, capsys):
-    """Waypoints are points, lanes are MultiLineStrings between their ids, and omitted entities are reported."""
+def test_a_route_graph_has_points_and_lines(tmp_path, capsys):
     source = tmp_path / "small.yaml"
     source.write_text(
         "name: small\nwaypoints: {a: [0, 0], b: [3, 0]}\nlanes: [{from: a, to: b, one_way: true, speed_limit: 0.5}]\n"
@@ -66,32 +54,29 @@ def test_a_route_graph_for_nav2(tmp_path, capsys):
     } == graph["features"][2]
 
 
-def test_pixels_are_warned_of(tmp_path, capsys):
-    """Nav2 expects meters."""
+def test_a_world_in_pixels_is_warned_of(tmp_path, capsys):
+    """Nav2 expects route graphs in meters."""
     main(["map", "convert", "scenario1", str(tmp_path / "s.geojson")])
 
     assert "coordinates stay in pixels, y downwards" in capsys.readouterr().err
 
 
-def test_stdout(capsys):
-    """``-`` writes the world itself to stdout, and nothing else."""
+def test_a_dash_writes_to_stdout(capsys):
     code = main(["map", "convert", "scenario1", "-", "--to", "json"])
 
     assert (0, "scenario 1") == (code, json.loads(capsys.readouterr().out)["name"])
 
 
-def test_what_was_written_as_json(tmp_path, capsys):
-    """Programs get the file, the format, the hash and what was left out."""
+def test_json_describes_the_written_file(tmp_path, capsys):
     out = tmp_path / "h.geojson"
     main(["map", "convert", "scenario1", str(out), "--json"])
 
-    told = json.loads(capsys.readouterr().out)
-    assert (str(out), "geojson", load_world("scenario1").hash) == (told["file"], told["format"], told["hash"])
-    assert {"bounds": 1, "walls": 8, "places": 2, "items": 1, "robots": 1, "remap": 3} == told["left_out"]
+    output = json.loads(capsys.readouterr().out)
+    assert (str(out), "geojson", load_world("scenario1").hash) == (output["file"], output["format"], output["hash"])
+    assert {"bounds": 1, "walls": 8, "places": 2, "items": 1, "robots": 1, "remap": 3} == output["left_out"]
 
 
-def test_the_schema_is_named_where_it_is(tmp_path):
-    """Beside a folder with the schema the first line lets editors complete the file; elsewhere there is none."""
+def test_the_first_line_names_a_schema_beside_the_file(tmp_path):
     (tmp_path / "schemas").mkdir()
     (tmp_path / "schemas" / "world.schema.json").write_text("{}")
     (tmp_path / "maps").mkdir()
@@ -101,28 +86,17 @@ def test_the_schema_is_named_where_it_is(tmp_path):
     assert "# yaml-language-server: $schema=../schemas/world.schema.json" == out.read_text().splitlines()[0]
 
 
-def test_nothing_is_overwritten_unasked(tmp_path, capsys):
-    """A file that is there stays as it is without ``--force``."""
+def test_only_force_overwrites(tmp_path, capsys):
     out = tmp_path / "w.yaml"
     out.write_text("mine")
 
-    code = main(["map", "convert", "scenario1", str(out)])
-    assert (2, "mine") == (code, out.read_text())
+    assert (2, "mine") == (main(["map", "convert", "scenario1", str(out)]), out.read_text())
     assert f"{out}: exists already; overwrite it with --force\n" == capsys.readouterr().err
-
-
-def test_force_overwrites(tmp_path):
-    """Another world can be there."""
-    out = tmp_path / "w.yaml"
-    main(["map", "convert", "scenario2", str(out)])
-
-    code = main(["map", "convert", "scenario1", str(out), "--force"])
-    assert (0, load_world("scenario1").hash) == (code, load_world(out).hash)
+    assert 0 == main(["map", "convert", "scenario1", str(out), "--force"])
+    assert load_world("scenario1").hash == load_world(out).hash
 
 
 def test_no_half_written_file_is_left(tmp_path, monkeypatch, capsys):
-    """When the disk is full there is neither the new file nor a part of it."""
-
     def fail(_self, _target):
         raise OSError(28, "No space left on device")
 
@@ -143,8 +117,7 @@ def test_no_half_written_file_is_left(tmp_path, monkeypatch, capsys):
         ("folder.yaml", "is not a regular file; name another, or - for stdout"),
     ],
 )
-def test_what_cannot_be_written_is_2(name, error, tmp_path, capsys):
-    """The line names the file and what would do."""
+def test_unwritable_formats_exit_with_2(name, error, tmp_path, capsys):
     (tmp_path / "folder.yaml").mkdir()
 
     code = main(["map", "convert", "scenario1", str(tmp_path / name)])
@@ -153,7 +126,6 @@ def test_what_cannot_be_written_is_2(name, error, tmp_path, capsys):
 
 
 def test_a_broken_world_is_not_converted(tmp_path, capsys):
-    """A file with errors leaves no other file behind."""
     source = tmp_path / "broken.yaml"
     source.write_text("waypoints: {a: [0, 0]}\nlanes: [[a, b]]\n")
     out = tmp_path / "out.yaml"
@@ -163,15 +135,11 @@ def test_a_broken_world_is_not_converted(tmp_path, capsys):
     assert capsys.readouterr().err.startswith(f"{source}:2: lanes.0.to: ")
 
 
-DATA = TESTS / "unit" / "hmrsim" / "world" / "data"
-
-
 @pytest.mark.parametrize(
     "source", ["ward.drawio", "crossing.geojson", "clinic.building.yaml", "depot.lif.json", "arena.map"]
 )
-@pytest.mark.parametrize("out", ["out.yaml", "out.json"])
+@pytest.mark.parametrize("out", ["out.yaml", "out.yml", "out.json"])
 def test_every_format_becomes_a_native_world(source, out, tmp_path):
-    """With everything that the reader took from it."""
     code = main(["map", "convert", str(DATA / source), str(tmp_path / out)])
 
     assert (0, load_world(DATA / source).hash) == (code, load_world(tmp_path / out).hash)
@@ -179,7 +147,6 @@ def test_every_format_becomes_a_native_world(source, out, tmp_path):
 
 @pytest.mark.parametrize("source", ["crossing.geojson", "clinic.building.yaml", "depot.lif.json", "arena.map"])
 def test_every_format_becomes_a_route_graph(source, tmp_path):
-    """With its waypoints and lanes."""
     out = tmp_path / "out.geojson"
     main(["map", "convert", str(DATA / source), str(out)])
 
@@ -187,34 +154,30 @@ def test_every_format_becomes_a_route_graph(source, tmp_path):
     assert (before.waypoints, before.lanes) == (after.waypoints, after.lanes)
 
 
-def test_what_the_reader_left_out_is_told(tmp_path, capsys):
-    """On stderr with its line, before what the other format can't hold; to programs, too."""
+def test_parts_that_the_reader_left_out_are_reported(tmp_path, capsys):
     out = tmp_path / "clinic.geojson"
     main(["map", "convert", str(DATA / "clinic.building.yaml"), str(out), "--json"])
 
-    told = capsys.readouterr()
+    output = capsys.readouterr()
     expected = "clinic.building.yaml:22: warning: levels.L1.models: models: 1 left out"
-    assert expected in told.err
-    assert any(expected.replace(" warning:", "") in warning for warning in json.loads(told.out)["warnings"])
-    assert f"{out}: GeoJSON holds no lifts: 1 left out\n" in told.err
+    assert expected in output.err
+    assert any(expected.replace(" warning:", "") in warning for warning in json.loads(output.out)["warnings"])
+    assert f"{out}: GeoJSON holds no lifts: 1 left out\n" in output.err
 
 
 @pytest.mark.parametrize("name", ["out.lif.json", "out.building.yaml", "out.map"])
-def test_what_is_only_read_is_not_written(name, tmp_path):
-    """Though the last part of its suffix could be."""
+def test_a_read_only_format_is_not_written(name, tmp_path):
     assert 2 == main(["map", "convert", "scenario1", str(tmp_path / name)])
 
 
-def test_neighbours_of_a_grid(tmp_path):
-    """``--neighbours 4`` drops diagonal lanes."""
+def test_neighbors_option_drops_diagonal_lanes(tmp_path):
     out = tmp_path / "arena.json"
     main(["map", "convert", str(DATA / "arena.map"), str(out), "--neighbours", "4"])
 
     assert 23 == len(load_world(out).world.lanes)
 
 
-def test_svg_on_stdout(capsys):
-    """Without an output the picture is on stdout, and it alone."""
+def test_svg_goes_to_stdout_by_default(capsys):
     code = main(["map", "render", "scenario1"])
 
     out, err = capsys.readouterr()
@@ -222,8 +185,7 @@ def test_svg_on_stdout(capsys):
     assert "scenario 1" == ET.fromstring(out)[0].text
 
 
-def test_svg_to_a_file(tmp_path, capsys):
-    """A file gets what stdout would, and may be written again."""
+def test_svg_can_be_written_to_a_file(tmp_path, capsys):
     main(["map", "render", "scenario1"])
     file = tmp_path / "map.svg"
     codes = [main(["map", "render", "scenario1", "-o", str(file)]) for _ in range(2)]
@@ -233,8 +195,7 @@ def test_svg_to_a_file(tmp_path, capsys):
     assert [file] == list(tmp_path.iterdir())
 
 
-def test_options(capsys):
-    """Theme, width and what is left out change the picture."""
+def test_options_change_the_picture(capsys):
     main(["map", "render", "scenario1", "--theme", "dark", "--width", "400", "--no-names", "--no-legend"])
 
     out = capsys.readouterr().out
@@ -243,15 +204,13 @@ def test_options(capsys):
     assert "<text" not in out
 
 
-def test_what_the_command_line_adds_is_drawn(capsys):
-    """Robots that are added on the command line are in the picture, in any format of world."""
+def test_added_robots_are_drawn(capsys):
     main(["map", "render", "scenario1", "--robot", "eve@300,80:fetcher"])
 
     assert "<title>eve, fetcher</title>" in capsys.readouterr().out
 
 
-def test_png(tmp_path):
-    """A PNG has as many pixels as the drawing's size and the scale say."""
+def test_a_png_has_the_scaled_size(tmp_path):
     pytest.importorskip("resvg_py", reason="a PNG needs resvg_py")
     file = tmp_path / "map.PNG"
 
@@ -260,8 +219,7 @@ def test_png(tmp_path):
     assert (b"\x89PNG\r\n\x1a\n", 900) == (head[:8], struct.unpack(">I", head[16:20])[0])
 
 
-def test_png_without_its_package(tmp_path, capsys, monkeypatch):
-    """Without the optional dependency, the error says what to install, and nothing is written."""
+def test_png_without_its_package_names_the_extra(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "resvg_py", None)
 
     assert 2 == main(["map", "render", "scenario1", "-o", str(tmp_path / "map.png")])
@@ -282,8 +240,7 @@ def test_png_without_its_package(tmp_path, capsys, monkeypatch):
     ],
     ids=["format", "folder", "directory", "size"],
 )
-def test_what_can_not_be_written(arguments, message, tmp_path, capsys, monkeypatch):
-    """An output that can't be written is an error of one line, with exit code 2."""
+def test_an_unwritable_picture_is_an_error(arguments, message, tmp_path, capsys, monkeypatch):
     (tmp_path / "folder.svg").mkdir()
     monkeypatch.chdir(tmp_path)
 
@@ -292,20 +249,12 @@ def test_what_can_not_be_written(arguments, message, tmp_path, capsys, monkeypat
 
 
 @pytest.mark.parametrize("option", [["--width", "20"], ["--width", "x"], ["--scale", "0"], ["--scale", "nan"]])
-def test_options_out_of_range(option, capsys):
-    """Widths and scales that make no sense are refused with the option's name."""
+def test_options_out_of_range_are_rejected(option, capsys):
     assert 2 == main(["map", "render", "scenario1", *option])
     assert f"argument {option[0]}: {option[1]!r} is no" in capsys.readouterr().err
 
 
-def test_no_such_world(capsys):
-    """A missing world is an error, as for other commands."""
-    assert 2 == main(["map", "render", "nowhere.yaml"])
-    assert "nowhere.yaml" in capsys.readouterr().err
-
-
-def test_bottlenecks(capsys):
-    """Traffic and bottlenecks are drawn, with the parts that they separate, and always the same."""
+def test_bottlenecks_and_traffic_are_drawn(capsys):
     codes = [main(["map", "render", "zoo/lift", "--bottlenecks"]) for _ in range(2)]
 
     out, err = capsys.readouterr()
@@ -315,8 +264,7 @@ def test_bottlenecks(capsys):
     assert out[: len(out) // 2] == out[len(out) // 2 :]
 
 
-def test_bottlenecks_of_a_world_without_lanes(tmp_path, capsys):
-    """A world without bottlenecks is drawn, too."""
+def test_a_world_without_bottlenecks_is_drawn(tmp_path, capsys):
     path = tmp_path / "empty.yaml"
     path.write_text("name: nothing\n")
 

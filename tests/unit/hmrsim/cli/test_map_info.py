@@ -1,4 +1,4 @@
-"""``hmrsim map info``."""
+"""The command ``hmrsim map info``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ remap: {eve/grab: eve/pickup}
 
 @pytest.fixture
 def path(tmp_path):
-    """Return a small world."""
     file = tmp_path / "islands.yaml"
     file.write_text(WORLD)
     return file
@@ -30,68 +29,26 @@ def path(tmp_path):
 
 @pytest.fixture
 def info(path, capsys):
-    """Return the output for the small world, as JSON values."""
     code = main(["map", "info", str(path), "--json"])
 
     assert 0 == code
     return json.loads(capsys.readouterr().out)
 
 
-def test_counts(info):
-    """All entities are counted."""
-    assert {
-        "waypoints": 5,
-        "lanes": 2,
-        "walls": 0,
-        "places": 0,
-        "docks": 1,
-        "doors": 0,
-        "lifts": 0,
-        "items": 1,
-        "robot_types": 0,
-        "robots": 1,
-        "faults": 0,
-    } == info["counts"]
-
-
-def test_lanes_are_measured(info):
-    """A lane counts once, whatever its direction."""
-    assert (7.0, 1) == (info["lane_length"], info["one_way_lanes"])
-
-
-def test_parts_that_no_lane_connects(info):
-    """The largest part comes first; a waypoint without lanes is a separate part."""
-    assert [2, 2, 1] == info["parts"]
-
-
-def test_robots(info):
-    """The position, the components and the speed of each robot are shown."""
-    assert [
-        {
-            "name": "eve",
-            "type": "fetcher",
-            "components": ["claw"],
-            "speed": 1.5,
-            "at": [0.0, 0.0],
-            "yaw": 0.0,
-            "script": 1,
-        }
-    ] == info["robots"]
-
-
-def test_items_are_where_their_waypoint_is(info):
-    """Names of points are replaced by the points."""
+def test_json_describes_the_world(info, path):
+    counts = {"waypoints": 5, "lanes": 2, "docks": 1, "items": 1, "robots": 1}
+    none = dict.fromkeys(("walls", "places", "doors", "lifts", "robot_types", "faults"), 0)
+    eve = {"name": "eve", "type": "fetcher", "components": ["claw"], "speed": 1.5, "at": [0.0, 0.0], "yaw": 0.0}
+    assert counts | none == info["counts"]
+    assert (7.0, 1, [2, 2, 1]) == (info["lane_length"], info["one_way_lanes"], info["parts"])
+    assert [{**eve, "script": 1}] == info["robots"]
     assert [{"name": "box", "at": [3.0, 4.0], "weight": 2.5}] == info["items"]
-
-
-def test_what_it_is(info, path):
-    """The file, its format and its hash."""
     assert ("two islands", str(path), "native", "m") == tuple(info[key] for key in ("name", "file", "format", "units"))
     assert 64 == len(info["hash"])
+    assert {"policy": "free", "by_default": True} == info["traffic"]
 
 
-def test_text(path, capsys):
-    """Text has the same content."""
+def test_text_has_the_content_of_json(path, capsys):
     main(["map", "info", str(path)])
 
     lines = capsys.readouterr().out.splitlines()
@@ -102,8 +59,7 @@ def test_text(path, capsys):
     assert "  eve/grab -> eve/pickup" in lines
 
 
-def test_an_empty_world(tmp_path, capsys):
-    """An empty world has no extent, which is not an error."""
+def test_an_empty_world_has_no_extent(tmp_path, capsys):
     path = tmp_path / "empty.yaml"
     path.write_text("name: nothing\n")
 
@@ -111,19 +67,10 @@ def test_an_empty_world(tmp_path, capsys):
     assert (0, None) == (code, json.loads(capsys.readouterr().out)["extent"])
 
 
-def test_what_the_command_line_adds_is_there(path, capsys):
-    """``--robot`` and ``--item`` add entities."""
+def test_added_robots_and_items_are_listed(path, capsys):
     main(["map", "info", str(path), "--robot", "bob@1,2", "--json"])
 
     assert ["eve", "bob"] == [robot["name"] for robot in json.loads(capsys.readouterr().out)["robots"]]
-
-
-def test_a_file_that_is_not_there_is_2(capsys):
-    """The error for a shipped world's name with a suffix gives the name."""
-    code = main(["map", "info", "scenario1.yaml"])
-
-    assert 2 == code
-    assert "scenario1.yaml: no such file; the shipped world is called 'scenario1'\n" == capsys.readouterr().err
 
 
 BRIDGE = """\
@@ -136,8 +83,7 @@ docks: {plug: {at: c}}
 """
 
 
-def test_the_network_as_text(tmp_path, capsys):
-    """Bottlenecks, what can't be reached, trips and traffic, in aligned columns."""
+def test_the_network_is_printed_as_text(tmp_path, capsys):
     path = tmp_path / "bridge.yaml"
     path.write_text(BRIDGE)
     main(["map", "info", str(path)])
@@ -157,8 +103,7 @@ def test_the_network_as_text(tmp_path, capsys):
     assert "  b - d  50.0%" in lines
 
 
-def test_the_network_as_json(tmp_path, capsys):
-    """JSON also has everything that the text omits."""
+def test_the_network_is_printed_as_json(tmp_path, capsys):
     path = tmp_path / "bridge.yaml"
     path.write_text(BRIDGE)
     main(["map", "info", str(path), "--json"])
@@ -185,8 +130,7 @@ def test_the_network_as_json(tmp_path, capsys):
     ],
     ids=["nothing", "one waypoint", "one place", "two parts", "only a drone"],
 )
-def test_odd_networks(world, tmp_path, capsys):
-    """Worlds without anything to analyze are not errors."""
+def test_worlds_without_a_network_are_no_errors(world, tmp_path, capsys):
     path = tmp_path / "odd.yaml"
     path.write_text(f"name: odd\n{world if world != '{}' else ''}")
 
@@ -194,13 +138,7 @@ def test_odd_networks(world, tmp_path, capsys):
     assert "" == capsys.readouterr().err
 
 
-def test_the_policy_in_force(info):
-    """JSON has its name, and whether it is the default."""
-    assert {"policy": "free", "by_default": True} == info["traffic"]
-
-
-def test_the_policy_in_words(capsys):
-    """A line names the policy."""
+def test_text_names_the_policy(capsys):
     main(["map", "info", "cafe"])
 
     assert "traffic policy: priority" in capsys.readouterr().out.splitlines()

@@ -1,4 +1,4 @@
-"""``hmrsim map plan``."""
+"""The command ``hmrsim map plan``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ robots:
 
 @pytest.fixture
 def path(tmp_path):
-    """Return a small world."""
     file = tmp_path / "world.yaml"
     file.write_text(WORLD)
     return str(file)
@@ -31,8 +30,6 @@ def path(tmp_path):
 
 @pytest.fixture
 def plan(path, capsys):
-    """Return the function that plans on the small world: exit code, and the answer as JSON values."""
-
     def run(*words):
         code = main(["map", "plan", path, *words, "--json"])
         return code, json.loads(capsys.readouterr().out)
@@ -40,7 +37,7 @@ def plan(path, capsys):
     return run
 
 
-def test_legs_length_and_time(plan):
+def test_a_plan_has_legs_length_and_time(plan):
     """A robot without a speed drives 1 m/s, or slower on a lane with a limit."""
     code, trip = plan("home", "pharmacy")
 
@@ -51,39 +48,32 @@ def test_legs_length_and_time(plan):
 
 
 def test_a_robot_drives_from_where_it_stands(plan):
-    """If FROM is a robot, its speed and its turns count."""
     _, trip = plan("eve", "shelf")
 
     assert ("eve", 2.0, 2.0) == (trip["robot"], trip["speed"], trip["turning"])
     assert 10.0 == pytest.approx(trip["duration"])
 
 
-def test_for_another_robot(plan):
-    """``--for`` names the robot that drives."""
-    _, trip = plan("corner", "home", "--for", "eve")
+@pytest.mark.parametrize(
+    ("words", "robot", "duration"),
+    [(("corner", "home", "--for", "eve"), "eve", 2.0), (("eve", "corner", "--speed", "4"), None, 1.0)],
+)
+def test_options_name_the_robot_or_its_speed(plan, words, robot, duration):
+    _, trip = plan(*words)
 
-    assert ("eve", 2.0) == (trip["robot"], trip["duration"])
-
-
-def test_at_a_speed(plan):
-    """``--speed`` overrides the speed of a robot at FROM."""
-    _, trip = plan("eve", "corner", "--speed", "4")
-
-    assert (None, 1.0) == (trip["robot"], trip["duration"])
+    assert (robot, duration) == (trip["robot"], trip["duration"])
 
 
 @pytest.mark.parametrize(
     ("words", "length"), [(("box", "corner"), 2.0), (("-3,4", "-3,-1"), 5.0), (("1,0", "1,0"), 0.0)]
 )
 def test_points_have_names_or_coordinates(plan, words, length):
-    """FROM and TO may be items, negative coordinates, or the same point."""
     code, trip = plan(*words)
 
     assert (0, length) == (code, trip["length"])
 
 
-def test_text(path, capsys):
-    """Each leg is a line, followed by the total."""
+def test_text_has_a_line_for_each_leg_and_the_total(path, capsys):
     main(["map", "plan", path, "home", "shelf"])
 
     assert [
@@ -95,8 +85,7 @@ def test_text(path, capsys):
 
 
 @pytest.mark.parametrize(("goal", "code"), [("far", 208), ("30,0", 204), ("6.5,5.5", 206)])
-def test_no_route_is_1(path, capsys, goal, code):
-    """The error has the planner's message and Nav2's error code."""
+def test_no_route_exits_with_1(path, capsys, goal, code):
     assert 1 == main(["map", "plan", path, "home", goal])
 
     assert capsys.readouterr().err.endswith(f"(error_code {code})\n")
@@ -110,23 +99,20 @@ def test_no_route_is_1(path, capsys, goal, code):
         ("6.5,5.5", "start (6.5, 5.5) is inside an obstacle (error_code 205)"),
     ],
 )
-def test_no_start_is_1(path, capsys, start, error):
-    """A start where no robot can stand is an error with Nav2's code for the start."""
+def test_an_impossible_start_exits_with_1(path, capsys, start, error):
     assert 1 == main(["map", "plan", path, start, start])
 
     assert f"hmrsim: {error}\n" == capsys.readouterr().err
 
 
 @pytest.mark.parametrize("ends", [("1e400,1", "home"), ("home", "1,-1e400"), ("nan,1", "home"), ("home", "Infinity,1")])
-def test_a_coordinate_that_is_not_finite_is_2(path, capsys, ends):
-    """It is not a point of any map."""
+def test_an_infinite_coordinate_exits_with_2(path, capsys, ends):
     assert 2 == main(["map", "plan", path, *ends])
 
     assert capsys.readouterr().err.endswith(" is not a point; expected X,Y of finite numbers, such as 1.5,-2\n")
 
 
 def test_each_unknown_name_is_a_line(path, capsys):
-    """Each unknown name is a line."""
     code = main(["map", "plan", path, "hom", "shel", "--for", "ev"])
 
     captured = capsys.readouterr()

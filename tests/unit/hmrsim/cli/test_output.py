@@ -12,12 +12,11 @@ from hmrsim.cli.topic import field_of, field_path
 
 
 def test_text_has_nine_digits():
-    """Text hides the rounding errors of binary arithmetic; whole numbers are exact."""
+    """Nine digits hide the rounding errors of binary arithmetic."""
     assert "x: 0.3\ny: 2.0\nsec: 1234567891\n" == yaml_text({"x": 0.1 + 0.2, "y": 2.0, "sec": 1_234_567_891})
 
 
 def test_json_has_all_digits(capsys):
-    """JSON is exact."""
     show_json([0.1 + 0.2])
 
     assert [0.1 + 0.2] == json.loads(capsys.readouterr().out)
@@ -36,8 +35,7 @@ MESSAGE = {"pose": {"position": {"x": 1.5, "y": 2.0}}, "covariance": [[1, 2], [3
         ("name", "mocha"),
     ],
 )
-def test_a_field_is_found(text, value):
-    """Dots lead into messages, brackets into lists."""
+def test_fields_are_found_by_dots_and_brackets(text, value):
     assert value == field_of(MESSAGE, field_path(text))
 
 
@@ -53,14 +51,12 @@ def test_a_field_is_found(text, value):
         ("covariance.x", "field 'covariance' has no field 'x'"),
     ],
 )
-def test_a_field_that_is_not_there(text, error):
-    """The error names the place and the known fields."""
+def test_a_missing_field_lists_the_known_fields(text, error):
     with pytest.raises(UnknownName, match=f"^{error}"):
         field_of(MESSAGE, field_path(text))
 
 
 @pytest.mark.parametrize("text", ["", ".", "a.", ".a", "a b", "a[x]", "[0]", "a[0", "a..b"])
-def test_malformed_fields(text):
-    """A malformed field is wrong use, before the command connects."""
+def test_malformed_fields_are_wrong_use(text):
     with pytest.raises(WrongUse, match=r"^--field: .*expected one such as pose\.pose\.position"):
         field_path(text)

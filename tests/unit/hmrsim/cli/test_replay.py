@@ -1,4 +1,4 @@
-"""``hmrsim replay`` and ``--trace``."""
+"""``hmrsim replay`` and the option ``--trace``."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import re
 import pytest
 
 from hmrsim.cli import main, trace_file
+from hmrsim.cli.trace_file import TraceFile
+from hmrsim.events.traffic import LaneOpened
+from hmrsim.protocol.outputs import EventStamped
+from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from tests.shipped import shipped
 
 WORLD = """\
 waypoints: {home: [0, 0], door: [4, 0]}
@@ -18,7 +24,6 @@ robots: {wall_e: {type: carrier, at: home, script: [Go door, Wait 2, Go home]}}
 
 @pytest.fixture
 def trace(tmp_path, capsys):
-    """Return the trace of a small world's scripts."""
     world = tmp_path / "world.yaml"
     world.write_text(WORLD)
     path = tmp_path / "run.jsonl"
@@ -27,24 +32,21 @@ def trace(tmp_path, capsys):
     return path
 
 
-def test_an_identical_replay(trace, capsys):
-    """The exit code is 0, and the output says how much was compared."""
+def test_an_identical_replay_exits_with_0(trace, capsys):
     code = main(["replay", str(trace)])
 
     assert 0 == code
     assert re.fullmatch(r"identical: \d+ lines, 0 commands, 10\.000 simulated seconds\n", capsys.readouterr().out)
 
 
-def test_a_trace_that_was_cut_off(trace, capsys):
-    """The output says that the trace is truncated."""
+def test_a_truncated_trace_is_reported(trace, capsys):
     trace.write_text(trace.read_text()[:-50])
     code = main(["replay", str(trace)])
 
     assert (0, True) == (code, capsys.readouterr().out.endswith("; the trace is truncated there\n"))
 
 
-def test_a_replay_that_differs(trace, capsys):
-    """The exit code is 1, and both lines are shown with their number."""
+def test_a_different_replay_shows_both_lines(trace, capsys):
     text = trace.read_text()
     trace.write_text(text.replace('"status":4', '"status":6', 1))
     code = main(["replay", str(trace)])
@@ -57,17 +59,20 @@ def test_a_replay_that_differs(trace, capsys):
     assert re.search(rf'^\+ +{number}  .*"status":4}}$', out, re.MULTILINE)
 
 
-def test_json(trace, capsys):
-    """``--json`` prints one object."""
+def test_json_is_one_object(trace, capsys):
     code = main(["replay", str(trace), "--json"])
-    told = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
 
     assert 0 == code
-    assert (True, True, None, 10.0) == (told["identical"], told["complete"], told["difference"], told["sim_time"])
+    assert (True, True, None, 10.0) == (
+        output["identical"],
+        output["complete"],
+        output["difference"],
+        output["sim_time"],
+    )
 
 
-def test_two_runs_have_one_trace(trace, tmp_path):
-    """Two runs write the same bytes."""
+def test_two_runs_write_the_same_bytes(trace, tmp_path):
     again = tmp_path / "again.jsonl"
     main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(again)])
 
@@ -82,8 +87,7 @@ def test_two_runs_have_one_trace(trace, tmp_path):
         (b"\xff\xfe\n", "is not a trace: it is not text"),
     ],
 )
-def test_another_file_is_wrong_use(tmp_path, capsys, content, why):
-    """The exit code is 2, with one line about the file."""
+def test_a_file_that_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
     path = tmp_path / "run.jsonl"
     if content is not None:
         path.write_bytes(content)
@@ -95,7 +99,7 @@ def test_another_file_is_wrong_use(tmp_path, capsys, content, why):
 
 @pytest.mark.parametrize(("line", "most"), [(0, 5_000_000), (1, 1_000_000)])
 def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
-    """The first line, which has the world, may have more values."""
+    """The first line, which contains the world, may have more values."""
     lines = trace.read_text().splitlines(keepends=True)
     lines[line] = f'{{"kind":"x","x":[{"0," * most}0]}}\n'
     trace.write_text("".join(lines))
@@ -105,15 +109,13 @@ def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
 
 
 def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys):
-    """Control characters in the version of a trace are escaped."""
     trace.write_text(trace.read_text().replace('"hmrsim":"', '"hmrsim":"\\u001b[2J', 1))
     main(["replay", str(trace)])
 
     assert f"{trace} was written by hmrsim \\x1b[2J" in capsys.readouterr().err
 
 
-def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
-    """The exit code is 2, before anything runs."""
+def test_an_unwritable_trace_is_wrong_use(tmp_path, capsys):
     (tmp_path / "world.yaml").write_text(WORLD)
     code = main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(tmp_path / "no" / "run.jsonl")])
 
@@ -122,8 +124,23 @@ def test_a_trace_that_can_t_be_written_is_wrong_use(tmp_path, capsys):
 
 
 def test_a_line_without_end_is_not_read_into_memory(trace, capsys, monkeypatch):
-    """The error has the number of the line and the limit."""
     monkeypatch.setattr(trace_file, "_MAX_CHARACTERS", 100)
 
     assert 2 == main(["replay", str(trace)])
     assert f"hmrsim: {trace}: line 1 has more than 100 characters\n" == capsys.readouterr().err
+
+
+def test_outputs_after_the_end_are_ignored(tmp_path):
+    """Python may free the processes of robots after the file is closed, and they then leave their docks."""
+    path, world, settings = tmp_path / "trace.jsonl", shipped("scenario1").world, RunSettings()
+    file = TraceFile(path, world, settings)
+    simulator = Simulator(world, settings, file.sinks)
+    with file.opened(simulator):
+        simulator.advance(1.0)
+    complete = path.read_bytes()
+    for sink in file.sinks:
+        for _ in range(10_000):
+            sink.emit(EventStamped(0, LaneOpened(("home", "lobby"))))
+
+    assert complete == path.read_bytes()
+    assert json.loads(complete.splitlines()[-1])["kind"] == "end"

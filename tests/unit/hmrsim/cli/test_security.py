@@ -1,4 +1,4 @@
-"""``hmrsim security``: what it prints, and how it refuses."""
+"""The output and the errors of ``hmrsim security``."""
 
 from __future__ import annotations
 
@@ -12,15 +12,13 @@ from hmrsim.cli import main
 
 @pytest.fixture
 def keys(tmp_path, capsys):
-    """Return a keystore that the command has created."""
     path = tmp_path / "keys"
     assert main(["security", "create", str(path), "--controller", "nurses=wall_e,eve", "--host", "10.0.0.7"]) == 0
     capsys.readouterr()
     return path
 
 
-def test_create_says_what_it_made_and_what_comes_next(tmp_path, capsys):
-    """The output lists each enclave, its validity, and the next command."""
+def test_create_lists_enclaves_and_the_next_command(tmp_path, capsys):
     path = tmp_path / "keys"
 
     assert main(["security", "create", str(path)]) == 0
@@ -31,27 +29,26 @@ def test_create_says_what_it_made_and_what_comes_next(tmp_path, capsys):
 
 
 def test_create_takes_controllers_and_hosts(keys, capsys):
-    """Controllers by name, and further hosts, of which the first is in the configuration of ROS nodes."""
+    """The configuration of ROS nodes has the first of the hosts."""
     assert main(["security", "renew", str(keys), "viewer", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    output = json.loads(capsys.readouterr().out)
     session = json.loads((keys / "enclaves" / "nurses" / "session.json5").read_text(encoding="utf-8"))
 
-    assert ["simulator", "nurses", "viewer", "operator"] == [each["name"] for each in told["enclaves"]]
-    assert ["wall_e", "eve"] == told["enclaves"][1]["robots"]
-    assert ["10.0.0.7", "localhost", "127.0.0.1", "::1"] == told["hosts"][:4]
+    assert ["simulator", "nurses", "viewer", "operator"] == [each["name"] for each in output["enclaves"]]
+    assert ["wall_e", "eve"] == output["enclaves"][1]["robots"]
+    assert ["10.0.0.7", "localhost", "127.0.0.1", "::1"] == output["hosts"][:4]
     assert ["tls/10.0.0.7:7447"] == session["connect"]["endpoints"]
 
 
 def test_a_second_create_changes_nothing(keys, capsys):
-    """A second ``create`` is wrong use."""
     assert main(["security", "create", str(keys)]) == 2
     assert f"hmrsim: {keys} exists; name another folder, or replace the keystore there with --force\n" == (
         capsys.readouterr().err
     )
 
 
-def test_add_and_revoke_say_that_the_simulator_has_to_be_restarted(keys, capsys):
-    """A running simulator has the policy with which it was started."""
+def test_add_and_revoke_ask_for_a_restart(keys, capsys):
+    """A running simulator keeps the policy with which it was started."""
     assert (
         main(["security", "add", str(keys), "controller", "porters", "--robot", "m_o", "--service", "call_lift"]) == 0
     )
@@ -83,7 +80,6 @@ def test_add_and_revoke_say_that_the_simulator_has_to_be_restarted(keys, capsys)
     ],
 )
 def test_wrong_use_is_one_line(keys, capsys, words, text):
-    """The line says what is expected."""
     assert main(["security", *(word.replace("DIR", str(keys)) for word in words)]) == 2
     error = capsys.readouterr().err.replace(str(keys), "DIR")
 
@@ -91,8 +87,7 @@ def test_wrong_use_is_one_line(keys, capsys, words, text):
     assert 1 == error.count("\n")
 
 
-def test_a_missing_package_is_named(tmp_path, capsys, monkeypatch):
-    """The error names the optional dependency."""
+def test_a_missing_package_names_the_extra(tmp_path, capsys, monkeypatch):
     for name in [name for name in sys.modules if name.startswith(("hmrsim_zenoh.security", "hmrsim.cli.security"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
@@ -103,8 +98,7 @@ def test_a_missing_package_is_named(tmp_path, capsys, monkeypatch):
     )
 
 
-def test_explain_needs_no_folder_where_the_environment_names_one(keys, capsys, monkeypatch):
-    """``HMRSIM_SECURE`` is the default keystore."""
+def test_explain_uses_the_keystore_of_the_environment(keys, capsys, monkeypatch):
     monkeypatch.setenv("HMRSIM_SECURE", str(keys))
 
     assert main(["security", "explain", "hmrsim/eve/odom", "viewer"]) == 0
@@ -112,7 +106,6 @@ def test_explain_needs_no_folder_where_the_environment_names_one(keys, capsys, m
 
 
 def test_explain_names_the_rule_of_each_enclave(keys, capsys):
-    """For all enclaves, or for one of them, which may be alone on another machine."""
     key = "hmrsim/eve/wait/_action/send_goal"
     assert main(["security", "explain", str(keys), key, "--json"]) == 0
     every = json.loads(capsys.readouterr().out)["enclaves"]

@@ -24,7 +24,6 @@ robots:
 
 @pytest.fixture
 def rooms(tmp_path):
-    """Return a world with one robot that has a script."""
     path = tmp_path / "rooms.yaml"
     path.write_text(ROOMS)
     return path
@@ -32,8 +31,6 @@ def rooms(tmp_path):
 
 @pytest.fixture
 def simulate(capsys):
-    """Runs the command; returns its exit code, and what it printed."""
-
     def run(*arguments: object) -> tuple[int, str, str]:
         code = main(["simulate", *map(str, arguments)])
         printed = capsys.readouterr()
@@ -42,9 +39,9 @@ def simulate(capsys):
     return run
 
 
-def test_the_summary_has_every_script(simulate, rooms):
-    """Each script is a line, followed by the goals, the simulated time and the wall time."""
-    code, out, _ = simulate(rooms)
+@pytest.mark.parametrize("options", [(), ("--duration", 600)], ids=["no limit", "a later limit"])
+def test_the_summary_has_every_script(simulate, rooms, options):
+    code, out, _ = simulate(rooms, *options)
 
     lines = out.splitlines()
     assert 0 == code
@@ -54,7 +51,6 @@ def test_the_summary_has_every_script(simulate, rooms):
 
 
 def test_json_is_one_object(simulate, rooms):
-    """JSON has the content of the table."""
     _, out, _ = simulate(rooms, "--json", "--seed", 5)
 
     summary = json.loads(out)
@@ -64,8 +60,7 @@ def test_json_is_one_object(simulate, rooms):
     ]
 
 
-def test_a_script_that_fails_ends_with_1(simulate, rooms):
-    """The summary names the order and the error."""
+def test_a_failed_script_exits_with_1(simulate, rooms):
     rooms.write_text(ROOMS.replace("Grab medicine", "Grab anvil"))
     code, out, _ = simulate(rooms)
 
@@ -74,8 +69,7 @@ def test_a_script_that_fails_ends_with_1(simulate, rooms):
     assert "0 of 1 scripts done; goals: 1 ABORTED, 1 SUCCEEDED" in out
 
 
-def test_a_script_that_is_not_done_in_time_ends_with_1(simulate, rooms):
-    """The robot is still driving."""
+def test_an_unfinished_script_exits_with_1(simulate, rooms):
     code, out, _ = simulate(rooms, "--duration", 5)
 
     assert 1 == code
@@ -83,8 +77,7 @@ def test_a_script_that_is_not_done_in_time_ends_with_1(simulate, rooms):
     assert "5.000 simulated seconds" in out
 
 
-def test_a_world_without_scripts_says_so(simulate, rooms):
-    """A note says that nothing was done."""
+def test_a_world_without_scripts_gets_a_note(simulate, rooms):
     rooms.write_text(ROOMS[: ROOMS.index(", script")] + "}\n")
     code, out, err = simulate(rooms)
 
@@ -94,7 +87,6 @@ def test_a_world_without_scripts_says_so(simulate, rooms):
 
 
 def test_an_invalid_script_is_an_error(simulate, rooms):
-    """The error has file, line, value and what is expected."""
     rooms.write_text(ROOMS.replace("Go shelf", "Go shelv"))
     code, out, err = simulate(rooms)
 
@@ -103,14 +95,13 @@ def test_an_invalid_script_is_an_error(simulate, rooms):
 
 
 def test_robots_and_items_can_be_added(simulate, rooms):
-    """``--robot`` and ``--item`` add to the world."""
     code, _, _ = simulate(rooms, "--robot", "burn_e@3,2:fetcher", "--item", "letter@3,2.1")
 
     assert 0 == code
 
 
 def test_goals_are_logged_on_request(simulate, rooms):
-    """Each goal's acceptance and end, and each event, is a line on stderr; the summary alone is on stdout."""
+    """Log lines go to stderr, and only the summary to stdout."""
     _, out, err = simulate(rooms, "--log-level", "info", "--json")
 
     policy, *lines = err.splitlines()
@@ -124,16 +115,7 @@ def test_goals_are_logged_on_request(simulate, rooms):
     assert 16.0 == json.loads(out)["sim_time"]
 
 
-def test_it_ends_with_the_last_script(simulate, rooms):
-    """The duration is an upper limit."""
-    code, out, _ = simulate(rooms, "--duration", 600)
-
-    assert 0 == code
-    assert "16.000 simulated seconds" in out
-
-
 def test_a_strict_run_needs_all_plugins(simulate, rooms, monkeypatch):
-    """A plugin that can't be loaded is an error of one line; nothing runs, and no trace is written."""
     monkeypatch.setattr(plugins, "_left_out", [PluginError("dance: can't be imported: oops")])
     trace = rooms.with_name("trace.jsonl")
 

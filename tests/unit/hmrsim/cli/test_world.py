@@ -1,4 +1,4 @@
-"""``hmrsim world``."""
+"""The command ``hmrsim world``."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from hmrsim.world_checks import load_world
 from tests.cases import case
 
 
-def test_shipped_worlds_are_listed_with_what_they_are(capsys):
-    """Each shipped world is a line."""
+def test_shipped_worlds_are_listed_with_a_description(capsys):
     assert 0 == main(["world", "list"])
 
     lines = capsys.readouterr().out.splitlines()
@@ -23,8 +22,7 @@ def test_shipped_worlds_are_listed_with_what_they_are(capsys):
     assert all(len(line.split()) > 1 for line in lines)
 
 
-def test_a_new_world_is_right_and_has_its_schema_beside_it(tmp_path):
-    """The world loads without warnings, and has the name of its file."""
+def test_a_new_world_loads_and_has_a_schema_beside_it(tmp_path):
     file = tmp_path / "ward.yaml"
 
     assert 0 == main(["world", "new", str(file)])
@@ -38,8 +36,7 @@ def test_a_new_world_is_right_and_has_its_schema_beside_it(tmp_path):
 @pytest.mark.parametrize(
     ("name", "message"), [("ward.json", "expected a name that ends in .yaml"), ("there.yaml", "exists already")]
 )
-def test_a_file_that_is_not_to_be_written_is_left_alone(tmp_path, capsys, name, message):
-    """An existing file is kept."""
+def test_an_existing_file_is_kept(tmp_path, capsys, name, message):
     (tmp_path / "there.yaml").write_text("mine")
 
     assert 2 == main(["world", "new", str(tmp_path / name)])
@@ -49,7 +46,6 @@ def test_a_file_that_is_not_to_be_written_is_left_alone(tmp_path, capsys, name, 
 
 
 def test_the_schema_is_printed(capsys):
-    """The schema is JSON."""
     main(["world", "schema"])
 
     assert json.loads(capsys.readouterr().out)["properties"]["waypoints"]
@@ -67,7 +63,7 @@ def verdicts(monkeypatch):
 
 
 def test_a_fleet_is_written_with_its_command_and_schema(tmp_path, capsys):
-    """The world has no errors, and its second line says how to generate it again."""
+    """The second line of the file says how to generate it again."""
     file = tmp_path / "fleet.yaml"
 
     assert 0 == main(["world", "generate", str(file), "--seed", "3", "--robots", "4"])
@@ -81,7 +77,6 @@ def test_a_fleet_is_written_with_its_command_and_schema(tmp_path, capsys):
 
 
 def test_without_a_file_the_fleet_is_printed(tmp_path, monkeypatch, capsys):
-    """The output is that of the command in its comment, and no file is written."""
     monkeypatch.chdir(tmp_path)
 
     assert 0 == main(["world", "generate", "--seed", "3"])
@@ -91,8 +86,7 @@ def test_without_a_file_the_fleet_is_printed(tmp_path, monkeypatch, capsys):
     assert not [*tmp_path.iterdir()]
 
 
-def test_a_solvable_fleet_is_searched_for_from_the_seed_on(verdicts, capsys):
-    """A fleet for which the search was given up does not count, and the comment names the seed that was used."""
+def test_the_search_for_a_solvable_fleet_starts_at_the_seed(verdicts, capsys):
     verdicts.update({6: "unknown", 7: "solvable"})
 
     assert 0 == main(["world", "generate", "--seed", "5", "--solvable"])
@@ -102,8 +96,7 @@ def test_a_solvable_fleet_is_searched_for_from_the_seed_on(verdicts, capsys):
     assert "seeds 5 to 6 are not known to be solvable; using seed 7\n" == err
 
 
-def test_the_search_ends_where_no_fleet_is_solvable(verdicts, tmp_path, capsys):
-    """One line says how many seeds were tried, and nothing is written."""
+def test_the_search_fails_if_no_fleet_is_solvable(verdicts, tmp_path, capsys):
     verdicts[1] = "unknown"
 
     assert 2 == main(["world", "generate", str(tmp_path / "fleet.yaml"), "--solvable"])
@@ -116,7 +109,6 @@ def test_the_search_ends_where_no_fleet_is_solvable(verdicts, tmp_path, capsys):
 
 
 def test_a_small_solvable_fleet_is_found_by_the_search():
-    """The real search finds a fleet."""
     assert 0 == main(["world", "generate", "--seed", "1", "--robots", "3", "--solvable"])
 
 
@@ -136,7 +128,6 @@ def test_a_small_solvable_fleet_is_found_by_the_search():
     ],
 )
 def test_wrong_use_is_one_line(tmp_path, monkeypatch, capsys, arguments, message):
-    """The line names the value and what is expected, and no file is changed."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "there.yaml").write_text("mine")
 
@@ -150,7 +141,6 @@ def test_wrong_use_is_one_line(tmp_path, monkeypatch, capsys, arguments, message
 
 
 def test_an_existing_file_is_overwritten_with_force(tmp_path):
-    """An existing schema is kept, since other worlds may use it."""
     file, schema = tmp_path / "fleet.yaml", tmp_path / "world.schema.json"
     file.write_text("mine")
     schema.write_text("{}")

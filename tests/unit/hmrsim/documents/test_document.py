@@ -1,4 +1,4 @@
-"""The reader of YAML and JSON files, which all files of hmrsim share."""
+"""The reader of YAML and JSON files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,10 @@ from hmrsim.errors import CheckError, ExperimentError, SettingsError
 
 
 class Named(BaseModel, extra="forbid"):
-    """A model of a document."""
-
     name: str
 
 
-def test_all_errors_come_at_once_with_their_lines():
-    """Duplicate keys, unknown keys and invalid values, in the order of the lines."""
+def test_all_errors_are_reported_with_their_lines():
     document = parse_document("name: 1\nname: 2\nnam: x\n", "a.yaml", CheckError, "a mapping")
 
     with pytest.raises(CheckError) as caught:
@@ -36,8 +33,7 @@ def test_a_document_is_yaml_or_json(text):
     assert Named(name="eve") == parse_document(text, "a.yaml", CheckError).validated(Named)
 
 
-def test_errors_have_the_class_of_the_reader(tmp_path):
-    """Also for a file that does not exist or has no mapping."""
+def test_errors_have_the_requested_class(tmp_path):
     (tmp_path / "list.yaml").write_text("[1]")
 
     with pytest.raises(SettingsError, match="no such file"):
@@ -47,7 +43,6 @@ def test_errors_have_the_class_of_the_reader(tmp_path):
 
 
 def test_errors_are_bounded():
-    """The last problem gives the number of the others."""
     with pytest.raises(CheckError) as caught:
         Document("a", {}, CheckError).raise_for(Finding(("x", i), "is wrong") for i in range(MAX_FINDINGS + 5))
 

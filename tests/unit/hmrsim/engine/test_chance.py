@@ -1,4 +1,4 @@
-"""Random numbers of a world, and whether any was used."""
+"""Random number streams, and whether a world uses any."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from hmrsim.engine.chance import Chance
 UNIFORM = Distribution.model_validate({"uniform": {"low": 0, "high": 1}})
 
 
-def test_what_is_no_distribution_uses_no_chance():
-    """Nor does one of one."""
+def test_constants_draw_no_random_number():
     chance = Chance()
     chance.begin(7)
     chance.draw(5.0, "door", "opening_time")
@@ -35,8 +34,7 @@ def test_what_is_no_distribution_uses_no_chance():
         lambda chance: chance.stream("seed").randbytes(2),
     ],
 )
-def test_each_number_is_noted(use):
-    """Also after the streams have begun anew."""
+def test_each_draw_is_recorded(use):
     chance = Chance()
     chance.begin(7)
     use(chance)
@@ -46,9 +44,7 @@ def test_each_number_is_noted(use):
 
 
 @pytest.mark.parametrize(
-    "use",
-    [lambda r: r.random(), lambda r: r.gauss(0, 1), lambda r: r.sample(range(9), 5), lambda r: r.getrandbits(70)],
+    "use", [lambda r: r.random(), lambda r: r.gauss(0, 1), lambda r: r.sample(range(9), 5), lambda r: r.getrandbits(70)]
 )
-def test_a_stream_has_the_numbers_of_its_seed(use):
-    """As Python's generator has them."""
+def test_a_stream_is_python_s_generator_for_its_seed(use):
     assert use(random.Random("a/b")) == use(Chance().stream("a/b"))

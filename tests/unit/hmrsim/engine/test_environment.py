@@ -1,4 +1,4 @@
-"""The schedule: what is abandoned in it, and what needs no place in it."""
+"""The event schedule: abandoned events, and events that bypass it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     import simpy
 
 
-def test_abandoned_events_are_not_kept_until_their_time():
-    """A client that cancels one long goal after the other does not fill the memory; the others ring in their order."""
+def test_abandoned_events_are_freed_early():
+    """A client that cancels long goals one after another must not fill the memory."""
     env = Environment()
     rung = []
     for number in range(1000):
@@ -56,18 +56,14 @@ def _told(env: Environment, *, with_other: bool) -> list[str]:
     return told
 
 
-def test_an_event_that_would_be_the_next_happens_at_once():
-    """What succeeds while nothing else is due takes no way through the schedule."""
-    assert ["done", "succeeded"] == _told(Environment(), with_other=False)
+@pytest.mark.parametrize(
+    ("with_other", "order"), [(False, ["done", "succeeded"]), (True, ["succeeded", "other", "done"])]
+)
+def test_an_event_happens_at_once_unless_another_is_due(with_other, order):
+    assert order == _told(Environment(), with_other=with_other)
 
 
-def test_an_event_waits_for_what_is_due_before():
-    """What succeeds while something else is due comes after it, as simpy has it."""
-    assert ["succeeded", "other", "done"] == _told(Environment(), with_other=True)
-
-
-def test_a_process_that_nothing_awaits_ends_without_an_event():
-    """Its end is no event, and what asks for its value later gets it."""
+def test_a_process_that_no_other_awaits_ends_without_an_event():
     env = Environment()
 
     def work():
@@ -90,7 +86,6 @@ def test_a_process_that_nothing_awaits_ends_without_an_event():
 
 
 def test_a_process_that_another_awaits_ends_in_an_event():
-    """It goes on at the instant at which the other ends."""
     env = Environment()
 
     def work():
@@ -107,8 +102,7 @@ def test_a_process_that_another_awaits_ends_in_an_event():
     assert [1.0] == ended
 
 
-def test_an_instant_that_never_ends_is_an_error_that_says_what_repeats(monkeypatch):
-    """Whatever causes it: time would stand still, and nobody be served."""
+def test_an_endless_instant_is_an_error_that_names_the_repetition(monkeypatch):
     monkeypatch.setattr(environment, "MOST_AT_ONCE", 5_000)
     env = Environment()
 
@@ -129,8 +123,7 @@ def test_an_instant_that_never_ends_is_an_error_that_says_what_repeats(monkeypat
         deque(iter(partial(env.process_events, 1_000), 0), maxlen=0)
 
 
-def test_many_events_at_each_of_many_instants_are_none(monkeypatch):
-    """They are counted for each instant."""
+def test_many_events_over_many_instants_are_no_error(monkeypatch):
     monkeypatch.setattr(environment, "MOST_AT_ONCE", 5_000)
     env = Environment()
     for number in range(9_000):

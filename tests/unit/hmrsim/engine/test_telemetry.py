@@ -1,4 +1,4 @@
-"""Samples: in simulated time, for those who listen, and without a trace in what happens."""
+"""Samples in simulated time, which subscribers get without changing the run."""
 
 from __future__ import annotations
 
@@ -17,12 +17,10 @@ GO = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)
 
 
 def sampled(log, topic):
-    """Return the times at which a topic was sampled."""
     return [time for time, event in log.events if isinstance(event, Sampled) and event.topic is topic]
 
 
-def test_the_clock_ticks_ten_times_a_second(make_run):
-    """At 0.1, 0.2 and so on, and tells that time."""
+def test_the_clock_is_published_ten_times_per_second(make_run):
     run = make_run(topics=frozenset({Topic.CLOCK}))
     log = run(until=0.55)
 
@@ -31,7 +29,6 @@ def test_the_clock_ticks_ten_times_a_second(make_run):
 
 
 def test_nothing_is_sampled_without_a_subscriber(make_run):
-    """Nothing is due, either."""
     run = make_run(topics=frozenset())
     log = run(until=5.0)
 
@@ -40,7 +37,7 @@ def test_nothing_is_sampled_without_a_subscriber(make_run):
 
 
 def test_sampling_begins_with_the_first_subscriber(make_run):
-    """At the next multiple of the period, not with what was missed."""
+    """The first sample is at the next multiple of the period."""
     run = make_run(topics=frozenset())
     run(until=1.23)
     run.log.topics = frozenset({Topic.CLOCK})
@@ -50,7 +47,6 @@ def test_sampling_begins_with_the_first_subscriber(make_run):
 
 
 def test_sampling_ends_with_the_last_subscriber(run):
-    """Nothing is due then."""
     run(until=0.5)
     run.log.topics = frozenset()
     run((0.5, InterestChanged()))
@@ -58,8 +54,7 @@ def test_sampling_ends_with_the_last_subscriber(run):
     assert math.inf == run.simulator.next_due
 
 
-def test_odometry_tells_pose_and_speed(make_run):
-    """A robot on its way at 1 m/s."""
+def test_odometry_has_pose_and_speed(make_run):
     goal = NavigateToPose.Goal.model_validate_json('{"pose": {"pose": {"position": {"x": 9, "y": 2}}}}')
     run = make_run(topics=frozenset({Topic.ODOM}))
     log = run((0.0, SendGoal("wall_e", "navigate_to_pose", goal, "a" * 32)), until=0.5)
@@ -70,14 +65,12 @@ def test_odometry_tells_pose_and_speed(make_run):
 
 
 def test_subscribers_do_not_change_what_happens():
-    """The same commands give the same goals' changes, with and without subscribers."""
     quiet, loud = simulate(topics=frozenset()), simulate()
 
     assert quiet((0.0, GO)).changes("a" * 32) == loud((0.0, GO)).changes("a" * 32)
 
 
-def test_a_late_subscriber_learns_of_the_end(make_run):
-    """A late sink that has received nothing yet gets the last status."""
+def test_a_late_subscriber_gets_the_last_status(make_run):
     run = make_run(topics=frozenset())
     run((0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=9)), "a" * 32)), until=1.0)
     run.log.topics = frozenset({Topic.STATUS})

@@ -1,4 +1,4 @@
-"""Events as another package would bring them along."""
+"""Events as another package would define them."""
 
 from __future__ import annotations
 

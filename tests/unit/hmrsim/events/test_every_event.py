@@ -1,4 +1,4 @@
-"""The guarantees of every kind of event in the registry, and how its class is built."""
+"""The guarantees of every kind of event in the registry."""
 
 from __future__ import annotations
 
@@ -21,12 +21,10 @@ from tools.event_tables import main as tables
 
 @pytest.fixture(params=registry().values(), ids=registry())
 def kind(request):
-    """Return each kind of event in turn."""
     return request.param
 
 
 def _example(schema):
-    """Return plain values that a schema of an event's field allows."""
     if "anyOf" in schema:
         return _example(schema["anyOf"][0])
     if "prefixItems" in schema:
@@ -36,21 +34,18 @@ def _example(schema):
 
 
 def example(kind):
-    """Return an event with all of its fields."""
     schema = events.model_of(kind).model_json_schema(by_alias=True)
     fields = {name: _example(field) for name, field in schema.get("properties", {}).items()}
     return kind.from_json(fields | (fields.pop(kind.rest) if kind.rest else {}))
 
 
-def test_it_comes_back_from_its_json(kind):
-    """JSON is read as an event of the same class and fields."""
+def test_it_survives_json(kind):
     event = example(kind)
 
     assert event == events.from_json(json.loads(json.dumps({"kind": kind.kind, **event.to_json()})))
 
 
-def test_its_text_has_no_gaps(kind):
-    """With all fields present, nothing of the template is left in the text."""
+def test_its_text_fills_in_all_fields(kind):
     text = example(kind).describe()
 
     assert text
@@ -59,8 +54,7 @@ def test_its_text_has_no_gaps(kind):
     assert "  " not in text
 
 
-def test_it_is_as_its_schema_says(kind):
-    """An event matches its schema, and one without its fields does not."""
+def test_its_schema_accepts_it_and_requires_its_fields(kind):
     validator = Draft202012Validator(event_schema())
     head = {"kind": kind.kind, "stamp": {"sec": 1, "nanosec": 0}}
 
@@ -69,8 +63,7 @@ def test_it_is_as_its_schema_says(kind):
 
 
 @pytest.mark.parametrize("name", ["crossing", "door", "lift", "charger_queue"])
-def test_what_a_run_publishes_is_as_the_schema_says(name):
-    """Every event that a small world publishes matches its schema."""
+def test_published_events_match_their_schemas(name):
     validator = Draft202012Validator(event_schema())
     log = Log()
     simulator = Simulator(load_world(f"zoo/{name}").world, sinks=[log])
@@ -82,19 +75,15 @@ def test_what_a_run_publishes_is_as_the_schema_says(name):
     assert [] == [error for payload in published for error in validator.iter_errors(json.loads(payload))]
 
 
-def test_ours_are_without_flaws():
-    """The declarations of our events have no errors, as `make lint` checks."""
+def test_declarations_have_no_flaws():
     assert [] == [*events.flaws()]
 
 
-def test_the_tables_in_the_docs_are_in_step():
-    """The tables of events in the docs are up to date."""
+def test_the_tables_in_the_docs_are_up_to_date():
     assert 0 == tables(["--check"])
 
 
 def test_flaws_are_found(monkeypatch):
-    """An event without group, a field without description, a text with an unknown field: each is reported."""
-
     class Bad(
         Event, kind="bad", severity="dreadful", text="{nothing} {robot:loud}", changes="mood", sets={"robot": "happy"}
     ):
@@ -119,14 +108,11 @@ def test_flaws_are_found(monkeypatch):
 
 @pytest.mark.parametrize("allocations", range(1, 8))
 def test_a_class_is_made_while_garbage_is_collected(allocations):
-    """A garbage collection while a class is built does no harm."""
     before = gc.get_threshold()
     gc.set_threshold(allocations, 1, 1)
     try:
 
         class EventStamped(Event, kind="of_this_test", severity="info", subject=("robot",), text="is there"):
-            """Something."""
-
             robot: str
 
     finally:

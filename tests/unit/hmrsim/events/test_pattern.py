@@ -1,4 +1,4 @@
-"""Which events a pattern means, and what is wrong with one."""
+"""Patterns of events, and the errors of invalid ones."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ from hmrsim.events.traffic import LaneClosed
 
 
 def ended(status: int, robot: str = "eve", action: str = "pickup") -> GoalStatusChanged:
-    """Return the event of a goal that has a new status."""
     return GoalStatusChanged(robot, action, "0" * 32, status)
 
 
-def test_a_kind_of_event_is_meant_with_the_fields_that_are_given():
-    """All fields of `where` must be equal, as in JSON, where a lane is a list."""
+def test_a_pattern_matches_kind_and_fields():
     closed = LaneClosed(("home", "door"), "closed by a test")
 
     assert EventPattern(event="lane_closed").matches(closed)
@@ -26,16 +24,14 @@ def test_a_kind_of_event_is_meant_with_the_fields_that_are_given():
     assert not EventPattern(event="lane_opened").matches(closed)
 
 
-def test_an_event_of_another_robot_is_not_meant():
-    """`robot` refers to that field of any event."""
+def test_a_pattern_matches_only_its_robot():
     picked = ItemPicked("eve", "box")
 
     assert EventPattern(event="picked", robot="eve").matches(picked)
     assert not EventPattern(event="picked", robot="wall_e").matches(picked)
 
 
-def test_a_goal_is_meant_by_its_status():
-    """`ended` stands for every terminal status."""
+def test_a_pattern_matches_the_status_of_a_goal():
     pattern = EventPattern(goal="ended", robot="eve", action="pickup")
 
     assert [pattern.matches(ended(status)) for status in range(1, 7)] == [False, False, False, True, True, True]
@@ -44,16 +40,14 @@ def test_a_goal_is_meant_by_its_status():
     assert not pattern.matches(ItemPicked("eve", "box"))
 
 
-def test_a_rejected_goal_is_meant():
-    """A rejected goal has no status, but an event."""
+def test_a_pattern_matches_a_rejected_goal():
     rejected = SendGoalRejected("eve", "pickup", "0" * 32, "not_ready", "it has broken down")
 
     assert EventPattern(goal="rejected", robot="eve").matches(rejected)
     assert not EventPattern(goal="aborted", robot="eve").matches(rejected)
 
 
-def test_what_there_is_not_is_reported_with_what_there_is():
-    """Unknown kinds, fields and robots of events are errors that list the known ones."""
+def test_unknown_names_are_errors_that_list_the_known_ones():
     unknown = [finding.message for finding in EventPattern(event="pickd").flaws()]
     field = [finding.message for finding in EventPattern(event="picked", where={"itm": "box"}).flaws()]
     robot = [finding.message for finding in EventPattern(event="lane_closed", robot="eve").flaws()]
@@ -73,12 +67,10 @@ def test_what_there_is_not_is_reported_with_what_there_is():
     ],
 )
 def test_event_and_goal_exclude_each_other(said, message):
-    """A pattern has either an event or a goal, with the keys of that."""
     with pytest.raises(ValidationError, match=message):
         EventPattern(**said)
 
 
 def test_a_pattern_is_described_in_words():
-    """A pattern is described in words, as in the story of a failure."""
     assert EventPattern(goal="accepted", robot="eve", action="pickup").describe() == "pickup of eve is accepted"
     assert EventPattern(event="picked", where={"item": "box"}).describe() == "picked (item box)"

@@ -1,4 +1,4 @@
-"""Events of another package, published by its own action and fault, are shown, recorded and reported as ours are."""
+"""Events of a plug-in, which are published, recorded and reported like built-in ones."""
 
 from __future__ import annotations
 
@@ -49,7 +49,6 @@ CACHES = (events.groups, events.registry, faults)
 
 @pytest.fixture
 def simulator(monkeypatch):
-    """Return a function that simulates a robot that cleans, with the plug-in installed."""
     entries = [("cleaning", "hmrsim.events"), ("worn_brush", "hmrsim.faults")]
     found = EntryPoints(EntryPoint(name, f"tests.unit.hmrsim.events.{name}", group) for name, group in entries)
     monkeypatch.setattr(plugins, "_installed", lambda: found)
@@ -61,8 +60,7 @@ def simulator(monkeypatch):
         cache.cache_clear()
 
 
-def test_they_are_published(simulator):
-    """Events of a plug-in are published as JSON, with kind and time."""
+def test_events_are_published(simulator):
     log = Log()
     log.simulator = simulator(sinks=[log])
     log.simulator.run_scripts()
@@ -75,8 +73,8 @@ def test_they_are_published(simulator):
     assert [(1.0, {"robot": "eve"})] == log.happened("brush_worn")
 
 
-def test_they_are_traced_and_reported(simulator):
-    """A report counts events of a plug-in, also from a trace without the plug-in."""
+def test_events_are_traced_and_reported(simulator):
+    """A report also counts them without the plug-in."""
     written = []
     trace = Trace(Header.of(world_of(WORLD, "test"), RunSettings()), written.append)
     run = simulator(sinks=[trace])
@@ -90,8 +88,7 @@ def test_they_are_traced_and_reported(simulator):
     assert (1, 1) == (report.events["floor_cleaned"], report.events["brush_worn"])
 
 
-def test_they_are_recorded(simulator, tmp_path):
-    """A recording has events of a plug-in, also in /rosout, and its report counts them."""
+def test_events_are_recorded(simulator, tmp_path):
     path = tmp_path / "run.mcap"
     with RecordingFile(path) as file:
         made = []
@@ -110,8 +107,7 @@ def test_they_are_recorded(simulator, tmp_path):
     assert 1 == report_of(of_recording(open_recording(path))).events["floor_cleaned"]
 
 
-def test_they_are_logged(simulator, caplog):
-    """Events of a plug-in are logged with the robot's name, at the level of their severity."""
+def test_events_are_logged(simulator, caplog):
     with caplog.at_level(logging.INFO):
         simulator(sinks=[EventLog()]).run_scripts()
 
@@ -121,8 +117,7 @@ def test_they_are_logged(simulator, caplog):
 
 
 @pytest.mark.usefixtures("simulator")
-def test_the_page_is_given_their_texts():
-    """The page gets the texts of a plug-in's events."""
+def test_the_page_has_the_texts_of_events():
     assert {
         "group": "cleaning",
         "severity": "info",

@@ -1,4 +1,4 @@
-"""A fault as another package would bring it along."""
+"""A fault as another package would define it."""
 
 from __future__ import annotations
 

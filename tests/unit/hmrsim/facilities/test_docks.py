@@ -1,4 +1,4 @@
-"""Docks: driving in and out, waiting for a free berth, and what is left behind by those who give up."""
+"""Docks: driving in and out, queueing for a berth, and cancels at any stage."""
 
 from __future__ import annotations
 
@@ -20,12 +20,11 @@ NONE, STAGING, PERCEPTION, CONTROLLING, CHARGE = 0, 1, 2, 3, 4
 
 @pytest.fixture
 def make_run():
-    """Return what makes simulations that listen to no more than these tests look at: some last for long."""
+    """Return the function that makes simulations with few subscribers, as some runs are long."""
     return partial(simulate, topics=frozenset({Topic.EVENTS, Topic.FEEDBACK}))
 
 
 def world(robots=("eve",), traffic="free", **dock):
-    """Return a world with a dock 5 m beside the middle of a lane of 20 m, and robots at its west end."""
     return {
         "waypoints": {"west": [0, 0], "east": [20, 0], "south": [0, -10], "north": [0, 10]},
         "lanes": [["west", "east"], ["south", "west"], ["north", "west"]],
@@ -39,54 +38,46 @@ def world(robots=("eve",), traffic="free", **dock):
 
 
 def dock(robot="eve", goal_id=A, **goal):
-    """Return the command to dock in the bay."""
     goal.setdefault("dock_id", "bay")
     return SendGoal(robot, "dock_robot", DockRobot.Goal.model_validate(goal), goal_id, goal_id)
 
 
 def undock(robot="eve", goal_id=B, **goal):
-    """Return the command to undock."""
     kind = registry()["undock_robot"].goal
     return SendGoal(robot, "undock_robot", kind.model_validate(goal), goal_id, goal_id)
 
 
 def go(x, y=0.0, robot="eve", goal_id=C):
-    """Return the command to drive somewhere."""
     pose = {"pose": {"pose": {"position": {"x": x, "y": y}}}}
     kind = registry()["navigate_to_pose"].goal
     return SendGoal(robot, "navigate_to_pose", kind.model_validate(pose, strict=False), goal_id, goal_id)
 
 
 def told(log, kind):
-    """Return the times, robots and docks of what happened of a kind."""
     return [(at, fields["robot"], fields["dock"]) for at, fields in log.happened(kind)]
 
 
+def error(log, goal_id):
+    return log.result(goal_id).error_code, log.result(goal_id).error_msg
+
+
 def tags(run, entity):
-    """Return the tags of an entity."""
     return run.ask("get_entity_info", {"entity": entity}).info.tags
 
 
 class TestDocking:
-    """dock_robot."""
-
-    def test_it_lines_up_drives_in_and_is_docked(self, make_run):
-        """10 m along the lane, then 5 m beside it."""
+    def test_a_robot_lines_up_drives_in_and_is_docked(self, make_run):
+        """The robot drives 10 m along the lane and 5 m beside it."""
         run = make_run(world())
         log = run((0.0, dock()))
 
         assert (15.0, "SUCCEEDED") == log.changes(A)[-1]
         assert [(15.0, "eve", "bay")] == told(log, "dock_docked")
         assert (10.0, 5.0) == run.simulator.robots["eve"].pose().point
-        assert (True, 0, 0, "") == (
-            log.result(A).success,
-            log.result(A).error_code,
-            log.result(A).num_retries,
-            log.result(A).error_msg,
-        )
+        assert (True, 0) == (log.result(A).success, log.result(A).num_retries)
+        assert (0, "") == error(log, A)
 
-    def test_its_stages_are_told(self, make_run):
-        """With the time that it has taken so far; a dock that does not charge has no last one."""
+    def test_feedback_names_each_stage(self, make_run):
         log = make_run(world())((0.0, dock()))
         stages = dict.fromkeys((feedback.state, 0.0) for _, feedback in log.feedback(A))
         first = {feedback.state: at for at, feedback in reversed(log.feedback(A))}
@@ -96,8 +87,7 @@ class TestDocking:
         assert {STAGING: 0.0, PERCEPTION: 10.0, CONTROLLING: 10.0} == first
         assert 15 == last.docking_time.sec
 
-    def test_at_a_charger_it_waits_until_it_charges(self, make_run):
-        """Which it does at once."""
+    def test_at_a_charger_the_goal_waits_until_it_charges(self, make_run):
         run = make_run(world())
         log = run((0.0, dock(dock_id="charger")), until=25.0)
 
@@ -106,42 +96,36 @@ class TestDocking:
         assert [25.0] == [at for at, _ in log.happened("charging_began")]
         assert {"charging", "docked:charger"} <= {*tags(run, "eve")}
 
-    def test_it_faces_as_the_dock_says(self, make_run):
-        """Where it says so."""
-        run = make_run(world(yaw=-1.0))
-        run((0.0, dock()))
+    def test_a_dock_can_have_a_yaw_and_a_staging_pose(self, make_run):
+        run = make_run(world(yaw=-1.0, staging=[20, 0]))
+        log = run((0.0, dock()))
 
         assert -1.0 == run.simulator.robots["eve"].pose().yaw
-
-    def test_a_staging_pose_of_its_own(self, make_run):
-        """From which it drives in."""
-        log = make_run(world(staging=[20, 0]))((0.0, dock()))
-
         assert 20.0 == min(at for at, feedback in log.feedback(A) if feedback.state == CONTROLLING)
 
-    def test_without_the_staging_pose_it_drives_in_from_where_it_is(self, make_run):
-        """Straight."""
-        log = make_run(world())((0.0, dock(navigate_to_staging_pose=False)))
+    @pytest.mark.parametrize(
+        ("goal", "end"),
+        [
+            ({"navigate_to_staging_pose": False}, 125**0.5),
+            (
+                {"use_dock_id": False, "dock_pose": {"pose": {"position": {"x": 10.0, "y": 5.0}}}, "dock_type": "dock"},
+                15.0,
+            ),
+        ],
+    )
+    def test_a_robot_can_skip_the_staging_pose_or_name_the_dock_by_its_pose(self, make_run, goal, end):
+        log = make_run(world())((0.0, dock(**goal)))
 
-        assert (pytest.approx(125**0.5), "SUCCEEDED") == log.changes(A)[-1]
-
-    def test_a_dock_can_be_named_by_its_pose(self, make_run):
-        """And by its type, which has to be right."""
-        pose = {"pose": {"position": {"x": 10.0, "y": 5.0, "z": 0.0}}}
-        log = make_run(world())((0.0, dock(use_dock_id=False, dock_pose=pose, dock_type="dock")))
-
-        assert (15.0, "SUCCEEDED") == log.changes(A)[-1]
+        assert (pytest.approx(end), "SUCCEEDED") == log.changes(A)[-1]
 
     def test_a_dock_can_be_at_a_waypoint(self, make_run):
-        """Where it is driven to along the lanes, and need not be left to leave it."""
         run = make_run(world(at="east"))
         log = run((0.0, dock()), (30.0, undock()))
 
         assert [(20.0, "SUCCEEDED"), (30.0, "SUCCEEDED")] == [log.changes(A)[-1], log.changes(B)[-1]]
         assert [(30.0, "eve", "bay")] == told(log, "dock_undocked")
 
-    def test_a_docked_robot_is_done_at_once(self, make_run):
-        """As Nav2 does."""
+    def test_a_docked_robot_succeeds_at_once(self, make_run):
         log = make_run(world())((0.0, dock()), (20.0, dock(goal_id=B)))
 
         assert (20.0, "SUCCEEDED") == log.changes(B)[-1]
@@ -154,47 +138,37 @@ class TestDocking:
             ({"use_dock_id": False}, 904, "no dock at (0, 0); the nearest is 'bay', 11.1803 away"),
         ],
     )
-    def test_what_can_not_be_done_is_said_at_once(self, make_run, goal, code, text):
-        """With Nav2's code; the robot has not moved."""
+    def test_impossible_goals_are_aborted_at_once(self, make_run, goal, code, text):
         log = make_run(world())((1.0, dock(**goal)))
 
         assert (1.0, "ABORTED") == log.changes(A)[-1]
-        assert (False, code, text) == (log.result(A).success, log.result(A).error_code, log.result(A).error_msg)
+        assert (False, (code, text)) == (log.result(A).success, error(log, A))
 
     def test_a_dock_may_be_reserved(self, make_run):
-        """For robots or types."""
         log = make_run(world(("eve", "wall_e"), reserved_for=["wall_e"]))((0.0, dock()), (1.0, dock("wall_e", B)))
 
-        assert (902, "'bay' is reserved for wall_e") == (log.result(A).error_code, log.result(A).error_msg)
+        assert (902, "'bay' is reserved for wall_e") == error(log, A)
         assert (26.0, "SUCCEEDED") == log.changes(B)[-1]
 
     def test_without_a_battery_nothing_can_charge(self, make_run):
-        """Which is said before it sets out; a dock that does not charge is all the same to it."""
         made = world()
         made["robots"]["eve"]["components"] = {}
         log = make_run(made)((0.0, dock(dock_id="charger")), (1.0, dock(goal_id=B)))
 
-        assert (906, "eve has no battery that 'charger' could charge") == (
-            log.result(A).error_code,
-            log.result(A).error_msg,
-        )
+        assert (906, "eve has no battery that 'charger' could charge") == error(log, A)
         assert (16.0, "SUCCEEDED") == log.changes(B)[-1]
 
-    def test_staging_may_take_too_long(self, make_run):
-        """Error 903; the robot stays where it is, as another one may have the berth."""
+    def test_staging_is_aborted_after_its_time_limit(self, make_run):
+        """Another robot may take the berth in the meantime."""
         run = make_run(world(("eve", "wall_e")))
         log = run((0.0, dock(max_staging_time=4.0)), (1.0, dock("wall_e", B)))
 
         assert (4.0, "ABORTED") == log.changes(A)[-1]
-        assert (903, "can't line up for 'bay': it takes longer than 4 s") == (
-            log.result(A).error_code,
-            log.result(A).error_msg,
-        )
+        assert (903, "can't line up for 'bay': it takes longer than 4 s") == error(log, A)
         assert (4.0, 0.0) == run.simulator.robots["eve"].pose().point
         assert (29.0, "SUCCEEDED") == log.changes(B)[-1]
 
-    def test_who_has_the_dock_is_told_when_the_wait_takes_too_long(self, make_run):
-        """Of the robot that is docked there, and of one on its way there."""
+    def test_a_timeout_in_the_queue_names_the_robots_at_the_dock(self, make_run):
         log = make_run(world(("eve", "wall_e")))(
             (0.0, dock()), (1.0, dock("wall_e", B, max_staging_time=4.0)), (30.0, dock("wall_e", D, max_staging_time=4))
         )
@@ -203,8 +177,7 @@ class TestDocking:
         assert told == log.result(B).error_msg
         assert told == log.result(D).error_msg
 
-    def test_who_has_the_dock_is_told_when_the_battery_runs_down_in_the_queue(self, make_run):
-        """It is not at fault alone."""
+    def test_an_empty_battery_in_the_queue_names_the_robots_at_the_dock(self, make_run):
         made = world(("eve", "wall_e"))
         made["robots"]["wall_e"]["components"]["battery"] = {"capacity": 10, "drain": {"default": 1}}
         log = make_run(made)((0.0, dock()), (1.0, dock("wall_e", B)))
@@ -212,8 +185,7 @@ class TestDocking:
         assert (10.0, "ABORTED") == log.changes(B)[-1]
         assert "battery empty at (0, -10), in the queue of 'bay', which eve has" in log.result(B).error_msg
 
-    def test_a_dock_that_no_way_leads_to(self, make_run):
-        """903 with the planner's words."""
+    def test_an_unreachable_dock_is_aborted(self, make_run):
         made = world()
         made["walls"] = [[[-5, -20], [50, -20]]]
         made["docks"]["bay"]["at"] = [0, -30]
@@ -222,23 +194,16 @@ class TestDocking:
         assert 903 == log.result(A).error_code
         assert log.result(A).error_msg.startswith("can't line up for 'bay': no route from (0, 0)")
 
-    def test_a_staging_pose_that_does_not_see_the_dock(self, make_run):
-        """905, with what is in the way."""
+    def test_a_staging_pose_behind_an_obstacle_is_aborted(self, make_run):
         made = world(staging=[5, 0])
         made["walls"] = [[[6, 1], [6, 20]]]
         log = make_run(made)((0.0, dock()))
 
-        assert (905, "can't drive into 'bay': an obstacle stands between (5, 0) and (10, 5)") == (
-            log.result(A).error_code,
-            log.result(A).error_msg,
-        )
+        assert (905, "can't drive into 'bay': an obstacle stands between (5, 0) and (10, 5)") == error(log, A)
 
 
 class TestUndocking:
-    """undock_robot, and driving off."""
-
-    def test_it_leaves_for_the_staging_pose(self, make_run):
-        """The berth is free as soon as it moves."""
+    def test_a_robot_leaves_for_the_staging_pose(self, make_run):
         run = make_run(world())
         log = run((0.0, dock()), (20.0, undock()))
 
@@ -247,26 +212,19 @@ class TestUndocking:
         assert (10.0, 0.0) == run.simulator.robots["eve"].pose().point
 
     @pytest.mark.parametrize(
-        ("goal", "code", "text"),
+        ("before", "goal", "code", "text"),
         [
-            ({"dock_type": "charger"}, 902, "'bay' is a dock, not a charger"),
-            ({"max_undocking_time": 2.0}, 907, "can't leave 'bay' within 2 s"),
+            ([(0.0, dock())], {"dock_type": "charger"}, 902, "'bay' is a dock, not a charger"),
+            ([(0.0, dock())], {"max_undocking_time": 2.0}, 907, "can't leave 'bay' within 2 s"),
+            ([], {}, 902, "eve is not docked"),
         ],
     )
-    def test_what_can_not_be_done(self, make_run, goal, code, text):
-        """With Nav2's codes."""
-        log = make_run(world())((0.0, dock()), (20.0, undock(**goal)))
+    def test_impossible_undocking_is_aborted(self, make_run, before, goal, code, text):
+        log = make_run(world())(*before, (20.0, undock(**goal)))
 
-        assert (False, code, text) == (log.result(B).success, log.result(B).error_code, log.result(B).error_msg)
+        assert (False, (code, text)) == (log.result(B).success, error(log, B))
 
-    def test_a_robot_that_is_not_docked_can_not_undock(self, make_run):
-        """Error 902."""
-        log = make_run(world())((0.0, undock()))
-
-        assert (902, "eve is not docked") == (log.result(B).error_code, log.result(B).error_msg)
-
-    def test_it_can_go_on_after_a_cancel(self, make_run):
-        """From the middle of the way out."""
+    def test_a_robot_can_continue_after_a_cancel(self, make_run):
         log = make_run(world())(
             (0.0, dock()), (20.0, undock()), (22.0, CancelGoal("eve", "undock_robot", B)), (23.0, undock(goal_id=C))
         )
@@ -274,17 +232,13 @@ class TestUndocking:
         assert [(22.0, "CANCELED"), (26.0, "SUCCEEDED")] == [log.changes(B)[-1], log.changes(C)[-1]]
 
     def test_a_robot_that_drives_off_is_undocked(self, make_run):
-        """With any goal."""
         log = make_run(world())((0.0, dock()), (20.0, go(0)))
 
         assert [(20.0, "eve", "bay")] == told(log, "dock_undocked")
 
 
-class TestStandingThere:
-    """Without dock_robot."""
-
+class TestDockedWithoutGoal:
     def test_a_robot_that_begins_at_a_dock_is_docked(self, make_run):
-        """And shows it, as the dock does."""
         made = world()
         made["robots"]["eve"]["at"] = "bay"
         run = make_run(made)
@@ -293,8 +247,7 @@ class TestStandingThere:
         assert ["dock", "full", "docked:eve"] == tags(run, "bay")
         assert ["dock", "charger", "free"] == tags(run, "charger")
 
-    def test_a_robot_that_is_set_on_a_dock_is_docked(self, make_run):
-        """It is undocked when it is set elsewhere."""
+    def test_a_robot_that_is_moved_onto_a_dock_is_docked(self, make_run):
         run = make_run(world())
         for x, y in ((10.0, 5.0), (0.0, 0.0)):
             run.ask("set_entity_state", {"entity": "eve", "state": {"pose": {"position": {"x": x, "y": y}}}})
@@ -302,15 +255,13 @@ class TestStandingThere:
         assert [(0.0, "eve", "bay")] == told(run.log, "dock_docked")
         assert [(0.0, "eve", "bay")] == told(run.log, "dock_undocked")
 
-    def test_a_robot_that_only_drives_to_a_dock_is_not_docked(self, make_run):
-        """It has to dock."""
+    def test_driving_to_a_dock_is_not_docking(self, make_run):
         run = make_run(world())
         log = run((0.0, go(10, 5)))
 
         assert [] == told(log, "dock_docked")
 
-    def test_a_reset_docks_them_as_in_the_beginning(self, make_run):
-        """A robot that docked meanwhile is back where it was."""
+    def test_a_reset_restores_the_docked_robots(self, make_run):
         made = world(("eve", "wall_e"))
         made["robots"]["wall_e"]["at"] = "bay"
         run = make_run(made)
@@ -319,8 +270,7 @@ class TestStandingThere:
 
         assert ["dock", "full", "docked:wall_e"] == tags(run, "bay")
 
-    def test_it_is_an_entity(self, make_run):
-        """Which stands where it is."""
+    def test_a_dock_is_an_entity(self, make_run):
         run = make_run(world())
         state = run.ask("get_entity_state", {"entity": "bay"}).state
 
@@ -329,10 +279,7 @@ class TestStandingThere:
 
 
 class TestQueue:
-    """More robots than berths."""
-
-    def test_the_next_one_sets_out_when_a_berth_is_free(self, make_run):
-        """In the order in which they asked; meanwhile they stand where they are."""
+    def test_the_next_robot_sets_out_when_a_berth_is_free(self, make_run):
         run = make_run(world(("eve", "wall_e", "m_o")))
         log = run(
             (0.0, dock()),
@@ -348,15 +295,13 @@ class TestQueue:
         assert NONE == log.feedback(B)[0][1].state
 
     def test_a_dock_for_two_takes_two(self, make_run):
-        """The third waits."""
         run = make_run(world(("eve", "wall_e", "m_o"), capacity=2))
         run((0.0, dock()), (0.0, dock("wall_e", B)), (0.0, dock("m_o", C)), until=40.0)
 
         assert ["dock", "full", "docked:eve", "docked:wall_e", "queued:m_o"] == tags(run, "bay")
 
     @pytest.mark.parametrize("end", ["cancel", "preempt", "delete", "time"])
-    def test_a_robot_that_leaves_the_queue_is_passed_over(self, make_run, end):
-        """However it ends."""
+    def test_a_robot_that_leaves_the_queue_is_skipped(self, make_run, end):
         ends = {
             "cancel": lambda run: run.simulator.submit(CancelGoal("wall_e", "dock_robot", B)),
             "preempt": lambda run: run.simulator.submit(go(0, robot="wall_e", goal_id=D)),
@@ -373,7 +318,7 @@ class TestQueue:
 
     @pytest.mark.parametrize("at", [0.0, 5.0, 10.0, 12.0])
     def test_a_cancel_at_any_stage_leaves_robot_and_dock_usable(self, make_run, at):
-        """Before it moves, lining up, there, and driving in."""
+        """The stages are waiting, lining up, at the staging pose, and driving in."""
         run = make_run(world(("eve", "wall_e")))
         log = run(
             (0.0, dock()),
@@ -389,20 +334,14 @@ class TestQueue:
         assert (at, at + 25.0) == (log.changes(A)[-1][0], log.changes(B)[-1][0])
 
     @pytest.mark.parametrize("traffic", ["reserve", "priority"])
-    def test_they_come_in_where_places_are_reserved(self, make_run, traffic):
-        """Two berths are at one point, off the lanes; the third robot waits for one of the two to leave."""
+    def test_docking_works_under_reserve(self, make_run, traffic):
+        """Two berths share one point off the lanes; the third robot waits for one of the two to leave."""
         run = make_run(world(("eve", "wall_e", "m_o"), traffic, capacity=2))
-        log = run(
-            (0.0, dock()),
-            (0.0, dock("wall_e", B)),
-            (0.0, dock("m_o", C)),
-            (60.0, go(20, goal_id=D)),
-        )
+        log = run((0.0, dock()), (0.0, dock("wall_e", B)), (0.0, dock("m_o", C)), (60.0, go(20, goal_id=D)))
 
         assert ["SUCCEEDED"] * 4 == [log.changes(each)[-1][1] for each in (A, B, C, D)]
 
-    def test_a_robot_that_has_left_a_dock_is_in_the_way_on_the_lane(self, make_run):
-        """Where places are reserved: another one waits for it to leave."""
+    def test_an_undocked_robot_occupies_the_lane_under_reserve(self, make_run):
         run = make_run(world(("eve", "wall_e"), "reserve"))
         log = run((0.0, dock()), (20.0, undock()), (26.0, go(20, robot="wall_e")), (60.0, go(20, goal_id=D)))
 
@@ -410,10 +349,7 @@ class TestQueue:
 
 
 class TestOrders:
-    """In scripts."""
-
-    def test_dock_and_undock(self, make_run):
-        """By name."""
+    def test_scripts_dock_and_undock_by_name(self, make_run):
         made = world()
         made["robots"]["eve"]["script"] = ["Dock bay", "Wait 5", "Undock"]
         run = make_run(made)
@@ -430,7 +366,6 @@ class TestOrders:
             ("Undock bay", "nothing comes after Undock, got 'bay'"),
         ],
     )
-    def test_orders_that_make_no_sense(self, text, wrong):
-        """Are refused."""
+    def test_invalid_orders_are_rejected(self, text, wrong):
         with pytest.raises(ValueError, match=wrong.replace("?", r"\?")):
             read_order(text, World.model_validate(world()))

@@ -1,4 +1,4 @@
-"""Lifts: which robots wait for the cabin, how long a ride takes, and whose turn it is."""
+"""Lifts: the queue for the cabin, the duration of a ride, and calls."""
 
 from __future__ import annotations
 
@@ -22,14 +22,13 @@ SPOTS = {"ground": (0.0, 0.0), "first": (100.0, 0.0), "second": (200.0, 0.0), "y
 
 
 def go(spot, *, robot="eve", goal_id=None):
-    """Return the command to drive to a waypoint."""
     x, y = SPOTS[spot]
     goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
     return SendGoal(robot, "navigate_to_pose", goal, goal_id or IDS[robot])
 
 
 def world(robots=None, *, base=None, **lift):
-    """Return three levels beside each other with a stop each: 5 s from one to the next, 2 s for the doors each time."""
+    """Return three levels side by side with a stop each: 5 s per level, and 2 s for the doors each time."""
     robots = robots or {"eve": "yard"}
     return {
         "waypoints": {name: [*point] for name, point in SPOTS.items()},
@@ -41,38 +40,31 @@ def world(robots=None, *, base=None, **lift):
 
 
 def tags(run, name="lift"):
-    """Return the tags of an entity."""
     return run.ask("get_entity_info", {"entity": name}).info.tags
 
 
 def place(run, robot="eve"):
-    """Return where a robot is."""
     return run.simulator.robots[robot].pose().point
 
 
 def call(run, stop, name="lift"):
-    """Call a lift; return what came of it."""
     return run.ask("call_lift", {"name": name, "stop": stop}).result
 
 
 class TestRides:
-    """How long they take, and where a robot is meanwhile."""
-
-    def test_a_ride_takes_as_long_as_its_stops_are_apart(self):
-        """4 m, two doors and two stops: 4 + 2 + 10 + 2 s, whatever the drawing says of how far that is."""
+    def test_a_ride_takes_the_time_of_its_levels(self):
+        """The distance in the drawing makes no difference."""
         log = simulate(world())((0.0, go("second")))
 
         assert (18.0, "SUCCEEDED") == log.changes(EVE)[-1]
         assert [] == log.happened("waiting")
 
-    def test_it_takes_every_robot_as_long(self):
-        """One of 2 m/s that speeds up and turns spends 9 s in it, too: 4 m take 4 s, which is two ramps of 2 s."""
+    def test_a_ride_takes_every_robot_the_same_time(self):
         log = simulate(world(base={"speed": 2.0, "acceleration": 1.0, "turning_rate": 1.0}))((0.0, go("first")))
 
         assert (13.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
-    def test_a_robot_is_at_the_stop_where_it_got_in_until_it_gets_out(self):
-        """The cabin moves, the robot does not; there is no way in between on the map."""
+    def test_a_robot_stays_at_its_stop_until_it_gets_out(self):
         run = simulate(world())
         run((0.0, go("first")), until=8.0)
 
@@ -81,25 +73,21 @@ class TestRides:
         run.simulator.run()
         assert (100.0, 0.0) == place(run)
 
-    def test_what_is_left_of_the_way_is_what_is_left_to_drive(self):
-        """A ride is no distance, but takes time."""
+    def test_a_ride_has_no_remaining_distance(self):
         run = simulate(world())
         run((0.0, go("ward")), until=1.0)
         progress = run.simulator.robots["eve"].motion.progress()
 
         assert (7.0, 16.0) == (progress.length, progress.seconds)
 
-    def test_events_tell_of_it(self):
-        """When it leaves, and when it arrives, with whom."""
+    def test_events_report_departure_and_arrival(self):
         log = simulate(world())((0.0, go("first")))
 
-        assert [(4.0, {"lift": "lift", "from": "ground", "to": "first", "robots": ["eve"]})] == (
-            log.happened("lift_departed")
-        )
+        departed = {"lift": "lift", "from": "ground", "to": "first", "robots": ["eve"]}
+        assert [(4.0, departed)] == log.happened("lift_departed")
         assert [(13.0, {"lift": "lift", "stop": "first", "robots": ["eve"]})] == log.happened("lift_arrived")
 
-    def test_it_is_seen_as_an_entity(self):
-        """Where it is, and what it does."""
+    def test_a_lift_is_an_entity(self):
         run = simulate(world())
         before = tags(run)
         run((0.0, go("first")), until=5.0)
@@ -111,7 +99,7 @@ class TestRides:
         assert 100.0 == state.pose.position.x
 
     def test_a_path_from_stop_to_stop_is_a_ride(self):
-        """So an external planner can have robots take lifts."""
+        """An external planner can therefore make robots take lifts."""
         poses = [{"pose": {"position": {"x": x}}} for x in (0.0, 100.0, 104.0)]
         goal = actions()["follow_path"].goal.model_validate({"path": {"poses": poses}})
         log = simulate(world())((0.0, SendGoal("eve", "follow_path", goal, EVE)))
@@ -119,7 +107,7 @@ class TestRides:
         assert (17.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
     def test_a_slower_robot_takes_the_lift_where_a_faster_one_drives(self):
-        """120 m around: 60 s at 2 m/s, 120 s at 1 m/s; the ride takes 69 s."""
+        """The way around is 120 m, and the ride takes 69 s."""
         plan = world(travel_time=65.0) | {"traffic": {"policy": "free"}}
         plan["waypoints"] = {**plan["waypoints"], "ramp": [50, 33.166247903554]}
         plan["lanes"] = [*plan["lanes"], ["ground", "ramp"], ["ramp", "first"]]
@@ -132,10 +120,7 @@ class TestRides:
 
 
 class TestCalls:
-    """A cabin that is somewhere else comes."""
-
-    def test_a_robot_waits_until_it_has_come(self):
-        """Called at 4 s from a level away, it is there at 13 s, and up again at 22 s."""
+    def test_a_robot_waits_for_the_cabin(self):
         log = simulate(world(at="first"))((0.0, go("first")))
 
         waiting = {"robot": "eve", "at": [0.0, 0.0], "lane": ["ground", "first"], "why": "lift is at first"}
@@ -144,7 +129,6 @@ class TestCalls:
         assert (22.0, "SUCCEEDED") == log.changes(EVE)[-1]
 
     def test_the_robot_that_calls_first_rides_first(self):
-        """Bob waits at the stop next to where the lift lets eve out, but ann has called before him."""
         robots = {"eve": "ground", "bob": "ward", "ann": "second"}
         log = simulate(world(robots))(
             (0.0, go("first")), (0.0, go("ground", robot="ann")), (0.0, go("yard", robot="bob"))
@@ -153,8 +137,7 @@ class TestCalls:
         # Eve: up at 9. The cabin at ann's at 18, down at 32. At bob's at 41, down at 50, and 4 m more.
         assert [9.0, 32.0, 54.0] == [log.changes(IDS[name])[-1][0] for name in ("eve", "ann", "bob")]
 
-    def test_robots_that_call_at_once_ride_in_the_order_of_names(self):
-        """The cabin is elsewhere."""
+    def test_simultaneous_calls_are_served_in_order_of_names(self):
         robots = ("ann", "eve")
         run = simulate(world({"eve": "ground", "ann": "second"}, at="first"))
         for robot in robots:
@@ -166,35 +149,26 @@ class TestCalls:
 
     @pytest.mark.parametrize("policy", policies())
     def test_a_robot_that_gets_out_passes_one_that_gets_in(self, policy):
-        """Each stands where the other wants to be; where waypoints take one robot, stops take any number."""
+        """Waypoints take one robot, but stops any number."""
         plan = world({"eve": "ground", "bob": "first"}) | {"traffic": {"policy": policy}}
         log = simulate(plan)((0.0, go("first")), (0.0, go("ground", robot="bob")))
 
         assert [(9.0, "SUCCEEDED"), (18.0, "SUCCEEDED")] == [log.changes(goal)[-1] for goal in (EVE, BOB)]
 
-    def test_it_takes_one_robot(self):
-        """The second rides 18 s later: up, down for it, and up again."""
-        log = simulate(world({"eve": "ground", "bob": "ground"}))((0.0, go("first")), (0.0, go("first", robot="bob")))
+    @pytest.mark.parametrize(("capacity", "ends"), [(1, [9.0, 27.0]), (2, [9.0, 9.0])])
+    def test_a_cabin_takes_robots_up_to_its_capacity(self, capacity, ends):
+        run = simulate(world({"eve": "ground", "bob": "ground"}, capacity=capacity))
+        log = run((0.0, go("first")), (0.0, go("first", robot="bob")))
 
-        assert [9.0, 27.0] == [log.changes(goal)[-1][0] for goal in (EVE, BOB)]
+        assert ends == [log.changes(goal)[-1][0] for goal in (EVE, BOB)]
 
-    def test_it_takes_as_many_as_it_can(self):
-        """Those who want the same at the same time."""
-        log = simulate(world({"eve": "ground", "bob": "ground"}, capacity=2))(
-            (0.0, go("first")), (0.0, go("first", robot="bob"))
-        )
-
-        assert [9.0, 9.0] == [log.changes(goal)[-1][0] for goal in (EVE, BOB)]
-
-    def test_one_that_has_given_up_is_not_fetched(self):
-        """The cabin, on its way to eve, goes on to there, and no further."""
+    def test_a_robot_that_gave_up_is_not_fetched(self):
         run = simulate(world({"eve": "ground", "bob": "second"}))
         run((0.0, go("second")), (1.0, go("first", robot="bob")), (2.0, CancelGoal("bob", "navigate_to_pose")))
 
         assert [14.0] == [time for time, _ in run.log.happened("lift_arrived")]
 
-    def test_the_service_calls_it(self):
-        """At once, if no robot rides."""
+    def test_the_service_calls_the_cabin(self):
         run = simulate(world())
         answer = call(run, "second")
         run.simulator.run()
@@ -202,8 +176,7 @@ class TestCalls:
         assert Result.RESULT_OK == answer.result
         assert [(14.0, {"lift": "lift", "stop": "second", "robots": []})] == run.log.happened("lift_arrived")
 
-    def test_the_service_has_its_turn_among_robots(self):
-        """Called before bob, it goes to the second level before it fetches him."""
+    def test_a_call_of_the_service_queues_with_robots(self):
         run = simulate(world({"eve": "ground", "bob": "first"}))
         run((0.0, go("first")), until=1.0)
         call(run, "second")
@@ -220,18 +193,14 @@ class TestCalls:
             ("lift", "yard", "'lift' has no stop 'yard'; there are ground, first, second"),
         ],
     )
-    def test_what_is_not_there_is_answered(self, name, stop, text):
-        """With what there is."""
+    def test_unknown_lifts_and_stops_are_rejected(self, name, stop, text):
         answer = call(simulate(world()), stop, name)
 
         assert (Result.RESULT_NOT_FOUND, text) == (answer.result, answer.error_message)
 
 
-class TestEndsOnTheWay:
-    """Robots whose goals end in the cabin."""
-
-    def test_it_gets_out_where_it_got_in(self):
-        """Canceled after 3 s of the ride; the cabin is back after 3 s more, and then takes it again."""
+class TestInterruptedRides:
+    def test_a_canceled_robot_gets_out_where_it_got_in(self):
         run = simulate(world({"eve": "ground"}))
         run((0.0, go("first")), (3.0, CancelGoal("eve", "navigate_to_pose")))
         here = place(run)
@@ -242,7 +211,6 @@ class TestEndsOnTheWay:
         assert [6.0, 15.0] == [time for time, _ in log.happened("lift_arrived")]
 
     def test_a_robot_that_is_slowed_down_rides_as_fast(self):
-        """Only what it drives afterwards takes longer: 4 m at half of 1 m/s."""
         run = simulate(world({"eve": "ground"}))
         run((0.0, go("ward")), until=3.0)
         robot = run.simulator.robots["eve"]
@@ -252,8 +220,7 @@ class TestEndsOnTheWay:
         assert (17.0, "SUCCEEDED") == run.log.changes(EVE)[-1]
         assert [9.0] == [time for time, _ in run.log.happened("lift_arrived")]
 
-    def test_a_robot_that_is_taken_out_leaves_the_cabin_free(self):
-        """Deleted on the way; bob is fetched as soon as the cabin is back."""
+    def test_a_deleted_robot_leaves_the_cabin(self):
         run = simulate(world({"eve": "ground", "bob": "ground"}))
         run((0.0, go("first")), (1.0, go("first", robot="bob")), until=3.0)
         run.ask("delete_entity", {"entity": "eve"})
@@ -262,11 +229,8 @@ class TestEndsOnTheWay:
         assert (15.0, "SUCCEEDED") == run.log.changes(BOB)[-1]
 
 
-class TestAnew:
-    """Resets."""
-
-    def test_the_cabin_is_where_it_was_in_the_beginning(self):
-        """Whatever it was doing."""
+class TestReset:
+    def test_a_reset_restores_the_cabin(self):
         run = simulate(world(at="first"))
         run((0.0, go("second")), until=6.0)
         run.ask("reset_simulation")
@@ -274,8 +238,7 @@ class TestAnew:
         assert ["lift", "at:first"] == tags(run)
         assert (22.0, "SUCCEEDED") == run((0.0, go("first", goal_id=BOB))).changes(BOB)[-1]
 
-    def test_one_that_moves_when_only_time_begins_anew_has_arrived(self):
-        """What was to come is forgotten, and so has come."""
+    def test_a_reset_of_time_completes_the_ride(self):
         run = simulate(world())
         call(run, "first")
         run.simulator.advance(2.0)
@@ -295,8 +258,7 @@ class TestAnew:
     policy=st.sampled_from([*policies()]),
     capacity=st.sampled_from([1, 2]),
 )
-def test_no_more_ride_than_there_is_room_and_every_goal_ends(goals, policy, capacity):
-    """Whatever is wanted and canceled, the cabin goes on."""
+def test_the_cabin_is_never_overfull_and_every_goal_ends(goals, policy, capacity):
     plan = world({"eve": "yard", "bob": "ward", "ann": "second"}, capacity=capacity) | {"traffic": {"policy": policy}}
     run = simulate(plan, topics=frozenset({Topic.EVENTS}))
     for number, (robot, spot, seconds, gives_up) in enumerate(goals):

@@ -1,4 +1,4 @@
-"""Faults that begin when something happens: after the nth event that is meant, however long that takes."""
+"""Faults that begin after an event."""
 
 from __future__ import annotations
 
@@ -24,69 +24,46 @@ STOPS = {"type": "breakdown", "robot": "wall_e", "name": "stops", "duration": 1.
 
 
 def go(x, goal_id, robot="wall_e"):
-    """Return the command that sends a robot along the lanes."""
     goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": float(x), "y": 2.0}}}})
     return SendGoal(robot, "navigate_to_pose", goal, goal_id)
 
 
 def rest(seconds, goal_id, robot="wall_e"):
-    """Return the command that lets a robot wait."""
     return SendGoal(robot, "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id)
 
 
 def faulty(*faults, **keys):
-    """Return a simulation of the small world with faults."""
     settings = {name: keys.pop(name) for name in ("topics", "traced") if name in keys}
     return simulate({**SMALL_WORLD, **keys, "faults": [*faults]}, **settings)
 
 
 def began(log):
-    """Return when which faults began."""
     return [(time, fields["name"]) for time, fields in log.happened("fault_began")]
 
 
-# --- when they begin -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("after", [0.0, 0.5])
+def test_a_fault_begins_after_its_event_and_lasts_for_its_duration(after):
+    log = faulty({**STOPS, "when": {**DRIVES, "after": after}})((3.0, go(9, A)))
 
-
-def test_a_fault_begins_when_its_event_comes():
-    """Whenever that is, in the same instant."""
-    log = faulty({**STOPS, "when": DRIVES})((3.5, go(9, A)))
-
-    assert [(3.5, "stops")] == began(log)
-    assert (3.5, "ABORTED") == log.changes(A)[-1]
-
-
-def test_a_fault_begins_some_time_after_its_event():
-    """In simulated seconds."""
-    log = faulty({**STOPS, "when": {**DRIVES, "after": 0.5}})((3.0, go(9, A)))
-
-    assert ([(3.5, "stops")], (3.5, "ABORTED")) == (began(log), log.changes(A)[-1])
+    assert [(3.0 + after, "stops")] == began(log)
+    assert (3.0 + after, "ABORTED") == log.changes(A)[-1]
+    assert [4.0 + after] == [time for time, _ in log.happened("fault_ended")]
 
 
 def test_the_nth_event_counts():
-    """Those before it pass, and so do those that are about another robot."""
     run = faulty({**STOPS, "when": {**DRIVES, "nth": 2}})
     log = run((0.0, go(5, "1" * 32, "eve")), (0.0, go(3, A)), (5.0, go(5, B)), (9.0, go(9, C)))
 
     assert [(5.0, "stops")] == began(log)
 
 
-def test_a_fault_lasts_as_long_as_it_says():
-    """From its beginning on."""
-    log = faulty({**STOPS, "when": DRIVES})((3.0, go(9, A)))
-
-    assert [4.0] == [time for time, _ in log.happened("fault_ended")]
-
-
-def test_a_fault_happens_once():
-    """Later events of the kind change nothing."""
+def test_a_fault_happens_only_once():
     log = faulty({**STOPS, "when": DRIVES})((0.0, go(9, A)), (2.0, go(9, B)))
 
     assert [(0.0, "stops")] == began(log)
 
 
-def test_an_event_of_the_world_may_be_meant():
-    """With values of its fields."""
+def test_the_event_can_be_one_of_the_world():
     falls = {"type": "claw_drops", "robot": "eve", "at": 4.0}
     run = faulty({**STOPS, "when": {"event": "dropped", "where": {"item": "parcel"}}}, falls)
     log = run((1.0, SendGoal("eve", "pickup", Pickup.Goal(target_name="parcel"), A)), until=6.0)
@@ -94,47 +71,41 @@ def test_an_event_of_the_world_may_be_meant():
     assert [(4.0, "claw_drops_1"), (4.0, "stops")] == began(log)
 
 
-def test_the_end_of_another_fault_may_be_meant():
-    """So faults follow each other."""
+def test_the_event_can_be_the_end_of_another_fault():
     first = {"type": "slip", "robot": "eve", "factor": 0.5, "at": 2.0, "duration": 3.0}
     log = faulty(first, {**STOPS, "when": {"event": "fault_ended", "robot": "eve"}})(until=8.0)
 
     assert [(2.0, "slip_1"), (5.0, "stops")] == began(log)
 
 
-def test_a_rejected_goal_may_be_meant():
-    """It never had a status."""
+def test_the_event_can_be_a_rejected_goal():
     run = faulty({"type": "breakdown", "robot": "eve"}, {**STOPS, "when": {"goal": "rejected", "robot": "eve"}})
     log = run((2.0, go(5, A, "eve")), until=3.0)
 
     assert [(0.0, "breakdown_1"), (2.0, "stops")] == began(log)
 
 
-def test_the_cause_of_a_goal_that_was_aborted_may_be_meant():
-    """A change of a goal is an event, too."""
+def test_the_event_can_be_an_abort_with_a_cause():
     when = {"event": "status", "where": {"cause": "preempted"}}
     log = faulty({**STOPS, "when": when})((0.0, go(9, A)), (1.0, go(5, B)), until=3.0)
 
     assert [(1.0, "stops")] == began(log)
 
 
-def test_an_event_that_is_not_in_traces_may_be_meant():
-    """Such as the motion of a robot on a lane."""
+def test_the_event_can_be_one_that_is_not_traced():
     when = {"event": "motion", "where": {"robot": "wall_e", "lane": ["home", "door"]}, "after": 4.0}
     log = faulty({**STOPS, "when": when}, topics=frozenset({Topic.EVENTS}))((0.0, go(9, A)))
 
     assert [(4.0, "stops")] == began(log)
 
 
-def test_two_that_wait_for_one_event_begin_in_the_order_of_the_file():
-    """In one instant."""
+def test_faults_of_one_event_begin_in_file_order():
     both = [{**STOPS, "name": name, "robot": robot, "when": DRIVES} for name, robot in (("b", "eve"), ("a", "cart"))]
 
     assert [(1.0, "b"), (1.0, "a")] == began(faulty(*both)((1.0, go(9, A))))
 
 
-def test_a_fault_is_missed_if_its_robot_has_gone_by_then():
-    """As one that was due at a time."""
+def test_a_fault_of_a_deleted_robot_is_missed():
     run = faulty({**STOPS, "robot": "eve", "when": {**DRIVES, "after": 1.0}})
     run.simulator.advance(1.0)
     run.ask("delete_entity", {"entity": "eve"})
@@ -143,8 +114,7 @@ def test_a_fault_is_missed_if_its_robot_has_gone_by_then():
     assert [3.0] == [time for time, _ in log.happened("fault_missed")]
 
 
-def test_a_fault_begins_although_the_robot_that_was_meant_has_gone():
-    """Only its own must be there."""
+def test_a_fault_begins_after_the_robot_of_its_event_is_deleted():
     run = faulty({**STOPS, "when": {"goal": "aborted", "robot": "eve", "after": 1.0}})
     run((0.0, go(1, A, "eve")), until=2.0)
     run.ask("delete_entity", {"entity": "eve"})
@@ -152,26 +122,20 @@ def test_a_fault_begins_although_the_robot_that_was_meant_has_gone():
     assert [(3.0, "stops")] == began(run(until=5.0))
 
 
-def test_the_event_of_a_fault_says_when_it_was_to_begin():
-    """As it says the rest of its settings."""
+def test_the_event_of_a_fault_has_its_anchor():
     log = faulty({**STOPS, "when": {**DRIVES, "nth": 1}})((1.0, go(9, A)))
     ((_, fields),) = log.happened("fault_began")
 
     assert {**DRIVES, "where": {}, "nth": 1, "after": 0.0} == fields["when"]
 
 
-# --- what it costs ---------------------------------------------------------------------------------------------------
-
-
-def test_a_world_without_such_faults_has_no_such_sink():
-    """It asks for no events that nobody wants."""
+def test_a_world_without_anchored_faults_has_no_sink_for_them():
     run = faulty({"type": "breakdown", "robot": "eve", "at": 1.0}, topics=frozenset())
 
     assert not run.simulator.interest.events
 
 
-def test_no_event_is_wanted_any_more_once_none_waits():
-    """From the event on."""
+def test_the_sink_unsubscribes_after_the_last_fault():
     run = faulty({**STOPS, "when": DRIVES}, topics=frozenset())
     before = run.simulator.interest.events
     run((0.0, go(9, A)), until=1.0)
@@ -179,17 +143,13 @@ def test_no_event_is_wanted_any_more_once_none_waits():
     assert (True, False) == (before, run.simulator.interest.events)
 
 
-# --- asked for -------------------------------------------------------------------------------------------------------
-
-
 def inject(run, fault):
-    """Inject a fault, with all keys as JSON text but its type; return the answer."""
+    """Inject a fault, with all keys but its type as JSON text; return the answer."""
     settings = {key: value for key, value in fault.items() if key != "type"}
     return run.ask("inject_fault", {"type": fault["type"], "settings": json.dumps(settings)})
 
 
 def test_an_injected_fault_counts_from_its_injection():
-    """What was before is over."""
     run = faulty()
     run((0.0, go(3, A)), until=4.0)
     answer = inject(run, {**STOPS, "when": {**DRIVES, "nth": 2}})
@@ -198,23 +158,20 @@ def test_an_injected_fault_counts_from_its_injection():
     assert ("stops", [(9.0, "stops")]) == (answer.name, began(log))
 
 
-def test_a_fault_that_waits_is_listed_as_scheduled():
-    """With its event."""
+def test_a_waiting_fault_is_listed_as_scheduled():
     (fault,) = faulty({**STOPS, "when": DRIVES}).ask("get_faults").faults
 
     assert (False, DRIVES["goal"]) == (fault.active, json.loads(fault.settings)["when"]["goal"])
 
 
-def test_a_fault_that_waits_can_be_called_off():
-    """Its event comes in vain."""
+def test_a_waiting_fault_can_be_cleared():
     run = faulty({**STOPS, "when": DRIVES})
     cleared = run.ask("clear_fault", {"name": "stops"}).names
 
     assert (["stops"], []) == (cleared, began(run((0.0, go(9, A)))))
 
 
-def test_a_fault_whose_event_has_come_can_be_called_off():
-    """Until it begins."""
+def test_a_fault_can_be_cleared_between_event_and_beginning():
     run = faulty({**STOPS, "when": {**DRIVES, "after": 2.0}})
     run((0.0, go(9, A)), until=1.0)
     run.ask("clear_fault", {"name": "stops"})
@@ -222,8 +179,7 @@ def test_a_fault_whose_event_has_come_can_be_called_off():
     assert [] == began(run(until=5.0))
 
 
-def test_a_reset_begins_to_count_anew():
-    """In a section of its own."""
+def test_a_reset_restarts_the_count():
     run = faulty({**STOPS, "when": {**DRIVES, "nth": 2}})
     run((0.0, go(3, A)), until=4.0)
     run.ask("reset_simulation")
@@ -232,15 +188,11 @@ def test_a_reset_begins_to_count_anew():
     assert [(6.0, "stops")] == began(log)
 
 
-def test_another_world_has_no_faults_that_wait():
-    """Those of the one before are forgotten."""
+def test_loading_a_world_drops_waiting_faults():
     run = faulty({**STOPS, "when": DRIVES})
     run.ask("load_world", {"uri": "scenario1"})
 
     assert ([], False) == (run.ask("get_faults").faults, run.simulator.fault_injector.anchors.waits)
-
-
-# --- mistakes --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -263,8 +215,7 @@ def test_another_world_has_no_faults_that_wait():
         ({"when": DRIVES, "until": 9.0}, "until is given for a fault that begins when an event comes; give duration"),
     ],
 )
-def test_what_makes_no_sense_is_told(settings, why):
-    """In a world file, with its place, and as the answer of `inject_fault`."""
+def test_invalid_anchors_are_rejected(settings, why):
     fault = {"type": "breakdown", "robot": "wall_e", **settings}
     with pytest.raises(WorldError) as raised:
         world_of({**SMALL_WORLD, "faults": [fault]}, "small")
@@ -273,11 +224,8 @@ def test_what_makes_no_sense_is_told(settings, why):
     assert why in inject(faulty(), fault).result.error_message
 
 
-# --- the same again --------------------------------------------------------------------------------------------------
-
-
 def test_a_replay_has_the_same_faults():
-    """Those of the file, and one that was injected, also when several commands come in one instant."""
+    """Some faults come from the file and some are injected, also several at one instant."""
     faults = [
         {**STOPS, "when": {**DRIVES, "after": 0.5}},
         {"type": "slip", "robot": "eve", "factor": 0.5, "when": {"event": "fault_ended", "robot": "wall_e"}},
@@ -333,7 +281,7 @@ GOALS = st.lists(
 @examples(16)
 @given(st.lists(FAULTS, min_size=1, max_size=5), GOALS)
 def test_the_same_schedule_gives_the_same_trace(happening, goals):
-    """Twice, and when it is replayed, with whatever else listens."""
+    """Other subscribers make no difference."""
 
     def trace(topics):
         run = faulty(*happening, topics=topics, traced=True)

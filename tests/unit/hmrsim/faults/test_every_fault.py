@@ -1,4 +1,4 @@
-"""What every kind of fault in the registry promises."""
+"""The guarantees of every kind of fault in the registry."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from hmrsim.faults import registry
+from hmrsim.trace.replay import replay
 from tests.simulation import SMALL_WORLD, simulate
 
 WORLD = {
@@ -21,17 +22,14 @@ WORLD = {
 
 @pytest.fixture(params=registry().values(), ids=registry())
 def fault(request):
-    """Return each kind of fault in turn."""
     return request.param
 
 
 def kinds(log):
-    """Return the kinds of what was told of faults, in order, with their times."""
     return [(time, kind) for kind in ("fault_began", "fault_missed", "fault_ended") for time, _ in log.happened(kind)]
 
 
 def test_its_example_begins_and_ends(fault):
-    """At the times that a world file says; in an instant where that is its nature."""
     until = {"until": 3.0} if fault.lasts else {}
     run = simulate({**WORLD, "faults": [{"type": fault.name, "at": 2.0, **fault.example, **until}]})
     log = run(until=5.0)
@@ -40,7 +38,6 @@ def test_its_example_begins_and_ends(fault):
 
 
 def test_its_example_begins_after_an_event(fault):
-    """Where a world file says which, instead of a time."""
     until = {"duration": 1.0} if fault.lasts else {}
     when = {"event": "simulation_state", "nth": 2, "after": 0.5}
     run = simulate({**WORLD, "faults": [{"type": fault.name, **fault.example, **until, "when": when}]})
@@ -53,12 +50,11 @@ def test_its_example_begins_after_an_event(fault):
 
 
 def test_its_form_asks_for_no_event(fault):
-    """People at a page see it themselves."""
+    """Users of a page see events themselves."""
     assert "when" not in fault.form()["properties"]
 
 
 def test_it_can_be_injected_and_cleared(fault):
-    """While the simulation runs, by the name that the answer gives."""
     run = simulate(WORLD)
     injected = run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
     active = [one.name for one in run.ask("get_faults").faults]
@@ -71,7 +67,7 @@ def test_it_can_be_injected_and_cleared(fault):
 
 
 def test_it_leaves_the_world_as_it_was(fault):
-    """When it has ended, the robots, items and lanes are as in a world in which it never happened; but for cells."""
+    """After the fault, robots, items and lanes are as in a world without it, except for dead cells."""
 
     def state(run):
         robot = run.simulator.robots["wall_e"]
@@ -94,8 +90,7 @@ def test_it_leaves_the_world_as_it_was(fault):
     assert state(calm) == state(run)
 
 
-def test_it_is_seen_where_it_hits(fault):
-    """The tags of its subject say so."""
+def test_its_subject_has_a_tag(fault):
     run = simulate(WORLD)
     run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
     subject = next((fault.example[name] for name in ("robot", "door", "dock", "lift") if name in fault.example), None)
@@ -105,7 +100,6 @@ def test_it_is_seen_where_it_hits(fault):
 
 
 def test_two_at_once_end_one_by_one(fault):
-    """What two faults of a kind do is over when both are."""
     if not fault.lasts:
         return
     run = simulate({**WORLD, "faults": [{"type": fault.name, **fault.example, "until": until} for until in (2, 4)]})
@@ -115,17 +109,29 @@ def test_two_at_once_end_one_by_one(fault):
     assert [2.0, 4.0] == [time for time, _ in log.happened("fault_ended")]
 
 
-def test_it_refuses_unknown_settings(fault):
-    """A slip in a world file is told."""
+def test_it_rejects_unknown_settings(fault):
     with pytest.raises(ValidationError, match="colour"):
         fault.settings.model_validate({**fault.example, "colour": "red"})
 
 
 def test_a_reset_ends_it(fault):
-    """And lets the world's own faults begin anew."""
+    """The world's own faults begin again."""
     run = simulate({**WORLD, "faults": [{"type": fault.name, "at": 1.0, **fault.example}]})
     run.simulator.advance(2.0)
     run.ask("reset_simulation")
     again = run(until=1.5)
 
     assert 2 == len(again.happened("fault_began"))
+
+
+def test_a_run_with_it_replays(fault):
+    robots = {name: {**robot, "script": ["Wait 3", "Go home"]} for name, robot in WORLD["robots"].items()}
+    one = {"type": fault.name, **fault.example}
+    run = simulate({**WORLD, "robots": robots, "faults": [{**one, "at": 1.0}]}, traced=True)
+    run(until=4.0)
+    run.ask("inject_fault", {"type": fault.name, "settings": json.dumps(fault.example)})
+    run(until=9.0)
+    outcome = replay(run.lines())
+
+    assert run.log.happened("fault_began")
+    assert (True, None) == (outcome.complete, outcome.difference)

@@ -1,4 +1,4 @@
-"""Why goals did not succeed, as identifiers."""
+"""The causes of goals that did not succeed."""
 
 from __future__ import annotations
 
@@ -22,12 +22,10 @@ WORLD = {
 
 
 def send(action, goal_id=A, **goal):
-    """Return the command that sends eve a goal."""
     return SendGoal("eve", action, registry()[action].goal.model_validate(goal, strict=False), goal_id)
 
 
 def go(x, y=0.0, goal_id=A):
-    """Return the command to drive to a point."""
     return send("navigate_to_pose", goal_id, pose={"pose": {"position": {"x": x, "y": y}}})
 
 
@@ -36,7 +34,6 @@ ASKED = GetResult("eve", "wait", A, "asked")
 
 
 def cause(log, goal_id=A):
-    """Return why a goal ended, as watchers are told."""
     return next(change.cause for change in log.goal_changes(goal_id) if change.status.terminal)
 
 
@@ -54,8 +51,7 @@ def cause(log, goal_id=A):
         ([(0.0, WAIT), (1.0, ChangeState("eve", "behavior_server", ("wait",), 4))], "deactivated"),
     ],
 )
-def test_what_ends_a_goal(commands, expected):
-    """As all are told who watch."""
+def test_other_goals_and_cancels_are_causes(commands, expected):
     log = simulate(WORLD)(*commands, until=80.0)
 
     assert cause(log) == expected
@@ -69,8 +65,7 @@ def test_what_ends_a_goal(commands, expected):
         ("reset_simulation", {}, "reset"),
     ],
 )
-def test_what_services_end(service, request_, expected):
-    """Whatever the action."""
+def test_services_are_causes(service, request_, expected):
     run = simulate(WORLD)
     run((0.0, WAIT), (0.0, ASKED), until=1.0)
     run.ask(service, request_)
@@ -78,8 +73,7 @@ def test_what_services_end(service, request_, expected):
     assert (cause(run.log), run.log.answer("asked").cause) == (expected, expected)
 
 
-def test_a_breakdown():
-    """It ends what needs the base."""
+def test_a_breakdown_is_a_cause():
     run = simulate(WORLD)
     run((0.0, go(10.0)), until=1.0)
     run.ask("inject_fault", {"type": "breakdown", "robot": "eve"})
@@ -87,15 +81,13 @@ def test_a_breakdown():
     assert cause(run.log) == "breakdown"
 
 
-def test_a_goal_that_takes_nothing_from_others():
-    """It finds the base busy."""
+def test_a_busy_base_is_a_cause():
     log = simulate(WORLD)((0.0, WAIT), (1.0, send("pickup", B, target_name="nothing")), until=2.0)
 
     assert cause(log, B) == "busy"
 
 
-def test_the_end_of_the_simulation():
-    """Of every goal."""
+def test_the_end_of_the_simulation_is_a_cause():
     run = simulate(WORLD)
     run((0.0, WAIT), until=1.0)
     run.simulator.stop("the end")

@@ -1,4 +1,4 @@
-"""Nodes that are deactivated reject goals, and serve them again once they are active."""
+"""Lifecycle states of nodes: inactive nodes reject goals."""
 
 from __future__ import annotations
 
@@ -18,12 +18,10 @@ A, B = "a" * 32, "b" * 32
 
 
 def wait(goal_id, robot="wall_e"):
-    """Return the command to wait for 5 s."""
     return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=5)), goal_id, goal_id)
 
 
 def change(transition, reply_to="changed"):
-    """Return the command to change the state of wall_e's node that serves wait."""
     return ChangeState("wall_e", "behavior_server", ("wait", "spin"), transition, reply_to)
 
 
@@ -31,7 +29,6 @@ DEACTIVATE, ACTIVATE = (change(each) for each in (Transition.TRANSITION_DEACTIVA
 
 
 def test_an_inactive_node_rejects_goals(run):
-    """The reason names the node; those of other robots and other actions of this one are accepted."""
     log = run((0.0, DEACTIVATE), (1.0, wait(A)), (1.0, wait(B, "eve")))
 
     assert log.answer("changed")
@@ -40,8 +37,7 @@ def test_an_inactive_node_rejects_goals(run):
     assert log.answer(B).accepted
 
 
-def test_goals_end_with_their_node(run):
-    """A goal that executes is aborted when its node is deactivated, as by Nav2."""
+def test_deactivation_aborts_executing_goals(run):
     log = run((0.0, wait(A)), (1.0, DEACTIVATE))
 
     assert (1.0, "ABORTED") == log.changes(A)[-1]
@@ -49,22 +45,19 @@ def test_goals_end_with_their_node(run):
 
 
 def test_an_activated_node_serves_again(run):
-    """As before."""
     log = run((0.0, DEACTIVATE), (1.0, ACTIVATE), (2.0, wait(A)))
 
     assert (7.0, "SUCCEEDED") == log.changes(A)[-1]
 
 
 def test_a_transition_from_another_state_does_nothing(run):
-    """An active node can't be activated, nor any node be sent through a transition that there is not."""
     log = run((0.0, ACTIVATE), (0.0, change(99, "unknown")), (1.0, wait(A)))
 
     assert [False, False] == [log.answer("changed"), log.answer("unknown")]
     assert log.answer(A).accepted
 
 
-def test_a_robot_without_a_connection_keeps_its_states(run):
-    """Its clients reach none of its nodes until the connection is back."""
+def test_a_disconnected_robot_keeps_its_states(run):
     run.ask("inject_fault", {"type": "messages_lost", "robot": "wall_e", "at": 1.0, "until": 6.0})
     log = run((2.0, DEACTIVATE), (7.0, wait(A)))
 
@@ -72,8 +65,8 @@ def test_a_robot_without_a_connection_keeps_its_states(run):
     assert log.answer(A).accepted
 
 
-def test_a_robot_that_is_not_there_has_no_states(run):
-    """A request that comes too late changes nothing for a robot of that name that is spawned later."""
+def test_an_unknown_robot_has_no_states(run):
+    """A late request must not affect a robot of that name that is spawned later."""
     log = run((0.0, DEACTIVATE._replace(robot="nobody")))
 
     assert log.answer("changed") is False
@@ -83,7 +76,7 @@ def test_a_robot_that_is_not_there_has_no_states(run):
 @examples(30)
 @given(st.lists(st.sampled_from([*TRANSITIONS, 0, 99]), max_size=12))
 def test_runs_with_transitions_replay(transitions):
-    """Whatever clients ask for: goals are accepted in the active state alone, and a replay does the same."""
+    """Goals are accepted in the active state only."""
     run = simulate(traced=True)
     ids = [f"{number:032x}" for number in range(1, len(transitions) + 1)]
     states, accepted = [], []

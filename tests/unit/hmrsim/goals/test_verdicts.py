@@ -1,4 +1,4 @@
-"""Goals that can't be executed: rejected with a reason, or accepted and aborted as by Nav2's servers."""
+"""Goals that can't be executed, which are rejected or, as in Nav2, accepted and aborted."""
 
 from __future__ import annotations
 
@@ -34,7 +34,6 @@ NOT_EXECUTABLE = [
 
 
 def goal(action, fields, verdict, goal_id=A):
-    """Return the command that sends a goal, whose answers have the id."""
     message = actions()[action].goal.model_validate(fields)
     return SendGoal("wall_e", action, message, goal_id, goal_id, verdict)
 
@@ -42,7 +41,6 @@ def goal(action, fields, verdict, goal_id=A):
 @pytest.mark.parametrize(("action", "fields", "code", "early"), NOT_EXECUTABLE)
 @pytest.mark.parametrize("verdict", Verdict)
 def test_verdicts_are_those_of_nav2(run, action, fields, code, early, verdict):
-    """The goal is aborted with Nav2's code and a text, or rejected where the sender's distribution does so."""
     log = run((0.0, goal(action, fields, verdict)), (0.0, GetResult("wall_e", action, A, "result")))
 
     rejected = verdict is Verdict.REJECT or (early and verdict is Verdict.ABORT_OR_REJECT)
@@ -58,8 +56,7 @@ def test_verdicts_are_those_of_nav2(run, action, fields, code, early, verdict):
 @pytest.mark.parametrize(
     "changed", [{"robot": "nobody"}, {"action": "fly"}, {"goal_id": "0" * 32}, {"reply_to": "again"}]
 )
-def test_requests_without_a_server_or_an_id_of_their_own_are_rejected(run, changed):
-    """Nav2 has no goal to abort there either; an id that is sent again does nothing to the first goal."""
+def test_requests_without_a_server_or_a_new_id_are_rejected(run, changed):
     known = goal("wait", {"time": {"sec": 5}}, Verdict.ABORT)
     log = run((0.0, known), (1.0, known._replace(**({"reply_to": "bad"} | changed))))
 
@@ -67,8 +64,8 @@ def test_requests_without_a_server_or_an_id_of_their_own_are_rejected(run, chang
     assert (5.0, "SUCCEEDED") == log.changes(A)[-1]
 
 
-def test_a_robot_that_is_not_ready_aborts(make_run):
-    """Where no planner has announced itself, Nav2's navigator accepts, and fails."""
+def test_a_robot_that_is_not_ready_aborts_the_goal(make_run):
+    """Nav2's navigator accepts a goal and fails if no planner is there."""
     run = make_run({"robots": {"wall_e": {"at": [0, 0], "planner": "external"}}})
     log = run((0.0, goal("navigate_to_pose", {}, Verdict.ABORT)))
 
@@ -76,8 +73,7 @@ def test_a_robot_that_is_not_ready_aborts(make_run):
     assert "no" in log.result(A).error_msg
 
 
-def test_an_aborted_goal_leaves_the_executing_one_alone(run):
-    """It does not preempt, as Nav2's navigator goes on with the goal that it has."""
+def test_an_aborted_goal_does_not_preempt(run):
     bad = goal("navigate_to_pose", {"pose": ELSEWHERE}, Verdict.ABORT, B)
     log = run((0.0, goal("wait", {"time": {"sec": 5}}, Verdict.ABORT)), (1.0, bad))
 
@@ -85,7 +81,7 @@ def test_an_aborted_goal_leaves_the_executing_one_alone(run):
 
 
 def test_waypoints_in_unknown_frames_are_missed(run):
-    """Nav2's waypoint follower goes on with the next one; with the default verdict the goal is rejected."""
+    """Nav2's waypoint follower continues with the next waypoint."""
     fields = {"poses": [ELSEWHERE, {"pose": {"position": {"x": 5.0, "y": 2.0}}}]}
     log = run((0.0, goal("follow_waypoints", fields, Verdict.ABORT)))
     rejected = goal("follow_waypoints", fields, Verdict.REJECT, B)
@@ -98,7 +94,6 @@ def test_waypoints_in_unknown_frames_are_missed(run):
 @examples(20)
 @given(st.lists(st.tuples(st.sampled_from(NOT_EXECUTABLE), st.sampled_from(Verdict)), min_size=1, max_size=6))
 def test_runs_with_aborted_goals_replay(sent):
-    """A trace has what is needed to abort them again, and each accepted goal has one terminal status."""
     run = simulate(traced=True)
     ids = [f"{number:032x}" for number in range(1, len(sent) + 1)]
     log = run(*((float(i), goal(each[0], each[1], verdict, ids[i])) for i, (each, verdict) in enumerate(sent)))
@@ -109,8 +104,7 @@ def test_runs_with_aborted_goals_replay(sent):
         assert log.answer(goal_id).accepted == (["ABORTED"] == [status for _, status in log.changes(goal_id)][2:])
 
 
-def test_goals_that_can_be_executed_have_equal_traces():
-    """The verdict is in the trace only where it makes a difference."""
+def test_executable_goals_have_equal_traces():
     lines = []
     for verdict in (Verdict.REJECT, Verdict.ABORT):
         run = simulate(traced=True)

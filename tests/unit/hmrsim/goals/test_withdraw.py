@@ -1,4 +1,4 @@
-"""Requests for results whose senders have gone."""
+"""Requests for results that clients withdraw."""
 
 from __future__ import annotations
 
@@ -16,12 +16,10 @@ SEND = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=10)), GOAL)
 
 
 def ask(reply_to):
-    """Return the request for the result."""
     return GetResult("wall_e", "wait", GOAL, reply_to)
 
 
-def test_a_client_that_has_gone_is_not_answered():
-    """Others who wait for the same goal are."""
+def test_a_withdrawn_request_is_not_answered():
     gone, there = "gone", "there"
     log = simulate()((0, SEND), (1, ask(gone)), (1, ask(there)), (2, StopWaiting("wall_e", "wait", GOAL, (gone,))))
 
@@ -30,14 +28,12 @@ def test_a_client_that_has_gone_is_not_answered():
 
 
 def test_a_client_that_can_not_wait_is_answered_at_once():
-    """The answer has the current status of the goal."""
     log = simulate()((0, SEND), (1, ask("there")), (2, StopWaiting("wall_e", "wait", GOAL, ("there",), tell=True)))
 
     assert [ResultResponse(GoalStatus.EXECUTING, Wait.Result())] == log.answers("there")
 
 
-def test_too_late():
-    """Withdrawing a request that was answered, or one for an unknown goal, has no effect."""
+def test_withdrawing_an_answered_or_unknown_request_has_no_effect():
     log = simulate()(
         (0, SEND),
         (1, ask("there")),
@@ -48,8 +44,7 @@ def test_too_late():
     assert 1 == len(log.answers("there"))
 
 
-def test_no_trace():
-    """It is no command that a replay would need."""
+def test_a_withdrawal_is_not_traced():
     run = simulate(traced=True)
     run((0, SEND), (1, StopWaiting("wall_e", "wait", GOAL, ("there",))))
 

@@ -1,4 +1,4 @@
-"""What a message accepts, what it refuses, and what is in it when nothing is said."""
+"""The values that messages accept and reject, and their defaults."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 
 import hmrsim
+from hmrsim.interfaces import nav_msgs
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatus
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped, PoseWithCovariance, Quaternion, Vector3
@@ -43,6 +44,7 @@ from hmrsim.interfaces.nav2_msgs import (
     UndockRobot,
     Wait,
 )
+from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNED_SPEED, flaw
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Header
@@ -67,7 +69,6 @@ SAMPLES = {bool: True, int: 7, float: 0.1, str: "wall_e ✗"}
 
 
 def filled(cls: type[Message]) -> Message:
-    """Return a message with something in every field and in every list."""
     return cls(**{name: _value(field.annotation, field.metadata) for name, field in cls.model_fields.items()})
 
 
@@ -80,28 +81,24 @@ def _value(annotation: Any, metadata: list[Any]) -> Any:
 
 
 def test_every_field_has_a_default() -> None:
-    """A message can be created without arguments, as in ROS."""
     for name, cls in messages().items():
         assert cls() == cls.model_validate_json("{}"), name
 
 
 def test_default_survives_json() -> None:
-    """A message of defaults equals itself after a round trip through JSON."""
     for name, cls in messages().items():
         message = cls()
 
         assert message == cls.model_validate_json(message.model_dump_json()), name
 
 
-def test_the_plain_values_of_an_unbuilt_message_are_its_own() -> None:
-    """The values have all fields in order, and given fields unchanged."""
+def test_an_unbuilt_message_has_its_plain_values() -> None:
     for name, cls in messages().items():
         assert cls().model_dump_json().encode() == to_json(unbuilt(cls)), name
     assert to_json(unbuilt(Pickup.Goal, target_name="cup")) == Pickup.Goal(target_name="cup").model_dump_json().encode()
 
 
 def test_content_survives_json() -> None:
-    """A message with a value in every field equals itself after a round trip through JSON."""
     for name, cls in messages().items():
         message = filled(cls)
 
@@ -109,14 +106,12 @@ def test_content_survives_json() -> None:
 
 
 def test_unknown_field_is_rejected() -> None:
-    """An unknown field is an error instead of being ignored."""
     for name, cls in messages().items():
         with case(name), pytest.raises(ValidationError, match="Extra inputs are not permitted"):
             cls.model_validate_json('{"no_such_field": 1}')
 
 
 def test_class_has_a_docstring() -> None:
-    """Every message has a docstring, which schemas show."""
     assert [] == [name for name, cls in messages().items() if not vars(cls)["__doc__"]]
 
 
@@ -130,7 +125,6 @@ def test_class_has_a_docstring() -> None:
     ],
 )
 def test_ros_type(cls: type[Message], ros_type: str) -> None:
-    """The ROS type follows from the names of module and class."""
     assert ros_type == cls.ros_type
 
 
@@ -149,32 +143,27 @@ def test_ros_type(cls: type[Message], ros_type: str) -> None:
     ids=lambda value: value.ros_type if isinstance(value, Message) else "",
 )
 def test_defaults(message: Message, expected: dict[str, object]) -> None:
-    """Defaults are those of ROS: zero, empty, no rotation, or as defined."""
     assert expected == message.model_dump()
 
 
 def test_docking_defaults() -> None:
-    """A goal to dock uses the dock's name and drives to it by default."""
     goal = DockRobot.Goal()
 
     assert (goal.use_dock_id, goal.navigate_to_staging_pose, goal.max_staging_time) == (True, True, 1000.0)
 
 
 def test_defaults_are_not_shared() -> None:
-    """Two messages don't share a default list."""
     assert Grasp().allowed_touch_objects is not Grasp().allowed_touch_objects
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
-def test_not_finite_is_rejected(value: float) -> None:
-    """NaN and infinity are errors."""
+def test_infinite_values_are_rejected(value: float) -> None:
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         Vector3(x=value)
 
 
 @pytest.mark.parametrize("text", ["NaN", "Infinity", "-Infinity", "1e999"])
-def test_not_finite_is_rejected_in_json(text: str) -> None:
-    """NaN and infinity are errors also where JSON can spell them, at any depth."""
+def test_infinite_values_are_rejected_in_json(text: str) -> None:
     with pytest.raises(ValidationError, match="Input should be a finite number"):
         PoseStamped.model_validate_json(f'{{"pose": {{"position": {{"x": {text}}}}}}}')
 
@@ -195,13 +184,11 @@ def test_not_finite_is_rejected_in_json(text: str) -> None:
     ],
 )
 def test_wrong_type_is_rejected(cls: type[Message], text: str, error: str) -> None:
-    """A value of another type is an error; nothing is converted."""
     with pytest.raises(ValidationError, match=error):
         cls.model_validate_json(text)
 
 
 def test_whole_number_is_a_float() -> None:
-    """An integer of JSON is accepted as a float, and becomes one."""
     assert repr(Vector3.model_validate_json('{"x": 1}').x) == "1.0"
 
 
@@ -220,22 +207,17 @@ def test_whole_number_is_a_float() -> None:
     ],
 )
 class TestIntegers:
-    """Integers have the ranges of their ROS types."""
-
     def test_limits_are_accepted(self, integer: Any, least: int, most: int) -> None:
-        """The minimum and the maximum are accepted."""
         adapter = TypeAdapter[int](integer)
 
         assert [adapter.validate_python(value) for value in (least, most)] == [least, most]
 
-    def test_less_is_rejected(self, integer: Any, least: int, most: int) -> None:
-        """One less than the minimum is an error."""
+    def test_one_less_than_the_minimum_is_rejected(self, integer: Any, least: int, most: int) -> None:
         del most
         with pytest.raises(ValidationError, match="greater than or equal to"):
             TypeAdapter(integer).validate_python(least - 1)
 
-    def test_more_is_rejected(self, integer: Any, least: int, most: int) -> None:
-        """One more than the maximum is an error."""
+    def test_one_more_than_the_maximum_is_rejected(self, integer: Any, least: int, most: int) -> None:
         del least
         with pytest.raises(ValidationError, match="less than or equal to"):
             TypeAdapter(integer).validate_python(most + 1)
@@ -252,13 +234,11 @@ class TestIntegers:
     ],
 )
 def test_array_size_is_checked(cls: type[Message], values: dict[str, object], error: str) -> None:
-    """A fixed array has exactly its size, a bounded one at most its size, and items are validated."""
     with pytest.raises(ValidationError, match=error):
         cls(**values)
 
 
 def test_message_is_immutable() -> None:
-    """Fields of a message can't be set."""
     message = Vector3()
 
     with pytest.raises(ValidationError, match="Instance is frozen"):
@@ -266,7 +246,6 @@ def test_message_is_immutable() -> None:
 
 
 def test_statuses_are_those_of_a_goals_life() -> None:
-    """The message and hmrsim.protocol.goal have the same numbers of statuses."""
     assert {status.name: status.value for status in Status} == {
         name.removeprefix("STATUS_"): getattr(GoalStatus, name)
         for name in vars(GoalStatus)
@@ -302,18 +281,15 @@ def test_statuses_are_those_of_a_goals_life() -> None:
     ],
 )
 def test_error_codes(code: int, expected: int) -> None:
-    """Error codes are Nav2's and MoveIt's."""
     assert code == expected
 
 
 @pytest.mark.parametrize(("seconds", "sec", "nanosec"), [(1.5, 1, 500_000_000), (-0.25, -1, 750_000_000)])
 def test_duration_of_seconds(seconds: float, sec: int, nanosec: int) -> None:
-    """A duration is whole seconds, rounded down, and nanoseconds that are never negative."""
     assert Duration(sec=sec, nanosec=nanosec) == Duration.from_seconds(seconds)
 
 
-def test_import_builds_nothing() -> None:
-    """Importing all messages and their plain values builds no validator, and imports neither engine nor wire."""
+def test_imports_build_no_validator() -> None:
     root = Path(hmrsim.__file__).parents[1]
     done = subprocess.run([sys.executable, "-c", IMPORT_ALL], cwd=root, capture_output=True, text=True, check=True)
 
@@ -321,7 +297,47 @@ def test_import_builds_nothing() -> None:
 
 
 @pytest.mark.parametrize("kind", [int, str, list[int], dict[str, float], float | None])
-def test_a_field_of_no_type_of_ros_is_rejected(kind):
-    """The error is raised when the class is defined."""
+def test_a_field_that_ros_can_not_represent_is_rejected(kind):
     with pytest.raises(TypeError, match=r"/msg/.*Odd: field 'x' has no ROS type; use a Message, or one of"):
         type("Odd", (Message,), {"__annotations__": {"x": kind}, "__module__": "odd_msgs"})
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "wrong"),
+    [
+        (SECONDS, 0.0, ""),
+        (SECONDS, -0.5, "-0.5 s is not from 0 to 1e+09 s"),
+        (ANGLE, -6.28, ""),
+        (ANGLE, 1.7e308, "1.7e+308 rad is not from -10000 to 10000 rad"),
+        (SIGNED_SPEED, 0.0, ""),
+        (SIGNED_SPEED, -2.0, ""),
+        (SIGNED_SPEED, 5e-324, "4.94066e-324 units/s is not 0, or from 1e-09 to 1e+09 units/s, or its negative"),
+        (REAL_TIME_FACTOR, 5e-324, "4.94066e-324 is not 0, or from 1e-06 to 1e+06"),
+    ],
+)
+def test_a_value_out_of_range_is_reported_with_the_range(quantity, value, wrong):
+    assert wrong == quantity.flaw(value)
+
+
+@pytest.mark.parametrize(
+    ("message", "wrong"),
+    [
+        (NavigateToPose.Goal(), ""),
+        (Spin.Goal(target_yaw=1e5), "target_yaw: 100000 rad is not from -10000 to 10000 rad"),
+        (
+            DriveOnHeading.Goal(speed=1e-10),
+            "speed: 1e-10 units/s is not 0, or from 1e-09 to 1e+09 units/s, or its negative",
+        ),
+        (
+            FollowPath.Goal(
+                path=nav_msgs.Path(
+                    poses=[PoseStamped(), PoseStamped.model_validate({"pose": {"orientation": {"z": 1e7}}})]
+                )
+            ),
+            "path.poses.1.pose.orientation.z: 1e+07 is not from -1e+06 to 1e+06",
+        ),
+        (Quaternion(w=-1e300), "w: -1e+300 is not from -1e+06 to 1e+06"),
+    ],
+)
+def test_a_message_is_reported_with_the_path_to_its_value(message, wrong):
+    assert wrong == flaw(message)

@@ -1,4 +1,4 @@
-"""The worlds that hmrsim brings along."""
+"""The worlds that are shipped with hmrsim."""
 
 from __future__ import annotations
 
@@ -32,29 +32,25 @@ NAVIGATE = registry()["navigate_to_pose"]
     scope="module",
 )
 def name(request):
-    """Return the bare name of a shipped world."""
     return request.param
 
 
 @pytest.fixture(scope="module")
 def loaded(name):
-    """Return a shipped world."""
     return shipped(name)
 
 
 def places(world):
-    """Return where robots go: the points of all places and docks, or of waypoints where there are none."""
+    """Return the points of all places and docks, or of waypoints if there are none."""
     points = [place.at for place in (*world.places.values(), *world.docks.values())]
     return points or [*world.waypoints.values()]
 
 
 def go(x, y):
-    """Return a goal for navigate_to_pose."""
     return NAVIGATE.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
 
 
-def test_what_is_shipped():
-    """The folder has these worlds and a zoo, and nothing else that would be taken for one."""
+def test_the_folder_has_exactly_these_worlds():
     zoo = ["charger_queue", "corridor_swap", "crossing", "dead_end", "door", "lift", "token_swap"]
 
     assert [
@@ -70,16 +66,14 @@ def test_what_is_shipped():
     ] == list(shipped_maps())
 
 
-def test_files_are_completed_by_editors(loaded):
-    """The first line names the schema."""
+def test_the_first_line_names_the_schema(loaded):
     first, _, _ = loaded.path.read_text(encoding="utf-8").partition("\n")
 
     assert first == "# yaml-language-server: $schema=../schemas/world.schema.json"
     assert (folder("maps") / "../schemas/world.schema.json").is_file()
 
 
-def test_everything_is_reached_from_everywhere(loaded):
-    """A route leads from each place, dock and start of a robot to each other."""
+def test_routes_connect_all_places(loaded):
     graph = WaypointGraph(loaded.world)
     points = [*places(loaded.world), *(loaded.world.point(robot.at) for robot in loaded.world.robots.values())]
     points = [*dict.fromkeys(points)]
@@ -89,8 +83,7 @@ def test_everything_is_reached_from_everywhere(loaded):
     assert len(points) == sum(not route.legs for route in routes)
 
 
-def test_every_robot_drives(loaded):
-    """All robots set out at once, and each arrives if no robot, door, fault or script interferes."""
+def test_every_robot_arrives_without_interference(loaded):
     log = Log(frozenset())
     robots = {name: robot.model_copy(update={"script": ()}) for name, robot in loaded.world.robots.items()}
     empty = {"robots": robots, "traffic": Traffic(policy="free"), "doors": {}, "faults": ()}

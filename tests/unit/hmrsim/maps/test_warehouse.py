@@ -1,4 +1,4 @@
-"""The warehouse: a hundred robots that have something to do."""
+"""The warehouse, with its hundred busy robots."""
 
 from __future__ import annotations
 
@@ -24,17 +24,15 @@ GENERATOR = ROOT / "tools" / "generate_warehouse.py"
 
 @pytest.fixture(scope="module")
 def world():
-    """Return the warehouse."""
     return shipped("warehouse").world
 
 
 def orders(robot):
-    """Return the script of a robot as words and what they are about."""
     return [order.partition(" ")[::2] for order in robot.script]
 
 
 def grabs(world):
-    """Yield who grabs what, and where it stands then."""
+    """Yield each grab as (robot, item, position of the robot)."""
     for robot in world.robots.values():
         at = world.point(robot.at)
         for word, what in orders(robot):
@@ -44,15 +42,13 @@ def grabs(world):
                 yield robot, what, at
 
 
-def test_file_is_what_the_generator_writes():
-    """The file and its generator are changed together."""
+def test_the_file_is_up_to_date_with_its_generator():
     module = runpy.run_path(str(GENERATOR))
 
     assert module["FILE"].read_text(encoding="utf-8") == module["generate"]()
 
 
-def test_fleet(world):
-    """There are a hundred robots of seven types."""
+def test_there_are_a_hundred_robots_of_seven_types(world):
     assert {
         "picker": 36,
         "shuttle": 16,
@@ -64,15 +60,13 @@ def test_fleet(world):
     } == Counter(robot.type for robot in world.robots.values())
 
 
-def test_types_differ(world):
-    """No two types are as fast and carry the same."""
+def test_types_differ_in_speed_or_load(world):
     kinds = [(kind.base.speed, str(kind.components)) for kind in world.robot_types.values()]
 
     assert len(kinds) == len(set(kinds)) == 7
 
 
 def test_parked_robots_have_room(world):
-    """At the start no robot touches another, nor the way of one that passes by."""
     parked = [(world.point(robot.at), world.robot_type(robot).base.radius) for robot in world.robots.values()]
 
     assert all(dist(a, b) > r + s for (a, r), (b, s) in combinations(parked, 2))
@@ -80,13 +74,12 @@ def test_parked_robots_have_room(world):
 
 
 def _driven_through(world):
-    """Return the waypoints that are no end of the road."""
+    """Return the waypoints that are no end of a road."""
     degree = Counter(name for lane in world.lanes for name in (lane.from_, lane.to))
     return [point for name, point in world.points.items() if degree[name] > 1]
 
 
-def test_every_robot_has_something_to_do(world):
-    """Every script is of words that robots know, and ends where the robot was parked, or at a charger."""
+def test_every_script_ends_at_the_start_or_a_charger(world):
     words = {word for robot in world.robots.values() for word, _ in orders(robot)}
     docked = [name for name, robot in world.robots.items() if robot.script[-1].startswith("Dock charger_")]
 
@@ -96,7 +89,6 @@ def test_every_robot_has_something_to_do(world):
 
 
 def test_every_grab_can_be_done(world):
-    """What a script grabs is in reach, not too heavy, not grabbed by another robot, and put down again."""
     taken = Counter()
     for robot, what, at in grabs(world):
         item, claw = world.items[what], world.robot_type(robot).components["claw"]
@@ -109,7 +101,6 @@ def test_every_grab_can_be_done(world):
 
 @pytest.fixture(scope="module")
 def shift(world):
-    """Return the simulator after all scripts, and what happened."""
     log = Log(frozenset({Topic.EVENTS}))
     simulator = Simulator(world, sinks=[log])
     simulator.run_scripts()
@@ -117,7 +108,6 @@ def shift(world):
 
 
 def test_every_script_is_carried_out(world, shift):
-    """All robots finish their scripts in some half an hour of virtual time, and no two are in the same place."""
     simulator, _ = shift
 
     scripts = simulator.scripts.all
@@ -125,15 +115,13 @@ def test_every_script_is_carried_out(world, shift):
     assert ("reserve", 1869.9) == (world.policy, round(simulator.now, 1))
 
 
-def test_robots_wait_for_each_other_but_not_for_ever(shift):
-    """There is traffic, and no deadlock that would have to be untied."""
+def test_robots_wait_but_never_deadlock(shift):
     kinds = Counter(event.kind for event in shift[1])
 
     assert (130, 0) == (kinds["went_on"], kinds["deadlock"])
 
 
-def test_every_robot_has_a_battery_that_lasts(world, shift):
-    """No robot is stopped by an empty battery, and those that count shelves charge at the end."""
+def test_no_battery_runs_empty(world, shift):
     kinds = Counter(event.kind for event in shift[1])
 
     assert all("battery" in world.robot_type(robot).components for robot in world.robots.values())
@@ -141,7 +129,6 @@ def test_every_robot_has_a_battery_that_lasts(world, shift):
 
 
 def test_all_but_the_bays_is_one_way(world):
-    """No two robots meet head-on, and all lanes have a speed limit."""
     both_ways = {lane.to for lane in world.lanes if not lane.one_way}
 
     assert {*world.docks} | {robot.at for robot in world.robots.values()} <= both_ways

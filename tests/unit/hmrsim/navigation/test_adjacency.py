@@ -1,4 +1,4 @@
-"""The arrays of lanes, against the ways of the world one by one."""
+"""The arrays of lanes, compared with the lanes of the world."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ lifts = st.lists(st.lists(st.sampled_from(NAMES), min_size=2, max_size=3, unique
 
 @st.composite
 def worlds(draw):
-    """Draw worlds of lanes in one direction or both, some with limits, and of lifts."""
     drawn = draw(lanes)
     return World.model_validate(
         {
@@ -43,13 +42,11 @@ def worlds(draw):
 
 
 def sorted_ways(world):
-    """Return the ways of a world in order."""
     return sorted(world.ways, key=lambda way: (way.start, way.end))
 
 
 @given(worlds())
-def test_ways_are_numbered_by_name(world):
-    """Each has the length, limit and ride that the world says."""
+def test_lanes_are_numbered_by_name(world):
     made = Lanes(world)
     legs = [edge.leg for edge in made.edges]
 
@@ -62,8 +59,7 @@ def test_ways_are_numbered_by_name(world):
 
 
 @given(worlds())
-def test_both_directions_have_a_slot_in_common(world):
-    """Slots of lanes follow those of waypoints, in order of the first way of each."""
+def test_both_directions_share_a_slot(world):
     made = Lanes(world)
     tracks: dict[frozenset[str], int] = {}
     for way in sorted_ways(world):
@@ -80,8 +76,7 @@ def test_both_directions_have_a_slot_in_common(world):
 
 
 @given(worlds())
-def test_ways_are_found_by_their_ends(world):
-    """By names, by where they begin, and by where they end."""
+def test_lanes_are_found_by_their_ends(world):
     made, expected = Lanes(world), [(way.start, way.end) for way in sorted_ways(world)]
 
     assert expected == [*made.numbers]
@@ -95,22 +90,20 @@ def test_ways_are_found_by_their_ends(world):
 
 
 @given(worlds(), st.sampled_from([0.25, 1.0, 3.0]))
-def test_all_ways_at_once_take_as_long_as_one_by_one(world, speed):
-    """To the last bit: ties between routes depend on it."""
+def test_durations_of_all_lanes_equal_those_of_each(world, speed):
+    """Durations are equal to the last bit, because ties between routes depend on it."""
     ways = Adjacency(world)
 
     assert [way.seconds(speed) for way in sorted_ways(world)] == ways.seconds(speed).tolist()
 
 
-def test_names_that_are_not_there_are_no_ways():
-    """As in any mapping."""
+def test_unknown_names_are_no_lanes():
     numbers = Numbers(Adjacency(World.model_validate({"waypoints": {"a": [0, 0]}})))
 
     assert (None, 0) == (numbers.get(("a", "b")), len(numbers))
 
 
-def test_of_two_ways_between_the_same_waypoints_the_last_one_counts():
-    """A ride is after all lanes."""
+def test_the_last_of_two_lanes_between_the_same_waypoints_counts():
     world = World.model_validate(
         {
             "waypoints": {"a": [0, 0], "b": [3, 4]},

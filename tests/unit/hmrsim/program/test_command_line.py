@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import logging
 
 import pytest
 
 from hmrsim.program.command_line import CommandParser, variable_of
+from hmrsim.program.log_options import LineFormatter, add_log_options, log_level, logging_to_stderr
 
 
 @pytest.fixture
 def parser():
-    """Return a parser with options of every kind."""
     made = CommandParser(prog="prog")
     made.add_argument("--seed", type=int, default=7)
     made.add_argument("--mode", choices=["peer", "client"])
@@ -27,44 +28,38 @@ def parser():
 NEEDED = ["--names", "a"]
 
 
-def test_the_environment_comes_before_the_default(parser, monkeypatch):
-    """A variable gives the option's value, of the option's type."""
+def test_a_variable_overrides_the_default(parser, monkeypatch):
     monkeypatch.setenv("HMRSIM_REAL_TIME_FACTOR", "2.5")
 
     assert 2.5 == parser.parse_args(NEEDED).real_time_factor
 
 
 @pytest.mark.parametrize("words", [["--seed", "3"], ["--seed=3"]], ids=" ".join)
-def test_the_command_line_comes_before_the_environment(parser, monkeypatch, words):
-    """The command line wins, even over an invalid variable."""
+def test_the_command_line_overrides_the_environment(parser, monkeypatch, words):
     monkeypatch.setenv("HMRSIM_SEED", "many")
 
     assert 3 == parser.parse_args([*NEEDED, *words]).seed
 
 
-def test_an_empty_variable_is_none(parser, monkeypatch):
-    """An empty variable leaves the default."""
+def test_an_empty_variable_leaves_the_default(parser, monkeypatch):
     monkeypatch.setenv("HMRSIM_SEED", "")
 
     assert 7 == parser.parse_args(NEEDED).seed
 
 
-def test_repeatable_options_take_commas(parser, monkeypatch):
-    """Several values are separated by commas; spaces are ignored."""
+def test_a_variable_lists_values_with_commas(parser, monkeypatch):
     monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1, tcp/b:2,")
 
     assert ["tcp/a:1", "tcp/b:2"] == parser.parse_args(NEEDED).connect
 
 
-def test_the_command_line_does_not_add_to_the_environment(parser, monkeypatch):
-    """A repeatable option on the line replaces what the variable lists."""
+def test_a_repeatable_option_replaces_the_variable(parser, monkeypatch):
     monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1")
 
     assert ["tcp/b:2"] == parser.parse_args([*NEEDED, "--connect", "tcp/b:2"]).connect
 
 
-def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
-    """A required option may be set by its variable."""
+def test_a_variable_can_set_a_required_option(parser, monkeypatch):
     monkeypatch.setenv("HMRSIM_NAMES", "a,b")
 
     assert ["a", "b"] == parser.parse_args([]).names
@@ -78,8 +73,7 @@ def test_a_variable_is_enough_for_a_required_option(parser, monkeypatch):
         ("HMRSIM_MODE", "klient", "prog: error: HMRSIM_MODE: no mode 'klient'; did you mean 'client'?\n"),
     ],
 )
-def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
-    """The error has the variable, its value and what is expected; the exit code is 2."""
+def test_an_invalid_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
     monkeypatch.setenv(variable, value)
 
     with pytest.raises(SystemExit, match="2"):
@@ -91,10 +85,7 @@ def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, e
     ("words", "error"),
     [
         ([], "prog: error: the following arguments are required: --names; see prog --help\n"),
-        (
-            [*NEEDED, "--seed", "x"],
-            "prog: error: argument --seed: 'x' is not a whole number; see prog --help\n",
-        ),
+        ([*NEEDED, "--seed", "x"], "prog: error: argument --seed: 'x' is not a whole number; see prog --help\n"),
         ([*NEEDED, "--sed", "1"], "prog: error: unrecognized arguments: --sed; did you mean --seed?\n"),
         (
             [*NEEDED, "--mode", "x"],
@@ -107,14 +98,12 @@ def test_a_bad_variable_is_named(parser, monkeypatch, capsys, variable, value, e
     ],
 )
 def test_wrong_use_is_one_line(parser, capsys, words, error):
-    """The line names the error and the help; the exit code is 2."""
     with pytest.raises(SystemExit, match="2"):
         parser.parse_args(words)
     assert error == capsys.readouterr().err
 
 
 def test_a_command_rejects_unknown_arguments(capsys):
-    """The help of the command has its options, not that of the program."""
     program = CommandParser(prog="prog")
     program.add_subparsers().add_parser("run")
 
@@ -123,8 +112,7 @@ def test_a_command_rejects_unknown_arguments(capsys):
     assert "prog run: error: unrecognized arguments: --fast; see prog run --help\n" == capsys.readouterr().err
 
 
-def test_help_comes_whatever_the_environment_says(parser, monkeypatch, capsys):
-    """A user who has set a bad variable can still read which values are valid."""
+def test_help_ignores_invalid_variables(parser, monkeypatch, capsys):
     monkeypatch.setenv("HMRSIM_SEED", "many")
 
     with pytest.raises(SystemExit, match="0"):
@@ -141,13 +129,46 @@ def test_per_run_options_have_no_variable(parser, monkeypatch):
     assert ([], False) == (args.robot, args.json)
 
 
-def test_a_point_is_not_an_option(parser):
-    """Negative coordinates can be typed as they are."""
+def test_negative_coordinates_are_no_options(parser):
     assert "-3,4.5" == parser.parse_args([*NEEDED, "--seed", "1", "-3,4.5"]).place
 
 
-def test_the_name_of_a_variable():
-    """The variable is the option in capitals, with underscores."""
+def test_variables_are_named_after_options():
     action = argparse.ArgumentParser().add_argument("-f", "--feedback-rate")
 
     assert "HMRSIM_FEEDBACK_RATE" == variable_of(action)
+
+
+@pytest.fixture
+def log_parser():
+    made = CommandParser()
+    add_log_options(made)
+    return made
+
+
+@pytest.mark.parametrize(("words", "level"), [([], logging.WARNING), (["--log-level", "debug"], logging.DEBUG)])
+def test_the_default_level_is_warning(log_parser, words, level):
+    assert level == log_level(log_parser.parse_args(words))
+
+
+def test_a_variable_sets_the_level(log_parser, monkeypatch):
+    monkeypatch.setenv("HMRSIM_LOG_LEVEL", "error")
+
+    assert logging.ERROR == log_level(log_parser.parse_args([]))
+
+
+def test_records_at_the_level_go_to_stderr(log_parser, capsys):
+    log = logging.getLogger("hmrsim_zenoh.some_module")
+    with logging_to_stderr(log_parser.parse_args(["--log-level", "info"])):
+        log.debug("too small")
+        log.info("told")
+    log.error("too late")
+
+    captured = capsys.readouterr()
+    assert ("", "[INFO] told\n") == (captured.out, captured.err.replace("too late\n", ""))
+
+
+def test_only_long_lines_are_cut():
+    record = logging.LogRecord("hmrsim", logging.INFO, __file__, 1, "first\n%s\nlast", ("x" * 3000,), None)
+
+    assert f"first\n{'x' * 2000} … (3000 characters)\nlast" == LineFormatter("%(message)s").format(record)

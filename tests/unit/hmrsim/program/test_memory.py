@@ -17,14 +17,13 @@ WORLD = {"waypoints": {"a": [0, 0]}, "robots": {"ann": {"at": "a"}}}
 
 @pytest.fixture(autouse=True)
 def thresholds():
-    """Restore the settings of the process afterwards."""
     before = gc.get_threshold()
     yield
     gc.set_threshold(*before)
 
 
-def test_the_runs_of_tests_do_not_grow_old():
-    """Finished runs are freed without traversing everything that is loaded."""
+def test_finished_runs_are_freed_cheaply():
+    """A collection must not traverse everything that is loaded."""
     gc.set_threshold(700, 10, 10)
     with simulation(WORLD):
         pass
@@ -37,8 +36,7 @@ def test_the_runs_of_tests_do_not_grow_old():
 
 
 @pytest.mark.parametrize("own", [(0, 10, 10), (100_000, 1, 1)])
-def test_rarer_settings_are_kept(own):
-    """The user may have chosen them."""
+def test_less_frequent_collections_are_kept(own):
     gc.set_threshold(*own)
     collect_runs_young()
 
@@ -47,7 +45,7 @@ def test_rarer_settings_are_kept(own):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's /proc")
 def test_free_memory_is_returned_once_a_minute(monkeypatch):
-    """Free memory is returned even though the most recent allocation is still in use."""
+    """The heap shrinks even if its most recent allocation is in use."""
     now = [0.0]
     monkeypatch.setattr(memory.time, "monotonic", lambda: now[0])
     heap = memory.Heap()

@@ -1,4 +1,4 @@
-"""Handling of signals."""
+"""Signal handlers of programs and commands."""
 
 import queue
 import signal
@@ -11,8 +11,7 @@ from tests.patience import PATIENCE
 
 
 @pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_is_heard_while_the_main_thread_waits(number):
-    """This includes signals to another thread, and signals just before the wait."""
+def test_a_signal_wakes_the_waiting_main_thread(number):
     heard: queue.SimpleQueue[int] = queue.SimpleQueue()
     waits = threading.Event()
 
@@ -27,8 +26,7 @@ def test_a_signal_is_heard_while_the_main_thread_waits(number):
         assert number == heard.get(timeout=PATIENCE)
 
 
-def test_the_inner_of_two_hears_and_then_the_outer():
-    """The handler of the program's start is replaced by that of its command."""
+def test_the_inner_handler_replaces_the_outer():
     outer: queue.SimpleQueue[int] = queue.SimpleQueue()
     inner: queue.SimpleQueue[int] = queue.SimpleQueue()
     with on_signals(outer.put):
@@ -41,8 +39,7 @@ def test_the_inner_of_two_hears_and_then_the_outer():
     assert signal.SIGINT == outer.get_nowait()
 
 
-def test_handlers_are_as_before():
-    """The handlers are restored at the end of the context."""
+def test_handlers_are_restored():
     before = [signal.getsignal(number) for number in SIGNALS]
     with on_signals(lambda _number: None):
         pass

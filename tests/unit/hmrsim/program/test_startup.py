@@ -1,4 +1,4 @@
-"""Commands load what they work with when they run, not for ``--help``."""
+"""Checks that commands import their dependencies late."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ print(sorted({heavy} & {{*sys.modules}}))
 
 
 def postponed(parser):
-    """Yield the functions that a program's commands import later."""
     if hasattr(parser, "load"):
         parser.load()
     yield from parser._defaults.values()
@@ -46,8 +45,7 @@ def postponed(parser):
         ("bt_controller.cli", {"networkx", "py_trees", "pydantic", "rich", "simpy", "yaml", "zenoh"}),
     ],
 )
-def test_help_loads_nothing_that_a_command_works_with(package, heavy):
-    """No simulation, display or writer of files is loaded."""
+def test_help_imports_no_dependency_of_a_command(package, heavy):
     program = HELP_OF_ALL.format(package=package, heavy=heavy)
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
 
@@ -55,8 +53,7 @@ def test_help_loads_nothing_that_a_command_works_with(package, heavy):
 
 
 @pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
-def test_later_functions_exist(program):
-    """Each name refers to a function."""
+def test_late_imports_exist(program):
     later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
 
     assert len(later) > 1

@@ -22,6 +22,5 @@ HELPER = ("/home/ada/helper.py", 9)
         ([], ""),
     ],
 )
-def test_the_place_is_the_innermost_one_of_the_users_code(frames, expected):
-    """Without such a frame, it is the innermost frame; without frames, there is no place."""
+def test_the_place_is_the_innermost_frame_of_the_user_s_code(frames, expected):
     assert expected == place_in(frames)

@@ -1,4 +1,4 @@
-"""The transition table of goals, row by row."""
+"""The state machine of goals."""
 
 from __future__ import annotations
 
@@ -22,8 +22,7 @@ LEGAL = {
 
 @pytest.mark.parametrize("status", GoalStatus)
 @pytest.mark.parametrize("event", GoalEvent)
-def test_every_pair_of_status_and_event_is_as_rcl_action_has_it(status, event):
-    """A pair in rcl's table leads where it says; every other pair is refused."""
+def test_transitions_are_those_of_rcl_action(status, event):
     expected = LEGAL.get((status.name, event.name))
 
     if expected is None:
@@ -33,8 +32,7 @@ def test_every_pair_of_status_and_event_is_as_rcl_action_has_it(status, event):
         assert expected == next_status(status, event).name
 
 
-def test_the_table_has_no_row_beyond_rcl_action():
-    """There are eight legal transitions."""
+def test_the_table_has_no_other_transitions():
     assert len(LEGAL) == len(TRANSITIONS)
 
 
@@ -51,28 +49,23 @@ def test_the_table_has_no_row_beyond_rcl_action():
     ],
 )
 def test_statuses_have_the_numbers_of_action_msgs(status, number):
-    """The numbers are those of action_msgs/msg/GoalStatus."""
     assert number == GoalStatus[status]
 
 
 def test_only_accepted_and_executing_goals_are_cancelable():
-    """A goal that is canceling may not be canceled again."""
     assert ["ACCEPTED", "EXECUTING"] == [status.name for status in GoalStatus if status.cancelable]
 
 
 def test_three_statuses_are_terminal():
-    """SUCCEEDED, CANCELED and ABORTED end a goal."""
     assert ["SUCCEEDED", "CANCELED", "ABORTED"] == [status.name for status in GoalStatus if status.terminal]
 
 
 @given(st.uuids())
 def test_a_goal_id_may_have_hyphens_and_capitals(uuid):
-    """All spellings of a UUID are one id: 32 lower-case hex digits."""
     assert uuid.hex == parse_goal_id(str(uuid).upper()) == parse_goal_id(uuid.hex)
 
 
 @pytest.mark.parametrize("text", ["", "abc", "g" * 32, "0" * 31, "0" * 33, "{" + "0" * 32 + "}", " " + "0" * 32])
-def test_other_text_is_no_goal_id(text):
-    """What is not 32 hex digits is refused, and shown."""
+def test_invalid_goal_ids_are_rejected(text):
     with pytest.raises(ValueError, match="is not a UUID of 32 hex digits"):
         parse_goal_id(text)

@@ -1,4 +1,4 @@
-"""Promises of every registered service."""
+"""The guarantees of every service in the registry."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ def service(request):
 
 
 def read(service, values):
-    """Return a request as the wire reads it."""
     return service.request.model_validate_json(json.dumps(values))
 
 
@@ -39,19 +38,19 @@ def answer(service):
     return run.log.answer("asked")
 
 
-def test_a_service_answers_its_example_at_once_and_once(service, answer):
-    """step_simulation rejects its example, as the simulation is not paused."""
+def test_it_answers_its_example_at_once_and_once(service, answer):
+    """The simulation is not paused, so step_simulation rejects its example."""
     assert isinstance(answer, service.response)
     if hasattr(answer, "result"):
         expected = Result.RESULT_OPERATION_FAILED if service.name == "step_simulation" else Result.RESULT_OK
         assert expected == answer.result.result, answer.result.error_message
 
 
-def test_an_answer_survives_json(service, answer):
+def test_its_answer_survives_json(service, answer):
     assert answer == service.response.model_validate_json(answer.model_dump_json())
 
 
-def test_an_empty_request_has_the_defaults_of_ros(service):
+def test_an_empty_request_is_answered(service):
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, {}), "asked"))
 
@@ -63,15 +62,14 @@ def test_an_unknown_field_is_rejected(service):
         read(service, {"no_such_field": 1})
 
 
-def test_service_request_and_response_have_one_ros_type(service):
+def test_its_ros_type_is_that_of_its_messages(service):
     assert [f"{service.ros_type}_{part}" for part in ("Request", "Response")] == [
         service.request.ros_type,
         service.response.ros_type,
     ]
 
 
-def test_a_service_is_deterministic(service):
-    """A replay has to repeat it."""
+def test_it_is_deterministic(service):
     logs = []
     for _ in range(2):
         run = simulate(WORLD)
@@ -82,7 +80,7 @@ def test_a_service_is_deterministic(service):
     assert logs[0] == logs[1]
 
 
-def test_a_service_that_replays_skip_publishes_no_events(service):
+def test_queries_publish_no_events(service):
     run = simulate(WORLD)
     run.simulator.submit(CallService(service.name, read(service, service.example), "asked"))
 

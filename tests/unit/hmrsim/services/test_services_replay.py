@@ -1,4 +1,4 @@
-"""Effects of services are in the trace, and a replay repeats them."""
+"""Replays of runs in which services changed the world."""
 
 from __future__ import annotations
 
@@ -24,7 +24,6 @@ def go(robot, x):
 
 
 def steps(number):
-    """Return the command that makes steps with feedback."""
     return SendGoal("_world", "simulate_steps", actions()["simulate_steps"].goal(steps=number), "c" * 32)
 
 
@@ -55,7 +54,7 @@ STORIES = {
 
 
 def play(story, **settings):
-    """Return the trace of a simulation with these commands, and the seconds between them."""
+    """Return the trace of a run; each command comes some seconds after the one before."""
     run = simulate(WORLD, topics=frozenset(), traced=True, **settings)
     for after, what in story:
         run.simulator.advance(run.simulator.now + after)
@@ -69,7 +68,7 @@ def play(story, **settings):
 
 
 @pytest.mark.parametrize("story", STORIES.values(), ids=STORIES)
-def test_a_replay_does_the_same(story):
+def test_a_replay_equals_the_original(story):
     outcome = replay(play(story).splitlines(keepends=True))
 
     assert None is outcome.difference
@@ -82,11 +81,10 @@ def test_a_replay_makes_steps_of_the_same_size():
     assert None is outcome.difference
 
 
-def test_a_loaded_world_is_in_the_trace():
-    """A replay does not need the file."""
+def test_a_replay_needs_no_file_of_a_loaded_world():
     assert r"\"scenario 1\"" in play(STORIES["load"])
 
 
-def test_queries_and_failed_loads_are_not_in_the_trace():
+def test_queries_and_failed_loads_are_not_traced():
     assert "no_such_world" not in play(STORIES["load in vain"])
     assert "get_entities" not in play(STORIES["load"])

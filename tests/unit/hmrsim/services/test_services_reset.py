@@ -1,4 +1,4 @@
-"""Resets of the whole simulation, or of a part."""
+"""Resetting the simulation, in whole or in part."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ SCRIPTED = SMALL_WORLD | {
 
 
 def send(action, goal, robot="wall_e", goal_id=GOAL):
-    """Return the command that sends a goal in plain values."""
     return SendGoal(robot, action, actions()[action].goal.model_validate(goal), goal_id, reply_to=goal_id)
 
 
@@ -35,7 +34,6 @@ def go(x=9.0, y=2.0, **more):
 
 
 def reset(run, scope=0):
-    """Reset the simulation; return the result."""
     return run.ask("reset_simulation", {"scope": scope}).result
 
 
@@ -46,7 +44,7 @@ def spawn(run, name="bob"):
 
 class TestGoals:
     @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
-    def test_running_goals_are_aborted_with_the_reason(self, run, scope):
+    def test_running_goals_are_aborted(self, run, scope):
         run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
         reset(run, scope)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -55,7 +53,7 @@ class TestGoals:
         assert "the simulation was reset" == run.log.answer("waiting").result.error_msg
         assert GoalStatus.ABORTED is run.log.answer("later").status
 
-    def test_a_goal_just_accepted_is_aborted_before_its_robot_starts(self, run):
+    def test_a_goal_accepted_at_the_same_instant_is_aborted(self, run):
         run.simulator.submit(go())
         reset(run)
         run.simulator.run()
@@ -63,7 +61,7 @@ class TestGoals:
         assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING"), (0.0, "ABORTED")] == run.log.changes(GOAL)
         assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_results_of_ended_goals_stay_available(self, run):
+    def test_results_of_ended_goals_are_kept(self, run):
         run((0.0, go()))
         reset(run)
         run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
@@ -78,14 +76,15 @@ class TestGoals:
 
         assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (GOAL, NEXT)]
 
-    def test_a_goal_after_a_reset_takes_as_long_as_in_a_new_simulation(self, run):
+    def test_a_goal_after_it_takes_as_long_as_before(self, run):
         run((0.0, go()), until=3.0)
         reset(run)
         run((0.0, go(goal_id=NEXT)))
 
         assert (8.0, "SUCCEEDED") == run.log.changes(NEXT)[-1]
 
-    def test_generated_ids_are_never_repeated(self, run):
+    def test_generated_ids_are_never_reused(self, run):
+        """The result of an old goal is still kept under its id."""
         run.simulator.submit(go()._replace(goal_id=None))
         reset(run)
         run.simulator.submit(go()._replace(goal_id=None, reply_to="second"))
@@ -95,21 +94,21 @@ class TestGoals:
 
 class TestTime:
     @pytest.mark.parametrize(("scope", "now"), [(0, 0.0), (ALL, 0.0), (TIME, 0.0), (STATE, 1.5), (SPAWNED, 1.5)])
-    def test_time_is_0_again_only_if_requested(self, run, scope, now):
+    def test_time_is_0_again(self, run, scope, now):
         run((0.0, go()), until=1.5)
         reset(run, scope)
 
         assert now == run.simulator.now
         assert (scope in (0, ALL, TIME)) == (run.simulator.generation == 1)
 
-    def test_a_reset_of_time_moves_no_robot(self, run):
+    def test_a_robot_stays_where_it_is(self, run):
         run((0.0, go()), until=1.5)
         reset(run, TIME)
         run.simulator.run()
 
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
 
-    def test_the_first_sample_after_a_reset_is_due_after_a_tenth_of_a_second(self):
+    def test_samples_restart(self):
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.advance(1.55)
         reset(run, TIME)
@@ -118,7 +117,7 @@ class TestTime:
 
         assert [0.1, pytest.approx(0.2), pytest.approx(0.3)] == [time for time, _ in run.log.events]
 
-    def test_the_clock_is_published_after_a_reset_even_if_unchanged(self):
+    def test_the_clock_is_published_once_more(self):
         run = simulate(topics=frozenset({Topic.CLOCK}))
         run.simulator.settle()
         run.simulator.advance(0.05)
@@ -127,7 +126,7 @@ class TestTime:
 
         assert 2 == len([event for _, event in run.log.events if isinstance(event, Sampled)])
 
-    def test_a_paused_simulation_stays_paused_at_0(self, run):
+    def test_a_paused_simulation_stays_paused(self, run):
         run.simulator.advance(1.5)
         run.ask("set_simulation_state", {"state": {"state": 2}})
         reset(run)
@@ -135,26 +134,21 @@ class TestTime:
 
         assert (0.0, 2) == (run.simulator.now, run.ask("get_simulation_state").state.state)
 
-    def test_a_script_that_has_not_started_fails_at_a_reset_instead_of_hanging(self):
+    @pytest.mark.parametrize("at", [0.0, 1.5])
+    def test_a_script_fails_unless_the_state_is_reset(self, at):
+        """Even the first goal of a script that has not begun is aborted, so that the script does not hang."""
         run = simulate(SCRIPTED)
-        reset(run, TIME)
-        run.simulator.run()
-
-        assert (ScriptState.FAILED, 0.0) == (run.simulator.scripts.all["wall_e"].state, run.simulator.now)
-
-    def test_a_script_ends_at_a_reset_of_time_alone(self):
-        run = simulate(SCRIPTED)
-        run.simulator.advance(1.5)
+        run.simulator.advance(at)
         reset(run, TIME)
         run.simulator.run()
 
         script = run.simulator.scripts.all["wall_e"]
-        assert (ScriptState.FAILED, 0.0) == (script.state, script.ended)
+        assert (ScriptState.FAILED, 0.0, 0.0) == (script.state, script.ended, run.simulator.now)
         assert "'Go shelf' ended ABORTED: the simulation was reset" == script.error
 
 
 class TestState:
-    def test_robots_return_to_their_start_without_items(self, run):
+    def test_robots_return_to_their_start(self, run):
         run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
         reset(run, STATE)
 
@@ -173,7 +167,6 @@ class TestState:
         assert (0.0, "SUCCEEDED") == run.log.changes(GOAL)[-1]
 
     def test_a_deleted_robot_whose_name_is_taken_stays_deleted(self, run):
-        """It is back once the other one is removed."""
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e")
         reset(run, STATE)
@@ -182,14 +175,14 @@ class TestState:
 
         assert ("carrier", "nurse") == (before, run.simulator.robots["wall_e"].type)
 
-    def test_spawned_robots_return_to_where_they_were_spawned(self, run):
+    def test_spawned_robots_return_to_their_first_pose(self, run):
         spawn(run)
         run((0.0, go(robot="bob")))
         reset(run, STATE)
 
         assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
 
-    def test_scripts_restart_at_once(self):
+    def test_scripts_restart(self):
         run = simulate(SCRIPTED)
         run.simulator.advance(3.0)
         reset(run, STATE)
@@ -198,14 +191,15 @@ class TestState:
         script = run.simulator.scripts.all["wall_e"]
         assert (ScriptState.DONE, 3.0 + 16.0) == (script.state, script.ended)
 
-    def test_a_script_starting_at_the_instant_of_a_reset_starts_again(self):
+    def test_scripts_that_start_at_the_instant_of_a_reset_restart(self):
         run = simulate(SCRIPTED)
         reset(run)
         log = run()
 
         assert 4 == len([event for _, event in log.events if getattr(event, "goal", None) is not None])
 
-    def test_a_run_after_a_reset_repeats_the_first_one_except_for_ids(self):
+    def test_a_run_after_a_reset_repeats_the_first(self):
+        """Only the ids of goals differ."""
         run = simulate(SCRIPTED, topics=frozenset({Topic.EVENTS}))
         run.simulator.run()
         first = [(time, type(event)) for time, event in run.log.events]
@@ -217,7 +211,7 @@ class TestState:
 
 
 class TestSpawned:
-    def test_spawned_entities_are_removed_and_announced(self, run):
+    def test_spawned_entities_are_removed(self, run):
         spawn(run)
         run.ask("spawn_entity", {"name": "box", "uri": "item"})
         del run.log.events[:]
@@ -226,13 +220,13 @@ class TestSpawned:
         assert ["wall_e", "eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
         assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
-    def test_a_reset_without_spawned_robots_announces_no_change(self, run):
+    def test_unchanged_robots_are_not_announced(self, run):
         reset(run)
 
         assert [] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
 
 
-def test_a_reset_is_published_after_the_aborted_goals_at_the_new_time(run):
+def test_a_reset_is_published_after_the_aborted_goals(run):
     run((0.0, go()), until=1.5)
     reset(run, TIME | STATE)
 
@@ -240,7 +234,7 @@ def test_a_reset_is_published_after_the_aborted_goals_at_the_new_time(run):
 
 
 @pytest.mark.parametrize("scope", [8, 128, 254])
-def test_an_unknown_scope_resets_nothing(run, scope):
+def test_other_scopes_are_not_supported(run, scope):
     run.simulator.advance(1.5)
     result = reset(run, scope)
 

@@ -22,20 +22,21 @@ GOAL, STEPS, NEXT = (letter * 32 for letter in "abc")
 
 
 def go(x=9.0, y=2.0, goal_id=GOAL):
-    """Return the command to drive wall_e somewhere."""
     action = actions()["navigate_to_pose"]
     goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
     return SendGoal("wall_e", action.name, goal, goal_id, reply_to=goal_id)
 
 
 def steps(number, goal_id=STEPS):
-    """Return the command that makes steps with feedback."""
     action = actions()["simulate_steps"]
     return SendGoal("_world", action.name, action.goal(steps=number), goal_id, reply_to=goal_id)
 
 
+def step(run, number=3, reply_to="steps"):
+    return run.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=number), reply_to))
+
+
 def become(run, state):
-    """Set the state; return the result."""
     return run.ask("set_simulation_state", {"state": {"state": state}}).result
 
 
@@ -45,18 +46,16 @@ def state_of(run):
 
 @pytest.fixture
 def paused(run):
-    """Return a simulation that is paused at 0."""
     become(run, PAUSED)
     return run
 
 
 class TestStates:
-    def test_a_simulation_plays_until_it_is_paused(self, run):
+    def test_a_simulation_plays_by_default(self, run):
         assert PLAYING == state_of(run)
 
     @pytest.mark.parametrize("state", [STOPPED, PLAYING, PAUSED])
     def test_every_state_leads_to_every_other(self, run, state):
-        """From stopped to paused, the simulation starts paused."""
         for other in (STOPPED, PLAYING, PAUSED):
             become(run, other)
             expected = 101 if other == state else Result.RESULT_OK
@@ -66,7 +65,7 @@ class TestStates:
 
     @pytest.mark.parametrize("state", [3, 4, 5, 99])
     def test_other_states_are_not_supported(self, run, state):
-        """The program belongs to the user who started it, so clients can't quit it."""
+        """A client can't quit the program, which belongs to the user who started it."""
         result = become(run, state)
 
         assert Result.RESULT_FEATURE_UNSUPPORTED == result.result
@@ -80,7 +79,7 @@ class TestStates:
 
         assert (1.5, (2.5, 2.0)) == (run.simulator.now, run.simulator.robots["wall_e"].pose().point)
 
-    def test_a_pause_does_not_change_later_events(self, run):
+    def test_a_pause_changes_no_later_event(self, run):
         run((0.0, go()), until=1.5)
         become(run, PAUSED)
         run.simulator.advance(10.0)
@@ -89,21 +88,21 @@ class TestStates:
 
         assert (8.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
-    def test_a_goal_starts_while_paused_without_progress(self, paused):
-        log = paused((0.0, go()))
+    @pytest.mark.parametrize(
+        ("x", "commands", "status"),
+        [
+            (9.0, [], "EXECUTING"),
+            (99.0, [], "ABORTED"),
+            (9.0, [(0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL))], "CANCELED"),
+        ],
+        ids=["accepted", "impossible", "canceled"],
+    )
+    def test_goals_are_accepted_and_canceled_while_paused(self, paused, x, commands, status):
+        log = paused((0.0, go(x)), *commands)
 
-        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING")] == log.changes(GOAL)[:2]
+        assert (0.0, status) == log.changes(GOAL)[-1]
         assert (1.0, 2.0) == paused.simulator.robots["wall_e"].pose().point
-
-    def test_an_impossible_goal_is_aborted_while_paused(self, paused):
-        log = paused((0.0, go(x=99.0)))
-
-        assert (0.0, "ABORTED") == log.changes(GOAL)[-1]
-
-    def test_a_goal_is_canceled_while_paused(self, paused):
-        log = paused((0.0, go()), (0.0, CancelGoal("wall_e", "navigate_to_pose", GOAL)))
-
-        assert (0.0, "CANCELED") == log.changes(GOAL)[-1]
 
     @pytest.mark.parametrize("name", [name for name, service in registry().items() if not service.changes_world])
     def test_queries_are_answered_while_paused(self, paused, name):
@@ -112,14 +111,14 @@ class TestStates:
         assert paused.ask(name, registry()[name].example) is not None
         assert 0.0 == paused.simulator.now
 
-    def test_stopping_aborts_goals_resets_and_pauses(self, run):
+    def test_stopping_resets_and_pauses(self, run):
         log = run((0.0, go()), until=1.5)
         become(run, STOPPED)
 
         assert (1.5, "ABORTED") == log.changes(GOAL)[-1]
         assert (0.0, True) == (run.simulator.now, run.simulator.paused)
 
-    def test_a_change_of_the_state_is_published(self, paused):
+    def test_states_are_published(self, paused):
         become(paused, PLAYING)
 
         assert [(0.0, {"state": PAUSED}), (0.0, {"state": PLAYING})] == paused.log.happened("simulation_state")
@@ -128,7 +127,7 @@ class TestStates:
 class TestSteps:
     def test_steps_are_answered_at_their_end(self, paused):
         paused((0.0, go()))
-        reply = paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+        reply = step(paused)
         before = paused.log.answers("steps")
         paused.simulator.run()
 
@@ -137,11 +136,14 @@ class TestSteps:
         assert (0.3, True) == (paused.simulator.now, paused.simulator.paused)
         assert (pytest.approx(1.3), 2.0) == paused.simulator.robots["wall_e"].pose().point
 
-    def test_one_step_is_the_default(self, paused):
-        paused.ask("step_simulation")
-        paused.simulator.run()
+    @pytest.mark.parametrize(("settings", "request_", "end"), [({}, {}, 0.1), ({"step_size": 0.25}, {"steps": 2}, 0.5)])
+    def test_the_default_is_one_step_of_the_step_size(self, make_run, settings, request_, end):
+        run = make_run(**settings)
+        become(run, PAUSED)
+        run.ask("step_simulation", request_)
+        run.simulator.run()
 
-        assert 0.1 == paused.simulator.now
+        assert end == run.simulator.now
 
     @pytest.mark.parametrize(
         ("number", "why"),
@@ -150,7 +152,7 @@ class TestSteps:
             (10**9, "steps: 1000000000 of 10 s: 1e+10 s is not from 0 to 1e+09 s"),
         ],
     )
-    def test_more_steps_than_time_can_express_are_rejected(self, number, why):
+    def test_more_steps_than_time_can_count_are_rejected(self, number, why):
         run = simulate(step_size=10.0)
         run.ask("set_simulation_state", {"state": {"state": PAUSED}})
         answer = run.ask("step_simulation", {"steps": number})
@@ -162,15 +164,15 @@ class TestSteps:
         assert OK == paused.ask("step_simulation", {"steps": 0}).result
 
     @pytest.mark.parametrize("state", [PLAYING, STOPPED])
-    def test_only_a_paused_simulation_makes_steps(self, run, state):
+    def test_a_simulation_that_is_not_paused_rejects_steps(self, run, state):
         become(run, state)
 
-        assert Result(
-            result=Result.RESULT_OPERATION_FAILED, error_message="the simulation is not paused; pause it first"
-        ) == (run.ask("step_simulation").result)
+        result = run.ask("step_simulation").result
+        assert Result.RESULT_OPERATION_FAILED == result.result
+        assert "the simulation is not paused; pause it first" == result.error_message
 
-    def test_steps_during_steps_are_rejected(self, paused):
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_only_one_request_makes_steps(self, paused):
+        step(paused)
         second = paused.ask("step_simulation").result
         paused.simulator.run()
 
@@ -178,54 +180,44 @@ class TestSteps:
         assert "steps are being made already" in second.error_message
         assert (0.3, OK) == (paused.simulator.now, paused.log.answer("steps").result)
 
-    def test_the_size_of_a_step_is_settable(self, make_run):
-        run = make_run(step_size=0.25)
-        become(run, PAUSED)
-        run.ask("step_simulation", {"steps": 2})
-        run.simulator.run()
-
-        assert 0.5 == run.simulator.now
-
-    def test_a_step_below_a_nanosecond_is_refused(self):
+    def test_a_step_size_below_a_nanosecond_is_rejected(self):
         with pytest.raises(ValueError, match="5e-10 s is less than a nanosecond"):
             RunSettings(step_size=5e-10)
 
-    @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "stopped")])
-    def test_a_change_of_the_state_ends_steps_with_the_reason(self, paused, state, word):
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    @pytest.mark.parametrize(("state", "word"), [(PLAYING, "set to play"), (PAUSED, "paused"), (STOPPED, "reset")])
+    def test_another_state_ends_the_steps(self, paused, state, word):
+        step(paused)
         paused.simulator.process_events(0.1, 1)
         become(paused, state)
         paused.simulator.process_events(0.1, 100)
 
         result = paused.log.answer("steps").result
         assert Result.RESULT_OPERATION_FAILED == result.result
-        assert ("the simulation was reset" if state == STOPPED else f"the simulation was {word}") == (
-            result.error_message
-        )
+        assert f"the simulation was {word}" == result.error_message
         assert state == state_of(paused)
 
-    def test_later_steps_are_complete_after_interrupted_ones(self, paused):
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_stopped_steps_do_not_affect_later_ones(self, paused):
+        step(paused)
         paused.simulator.process_events(0.1, 1)
         become(paused, PAUSED)
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=9), "more"))
+        step(paused, 9, "more")
         paused.simulator.run()
 
         assert [1.0] == [time for time, event in paused.log.events if getattr(event, "reply_to", "") == "more"]
         assert OK == paused.log.answer("more").result
 
-    def test_all_events_of_a_step_come_before_the_answer(self, paused):
+    def test_the_events_of_a_step_precede_its_answer(self, paused):
         wait = actions()["wait"]
         paused.simulator.submit(SendGoal("eve", "wait", wait.goal.model_validate({"time": {"sec": 1}}), GOAL))
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=10), "steps"))
+        step(paused, 10)
         paused.simulator.run()
-        told = [event for _, event in paused.log.events if isinstance(event, (GoalChanged, Answered))]
+        reported = [event for _, event in paused.log.events if isinstance(event, (GoalChanged, Answered))]
 
         assert (1.0, "SUCCEEDED") == paused.log.changes(GOAL)[-1]
-        assert isinstance(told[-1], Answered)
+        assert isinstance(reported[-1], Answered)
 
-    def test_the_end_of_the_simulation_answers_pending_steps(self, paused):
-        paused.simulator.submit(CallService("step_simulation", StepSimulation.Request(steps=3), "steps"))
+    def test_the_end_of_the_simulation_answers_waiting_clients(self, paused):
+        step(paused)
         paused.simulator.submit(Stop("enough"))
 
         assert "enough" == paused.log.answer("steps").result.error_message
@@ -241,7 +233,7 @@ class TestSteps:
 
 
 class TestSimulateSteps:
-    def test_the_action_has_feedback_after_each_step(self, paused):
+    def test_feedback_follows_each_step(self, paused):
         log = paused((0.0, steps(3)))
 
         assert [(0.1, 1, 2), (0.2, 2, 1), (0.3, 3, 0)] == [
@@ -250,16 +242,13 @@ class TestSimulateSteps:
         assert (0.3, "SUCCEEDED") == log.changes(STEPS)[-1]
         assert (OK, True) == (log.result(STEPS).result, paused.simulator.paused)
 
-    def test_a_simulation_that_is_not_paused_rejects_the_action(self, run):
+    def test_only_a_paused_simulation_accepts_it(self, run):
         answer = run((0.0, steps(3))).answer(STEPS)
 
-        assert (False, "not_ready", "the simulation is not paused; pause it first") == (
-            answer.accepted,
-            answer.reason,
-            answer.error_msg,
-        )
+        assert (False, "not_ready") == (answer.accepted, answer.reason)
+        assert "the simulation is not paused; pause it first" == answer.error_msg
 
-    def test_steps_during_the_action_are_rejected(self, paused):
+    def test_only_one_goal_or_request_makes_steps(self, paused):
         paused.simulator.submit(steps(3))
         paused.simulator.submit(steps(3, NEXT))
         service = paused.ask("step_simulation").result
@@ -267,41 +256,38 @@ class TestSimulateSteps:
         assert "not_ready" == paused.log.answer(NEXT).reason
         assert Result.RESULT_OPERATION_FAILED == service.result
 
-    def test_only_the_world_serves_the_action(self, run):
+    def test_no_robot_serves_it(self, run):
         run((0.0, steps(3)._replace(robot="wall_e", reply_to="robot")), (0.0, go()._replace(robot="_world")))
 
         assert "unknown_action" == run.log.answer("robot").reason
         assert "_world has no action 'navigate_to_pose'; it has: simulate_steps" == run.log.answer(GOAL).error_msg
 
     def test_a_cancel_pauses_between_two_steps(self, paused):
+        """Further steps are possible at once."""
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
         paused.simulator.advance(9.0)
-
-        assert (1.25, "CANCELED") == paused.log.changes(STEPS)[-1]
-        assert (1.25, True) == (paused.simulator.now, paused.simulator.paused)
-
-    def test_steps_can_be_made_right_after_a_cancel(self, paused):
-        paused.simulator.submit(steps(30))
-        paused.simulator.advance(1.25)
-        paused.simulator.submit(CancelGoal("_world", "simulate_steps", STEPS))
+        stopped = (paused.simulator.now, paused.simulator.paused)
         paused.simulator.submit(steps(2, NEXT))
         paused.simulator.run()
 
+        assert (1.25, "CANCELED") == paused.log.changes(STEPS)[-1]
+        assert (1.25, True) == stopped
         assert (1.45, "SUCCEEDED") == paused.log.changes(NEXT)[-1]
 
-    def test_a_reset_aborts_the_action(self, paused):
+    def test_a_reset_aborts_it(self, paused):
         paused.simulator.submit(steps(30))
         paused.simulator.submit(GetResult("_world", "simulate_steps", STEPS, "result"))
         paused.simulator.advance(1.25)
         paused.ask("reset_simulation")
 
         answer = paused.log.answer("result")
-        assert (GoalStatus.ABORTED, "the simulation was reset") == (answer.status, answer.result.result.error_message)
+        assert GoalStatus.ABORTED == answer.status
+        assert "the simulation was reset" == answer.result.result.error_message
         assert (0.0, True) == (paused.simulator.now, paused.simulator.paused)
 
-    def test_playing_aborts_the_action(self, paused):
+    def test_playing_aborts_it(self, paused):
         paused.simulator.submit(steps(30))
         paused.simulator.advance(1.25)
         become(paused, PLAYING)
@@ -320,7 +306,6 @@ SCRIPTED = SMALL_WORLD | {
 
 
 def story(run):
-    """Return all statuses of goals, with their times."""
     return [
         (time, event.robot, event.action, event.goal_id, event.status, event.result)
         for time, event in run.log.events
@@ -329,7 +314,7 @@ def story(run):
 
 
 @pytest.mark.parametrize("number", [1, 3, 1000])
-def test_stepping_gives_the_same_events_as_running(number):
+def test_stepping_equals_running(number):
     whole = simulate(SCRIPTED)
     whole.simulator.run(20.0)
     stepped = simulate(SCRIPTED)
@@ -341,6 +326,6 @@ def test_stepping_gives_the_same_events_as_running(number):
     assert story(whole) == story(stepped)
 
 
-def test_a_number_instead_of_a_state_is_an_error():
+def test_a_request_of_another_kind_is_read_strictly():
     with pytest.raises(ValueError, match="should be an object"):
         SetSimulationState.Request.model_validate_json(json.dumps({"state": 2}))

@@ -1,4 +1,4 @@
-"""Services that load another world."""
+"""Loading another world while the simulation runs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def play(run):
     run.ask("set_simulation_state", {"state": {"state": 1}})
 
 
-def test_a_loaded_world_replaces_everything(run):
+def test_everything_is_replaced(run):
     run.simulator.advance(3.0)
     answer = load(run, resource_string=OTHER)
 
@@ -52,20 +52,17 @@ def test_a_loaded_world_replaces_everything(run):
 
 
 def test_a_world_that_an_overlay_makes_too_large_is_rejected(run, monkeypatch):
-    """Its text could not be read again."""
     monkeypatch.setattr(yaml_text, "MAX_NODES", 1_000)
     grown = "overlay: {each 1..400: {places.p$i: {at: [0, 0]}}}\n"
 
     answer = load(run, resource_string=OTHER + grown)
 
-    assert (103, "the world that comes of it has more than 1000 values, aliases written out") == (
-        answer.result.result,
-        answer.result.error_message,
-    )
+    assert 103 == answer.result.result
+    assert "the world that comes of it has more than 1000 values, aliases written out" == answer.result.error_message
     assert ["a", "b"] != [pose.name for pose in run.ask("get_named_poses").poses]
 
 
-def test_a_loaded_world_is_stopped_until_a_client_plays_it(run):
+def test_a_loaded_world_is_stopped(run):
     load(run, resource_string=OTHER)
     run.simulator.advance(9.0)
     before = run.simulator.now, run.ask("get_simulation_state").state.state
@@ -76,15 +73,13 @@ def test_a_loaded_world_is_stopped_until_a_client_plays_it(run):
     assert ((0.0, 0.0), 4.0) == (run.simulator.robots["zoe"].pose().point, run.simulator.scripts.all["zoe"].ended)
 
 
-def test_goals_of_the_old_world_are_aborted(run):
+def test_goals_are_aborted_first(run):
     run((0.0, go("wall_e", 9.0, 2.0)), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
     load(run, resource_string=OTHER)
 
     assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
-    assert (GoalStatus.ABORTED, "another world was loaded") == (
-        run.log.answer("result").status,
-        run.log.answer("result").result.error_msg,
-    )
+    assert GoalStatus.ABORTED == run.log.answer("result").status
+    assert "another world was loaded" == run.log.answer("result").result.error_msg
 
 
 def test_robots_drive_in_the_new_world(run):
@@ -95,8 +90,7 @@ def test_robots_drive_in_the_new_world(run):
     assert (4.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
 
-def test_scripts_of_the_old_world_end():
-    """The goals that they wait for have no results."""
+def test_scripts_of_the_old_world_are_over():
     run = simulate({"waypoints": {"a": [0, 0]}, "robots": {"old": {"at": "a", "script": ["Wait 2", "Wait 3"]}}})
     run.simulator.advance(1.0)
     load(run, resource_string=OTHER)
@@ -107,14 +101,14 @@ def test_scripts_of_the_old_world_end():
     assert (4.0, []) == (run.simulator.now, run.log.happened("script_ended")[1:])
 
 
-def test_a_loaded_world_is_announced_once(run):
+def test_subscribers_learn_of_a_loaded_world(run):
     load(run, resource_string=OTHER)
 
     assert [RosterChanged()] == [event for _, event in run.log.events if isinstance(event, RosterChanged)]
     assert ([(0.0, {"name": "other"})], 1) == (run.log.happened("world_loaded"), run.simulator.generation)
 
 
-def test_a_seed_of_the_user_holds_for_every_world(make_run):
+def test_a_given_seed_stays(make_run):
     run = make_run(seed=7)
     load(run, resource_string=OTHER)
 
@@ -129,7 +123,7 @@ def test_a_shipped_world_is_loaded_by_name(run):
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return a folder with worlds, beside a file that clients must not read."""
+    """A folder with worlds, beside a file that clients must not read."""
     inside = tmp_path / "worlds"
     (inside / "deep").mkdir(parents=True)
     (inside / "other.yaml").write_text(OTHER)
@@ -154,8 +148,8 @@ OUTSIDE += ["away/secret.yaml", "away/none.yaml", "file:///etc/passwd", "file://
 
 
 @pytest.mark.parametrize("uri", [*OUTSIDE, "{}/other.yaml", "other.yaml"])
-def test_no_file_is_read_unless_that_is_allowed(run, folder, uri):
-    """The answer does not reveal whether a file exists."""
+def test_without_an_allowed_folder_no_file_is_read(run, folder, uri):
+    """The answer must not reveal whether a file exists."""
     uri = uri.format(folder)
     result = load(run, uri=uri).result
 
@@ -166,7 +160,7 @@ def test_no_file_is_read_unless_that_is_allowed(run, folder, uri):
 
 @pytest.mark.parametrize("uri", OUTSIDE)
 def test_no_file_outside_the_folder_is_read(make_run, folder, uri):
-    """Links do not help, and the answer does not reveal whether a file exists."""
+    """The answer must not reveal whether a file exists, not even by a link."""
     uri = uri.format(folder)
     result = load(make_run(allow_files=folder), uri=uri).result
 
@@ -184,12 +178,12 @@ def test_no_file_of_the_folder_includes_one_outside(make_run, folder):
     )
 
 
-def test_a_missing_folder_is_an_error_at_the_start(tmp_path):
+def test_a_missing_folder_is_an_error(tmp_path):
     with pytest.raises(ValidationError, match="none' is not a folder"):
         RunSettings(allow_files=tmp_path / "none")
 
 
-def test_the_text_of_the_current_world_describes_it(run):
+def test_the_current_world_can_be_loaded_again(run):
     load(run, uri="hospital")
     text = run.ask("get_current_world").world.world_resource.resource_string
     load(run, resource_string=OTHER)
@@ -210,13 +204,15 @@ def test_the_text_of_the_current_world_describes_it(run):
         ({"resource_string": "{name: a, name: b}"}, 103, "name"),
     ],
 )
-def test_an_invalid_world_leaves_the_current_one_running(run, request_, code, why):
+def test_an_invalid_world_changes_nothing(run, request_, code, why):
     run((0.0, go("wall_e", 9.0, 2.0)), until=1.5)
     answer = load(run, **request_)
 
     assert code == answer.result.result, answer.result.error_message
     assert why in answer.result.error_message
-    assert ("small", 1.5, "EXECUTING") == (run.simulator.world.name, run.simulator.now, run.log.changes(GOAL)[-1][1])
+    assert "small" == run.simulator.world.name
+    assert 1.5 == run.simulator.now
+    assert "EXECUTING" == run.log.changes(GOAL)[-1][1]
 
 
 def test_all_errors_are_reported(run):
@@ -230,7 +226,7 @@ def test_all_errors_are_reported(run):
 
 
 class TestAvailable:
-    def test_all_available_worlds_can_be_loaded(self, run):
+    def test_shipped_worlds_are_available(self, run):
         worlds = run.ask("get_available_worlds").worlds
 
         names = [world.world_resource.uri for world in worlds]
@@ -245,13 +241,13 @@ class TestAvailable:
             ({"filter": {"tags": ["indoor"]}}, 0, 0),
         ],
     )
-    def test_other_sources_and_tags_are_not_supported(self, run, request_, code, number):
+    def test_other_sources_are_not_supported(self, run, request_, code, number):
         answer = run.ask("get_available_worlds", request_)
 
         assert (code, number) == (answer.result.result, len(answer.worlds))
 
 
-def test_a_world_can_be_sent_as_json(run):
+def test_a_world_can_be_json(run):
     assert 1 == load(run, resource_string=json.dumps({"name": "plain", "robots": {"a": {"at": [1, 2]}}})).result.result
 
 

@@ -1,4 +1,4 @@
-"""Settings on the command line, in the environment and in a file: what comes first, and what is told of mistakes."""
+"""Settings from the command line, the environment and a file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from tools.settings import strangers
 
 @pytest.fixture
 def read():
-    """Return a function that reads a command line."""
-
     def read(*words, below=None):
         parser = CommandParser(prog="hmrsim run")
         add_settings(parser, RunSettings)
@@ -25,13 +23,11 @@ def read():
     return read
 
 
-def test_without_any_word_all_is_as_a_program_has_it(read):
-    """An empty command line has the same defaults as a program."""
+def test_an_empty_command_line_has_the_defaults(read):
     assert RunSettings() == read()
 
 
-def test_the_command_line_comes_before_the_environment_before_the_file_before_the_default(read, monkeypatch):
-    """Each source provides the settings that the earlier ones leave open."""
+def test_sources_have_a_precedence(read, monkeypatch):
     monkeypatch.setenv("HMRSIM_SEED", "2")
     monkeypatch.setenv("HMRSIM_STEP_SIZE", "0.2")
     settings = read("--seed", "1", below={"seed": 3, "step_size": 0.3, "duration": 30.0})
@@ -39,8 +35,7 @@ def test_the_command_line_comes_before_the_environment_before_the_file_before_th
     assert (1, 0.2, 30.0, 1.0) == (settings.seed, settings.step_size, settings.duration, settings.real_time_factor)
 
 
-def test_only_what_was_given_is_given():
-    """Only given settings are returned, so that a file can provide the others."""
+def test_only_given_settings_are_returned():
     parser = CommandParser()
     add_settings(parser, RunSettings)
 
@@ -57,13 +52,12 @@ def test_only_what_was_given_is_given():
         (("--on-participant-loss", "end"), "on_participant_loss", "end"),
     ],
 )
-def test_a_word_is_read_as_its_setting(read, words, field, value):
-    """An argument is converted to the type of its setting."""
+def test_an_argument_is_converted_to_its_type(read, words, field, value):
     assert value == getattr(read(*words), field)
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (("--seed", "x"), "argument --seed: 'x' is not a whole number"),
         (("--duration", "inf"), "argument --duration: 'inf' is not a finite number"),
@@ -76,17 +70,14 @@ def test_a_word_is_read_as_its_setting(read, words, field, value):
         (("--participants", "a b"), "'a b' is neither a number nor names such as nurses,porters"),
     ],
 )
-def test_an_invalid_word_is_wrong_use(read, capsys, words, told):
-    """An invalid argument is reported in one line."""
+def test_an_invalid_argument_is_wrong_use(read, capsys, words, message):
     with pytest.raises(SystemExit, match="2"):
         read(*words)
 
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
-def test_an_option_of_no_model_is_found():
-    """Lint finds an option, or a help text, that no model declares."""
-
+def test_lint_finds_options_that_no_model_declares():
     def configure(parser):
         add_settings(parser, RunSettings, only=("seed",))
         parser.add_argument("--json", action="store_true")
@@ -98,8 +89,7 @@ def test_an_option_of_no_model_is_found():
     ]
 
 
-def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys):
-    """Each error of a settings file is a line, and the exit code is 2 before anything is served."""
+def test_an_invalid_settings_file_is_wrong_use(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.yaml").write_text("seed: x\nlisten: [nowhere]\n")
 
@@ -110,8 +100,7 @@ def test_a_settings_file_of_nonsense_is_wrong_use(tmp_path, monkeypatch, capsys)
     ] == capsys.readouterr().err.splitlines()
 
 
-def test_options_that_do_not_go_together_are_reported_also_of_a_file(tmp_path, monkeypatch, capsys):
-    """Conflicting settings of a file are reported like those of the command line."""
+def test_conflicting_settings_of_a_file_are_reported(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.yaml").write_text("ros_domain_id: 3\n")
 
@@ -120,7 +109,6 @@ def test_options_that_do_not_go_together_are_reported_also_of_a_file(tmp_path, m
 
 
 def test_problems_of_a_settings_file_are_limited(tmp_path, capsys):
-    """A thousand errors are reported, and the number of the others."""
     path = tmp_path / "settings.yaml"
     path.write_text("seed: 1\n" * 3_000)
     code = main(["run", "scenario1", "--settings", str(path)])

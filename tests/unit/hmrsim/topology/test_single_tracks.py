@@ -1,4 +1,4 @@
-"""Single tracks, where robots can't pass each other."""
+"""Single tracks, on which robots can't pass each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from tests.profiles import examples
 
 
 def tracks(lanes, rooms=None, **parts):
-    """Return the single tracks of lanes between waypoints of one letter each, such as ``ab``."""
     names = sorted({name for lane in lanes for name in lane} | {stop for stops in parts.values() for stop in stops})
     points = {name: [number, number * number] for number, name in enumerate(names)}
     lifts = {name: {"stops": [*stops]} for name, stops in parts.items()}
@@ -28,7 +27,8 @@ H = ["ax", "bx", "xm", "mn", "ny", "yc", "yd"]
 """Two junctions, x and y, with two waypoints each, and a corridor of m and n in between."""
 
 
-def test_a_chain_between_two_junctions_is_a_single_track():
+def test_a_chain_between_two_junctions():
+    """Junctions do not belong to it, since a robot can step aside there."""
     assert (("m", "n"),) == tracks(H).corridors
 
 
@@ -37,7 +37,7 @@ def test_a_chain_between_two_junctions_is_a_single_track():
     [([*H, "bc"], {}), ([lane for lane in H if lane not in ("xm", "mn")] + ["xn"], {}), (H, {"m": 2}), (H, {"n": 3})],
     ids=["a way around", "a single waypoint", "room for two", "room for three"],
 )
-def test_lanes_with_room_or_a_detour_are_no_single_track(lanes, rooms):
+def test_lanes_with_a_way_around_are_no_single_track(lanes, rooms):
     assert () == tracks(lanes, rooms).corridors
 
 
@@ -54,15 +54,13 @@ def test_one_way_lanes_are_no_single_track():
     assert () == SingleTracks(world.graph, dict.fromkeys("abcdmnxy", 1)).corridors
 
 
-def test_a_lift_ends_a_single_track():
-    """Robots wait beside its door."""
+def test_a_lift_ends_a_corridor():
     found = tracks(["ab", "bc", "de", "ef"], {"c": math.inf, "d": math.inf}, lift="cd")
 
     assert (("a", "b"), ("e", "f")) == found.corridors
 
 
-def test_the_smaller_part_behind_a_single_track_is_beyond():
-    """With a detour nothing is beyond."""
+def test_the_part_beyond_a_single_track_is_the_smaller_one():
     assert frozenset() == tracks([*H, "bc", "ad"]).cut_off("x")
     assert frozenset("ab") == tracks([*H, "nz"]).cut_off("x")
     assert frozenset("abx") == tracks([*H, "nz"]).cut_off("m")
@@ -70,7 +68,7 @@ def test_the_smaller_part_behind_a_single_track_is_beyond():
     assert frozenset() == tracks([*H, "bc"]).cut_off("x", "m")
 
 
-def test_a_waypoint_that_separates_parts_has_room_for_one_less():
+def test_a_cut_waypoint_has_room_for_one_robot_less():
     found = tracks(H, {"m": 2})
     (part,) = found.parts
 
@@ -88,7 +86,7 @@ def can_swap(beside, one, other):
 
 @examples(200)
 @given(st.lists(st.sampled_from([a + b for a, b in combinations("abcdef", 2)]), min_size=1, max_size=7, unique=True))
-def test_two_robots_can_swap_unless_everything_is_one_single_track(lanes):
+def test_two_robots_can_swap_unless_all_is_one_corridor(lanes):
     found = tracks(lanes)
     beside = defaultdict(set)
     for a, b in lanes:

@@ -1,4 +1,4 @@
-"""Replays of damaged traces find the difference, or report the error."""
+"""Damaged traces: a replay or a report shows the difference or the error."""
 
 from __future__ import annotations
 
@@ -27,7 +27,6 @@ VALUES = [None, True, 0, -1, 1e308, 5e-324, 2**64, "x", "", [], {}, [1], {"a": 1
 
 @cache
 def lines() -> tuple[str, ...]:
-    """Return a trace with goals, a fault, a spawned robot, a reset and a pause."""
     run = simulate(traced=True)
     run.ask("inject_fault", {"type": "breakdown", "robot": "cart", "at": 1.0, "duration": 2.0})
     drive = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 9.0, "y": 2.0}}}})
@@ -42,7 +41,7 @@ def lines() -> tuple[str, ...]:
 
 
 def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the paths of all values in a JSON value."""
+    """Yield the paths of all JSON values in a value."""
     if path:
         yield path
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -51,7 +50,6 @@ def paths(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def change_value(line: str, chance: random.Random) -> str:
-    """Return a line with one value changed or removed."""
     body = json.loads(line)
     *way, last = chance.choice(list(paths(body)))
     inner = body
@@ -84,7 +82,7 @@ def damaged(chance: random.Random) -> list[str]:
 
 @examples(300)
 @given(seed=st.integers(0, 2**32))
-def test_no_damage_causes_a_traceback(seed):
+def test_a_replay_survives_any_damage(seed):
     with suppress(TraceError):
         outcome = replay(damaged(random.Random(seed)))
 
@@ -93,7 +91,7 @@ def test_no_damage_causes_a_traceback(seed):
 
 @examples(100)
 @given(seed=st.integers(0, 2**32), section=st.sampled_from([None, 1, 2, 3]))
-def test_no_damage_causes_a_traceback_of_a_report(seed, section):
+def test_a_report_survives_any_damage(seed, section):
     made = damaged(random.Random(seed))
     with suppress(TraceError):
         found = of_trace(lambda: made, section=section)

@@ -1,4 +1,4 @@
-"""A deferred trace has the same bytes as one that is written at once."""
+"""Traces that are written later, with the same bytes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ GOAL = registry()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"po
 
 
 class Receiver:
-    """A client that waits for an answer."""
+    """Somebody who waits for an answer."""
 
 
-def test_a_deferred_trace_has_the_same_bytes():
+def test_deferred_writing_gives_the_same_bytes():
     world, settings, pieces = World.model_validate(SMALL_WORLD), RunSettings(), []
     late, trace = DeferredTrace(world, settings), Trace(Header.of(world, settings), pieces.append)
     simulator = Simulator(world, settings, [late, trace])
@@ -34,8 +34,8 @@ def test_a_deferred_trace_has_the_same_bytes():
     assert middle != "".join(pieces) == late.text
 
 
-def test_a_deferred_trace_keeps_no_reference_to_a_receiver():
-    """Dropping the last reference ends a query."""
+def test_it_keeps_no_reply_address():
+    """The last reference to some of them tells their senders that no further answer comes."""
     world, ended = World.model_validate(SMALL_WORLD), []
 
     class Ending(Receiver):

@@ -15,7 +15,7 @@ def test_equal_runs_have_no_difference():
     assert first_difference(WAS, WAS) is None
 
 
-def test_the_first_different_line_is_reported():
+def test_the_first_difference_has_both_lines():
     difference = first_difference(WAS, NOW)
 
     assert difference is not None
@@ -26,7 +26,7 @@ def test_the_first_different_line_is_reported():
     ) == difference.describe()
 
 
-def test_a_shorter_run_has_no_line_there():
+def test_a_run_that_ends_earlier_differs():
     difference = first_difference(WAS, WAS.splitlines()[0])
 
     assert difference is not None
@@ -34,7 +34,7 @@ def test_a_shorter_run_has_no_line_there():
 
 
 @pytest.mark.parametrize("line", ["", "[]", "no JSON"])
-def test_a_line_without_an_event_is_shown_unchanged(line):
+def test_a_line_that_is_no_event_is_shown_raw(line):
     difference = first_difference(line + "x", NOW)
 
     assert difference is not None
@@ -42,7 +42,6 @@ def test_a_line_without_an_event_is_shown_unchanged(line):
 
 
 def order_of_a_set() -> str:
-    """Return the order of a set of texts, which differs between processes."""
     return " ".join({f"robot_{number}" for number in range(50)})
 
 
@@ -55,5 +54,5 @@ def test_equal_repetitions_are_reported():
     assert "the code of the controller" in difference_from("", "'abc'", repr, "abc")
 
 
-def test_an_existing_trace_is_compared_without_repetition():
+def test_a_kept_trace_is_compared():
     assert "line 2, at 3.500 s" in difference_from(WAS, NOW, lambda: "")

@@ -1,4 +1,4 @@
-"""Sections of a trace: where simulated time restarts, another header starts a section."""
+"""Sections of a trace, which begin wherever simulated time restarts."""
 
 from __future__ import annotations
 
@@ -25,12 +25,10 @@ LOAD = ("load_world", {"resource_string": json.dumps(OTHER)})
 
 
 def wait(robot="eve"):
-    """Return the command to wait for a second."""
     return SendGoal(robot, "wait", Wait.Goal.model_validate({"time": {"sec": 1}}))
 
 
 def traced(*orders, close=True, **settings):
-    """Return the lines of a run: seconds to pass, commands, and services with their requests."""
     run = simulate(traced=True, **settings)
     for order in orders:
         if isinstance(order, float):
@@ -55,7 +53,6 @@ THREE = (2.0, wait(), 3.0, RESET, wait(), 4.0, LOAD, PLAY, wait("zoe"), 2.0)
 
 @pytest.fixture
 def path(tmp_path):
-    """Return a file with a trace of three sections."""
     path = tmp_path / "run.jsonl"
     path.write_text("".join(traced(*THREE)))
     return path
@@ -79,35 +76,29 @@ def path(tmp_path):
         ((RESET, 1.0, RESET), ["reset", "reset"]),
     ],
 )
-def test_a_section_starts_where_time_restarts(orders, causes):
-    """Resets of state and of spawned entities stay within a section."""
+def test_a_section_begins_where_time_restarts(orders, causes):
     first, *others = headers(traced(1.0, *orders, 1.0))
 
     assert ("section" in first, "cause" in first) == (False, False)
     assert list(enumerate(causes, 2)) == [(header["section"], header["cause"]) for header in others]
 
 
-def test_a_later_header_adds_number_and_cause():
+def test_the_header_repeats_that_of_the_first_section():
     first, second = headers(traced(1.0, RESET, seed=7, step_size=0.3, run_id="x"))
 
     assert first | {"section": 2, "cause": "reset"} == second
 
 
-def test_a_loaded_world_is_in_its_header():
-    _, header = headers(traced(1.0, LOAD))
+@pytest.mark.parametrize(("settings", "seed"), [({}, 5), ({"seed": 7}, 7)])
+def test_a_loaded_world_is_in_its_header_with_its_seed_or_the_given_one(settings, seed):
+    _, header = headers(traced(1.0, LOAD, **settings))
 
-    assert ("other", 5, False) == (header["world"]["name"], header["seed"], header["seed_given"])
+    assert ("other", seed, bool(settings)) == (header["world"]["name"], header["seed"], header["seed_given"])
     assert ["zoe"] == [*header["world"]["definition"]["robots"]]
 
 
-def test_a_given_seed_holds_for_every_world():
-    _, header = headers(traced(1.0, LOAD, seed=7))
-
-    assert (7, True) == (header["seed"], header["seed_given"])
-
-
-def test_times_are_those_of_the_section():
-    """The command and the goals that it ends belong to the section before."""
+def test_times_restart_with_the_section():
+    """The command that begins a section belongs to the one before."""
     lines = [json.loads(line) for line in traced(2.0, wait(), 0.5, RESET)]
     at = next(i for i, line in enumerate(lines) if line.get("section") == 2)
 
@@ -116,7 +107,6 @@ def test_times_are_those_of_the_section():
 
 
 def test_the_header_is_canonical():
-    """Keys are sorted, except those of the world."""
     line = next(line for line in traced(1.0, LOAD) if '"section"' in line)
     world = json.loads(line)["world"]
 
@@ -124,7 +114,7 @@ def test_the_header_is_canonical():
     assert line == json.dumps({**json.loads(line), "world": world}, separators=(",", ":")) + "\n"
 
 
-def test_a_replay_counts_lines_commands_and_seconds_by_section():
+def test_a_replay_counts_each_section():
     lines = traced(*THREE)
     outcome = replay(lines)
 
@@ -151,7 +141,6 @@ def test_a_replay_ends_after_the_requested_section():
 
 
 def test_a_difference_in_an_earlier_section_is_reported():
-    """Later sections depend on it."""
     lines = traced(*THREE)
     number = next(i for i, line in enumerate(lines) if '"status":4' in line)
     lines[number] = lines[number].replace('"status":4', '"status":6')
@@ -160,7 +149,7 @@ def test_a_difference_in_an_earlier_section_is_reported():
     assert (number + 1, 1) == (outcome.difference.line, len(outcome.sections))
 
 
-def test_an_unexpected_header_is_a_difference():
+def test_an_extra_header_is_a_difference():
     lines = traced(1.0, wait(), 2.0)
     header = traced(1.0, RESET)[2]
     difference = replay([*lines[:3], header, *lines[3:]]).difference
@@ -176,8 +165,7 @@ def test_a_missing_header_is_a_difference():
     assert (number + 1, lines[number]) == (difference.line, difference.replay + "\n")
 
 
-def test_a_truncated_trace_is_replayed_to_its_end():
-    """It may be cut within a header, or right after it."""
+def test_a_trace_that_was_cut_is_replayed_to_its_end():
     text = "".join(traced(*THREE))
     for cut in range(text.index("\n") + 1, len(text) - 1, 97):
         outcome = replay(text[:cut].splitlines(keepends=True))
@@ -187,7 +175,7 @@ def test_a_truncated_trace_is_replayed_to_its_end():
 
 
 def test_a_section_alone_is_no_trace():
-    """It needs the state of those before it."""
+    """It depends on the sections before it."""
     lines = traced(*THREE)
     alone = lines[sections_of(lines)[1].line - 1 :]
 
@@ -195,15 +183,14 @@ def test_a_section_alone_is_no_trace():
         replay(alone)
 
 
-def test_text_that_looks_like_a_header_is_none():
+def test_lines_that_resemble_a_header_are_none():
     lines = traced()
     others = ['{"kind":"x","goal":{"kind":"header"}}\n', '"\\"kind\\":\\"header\\""\n', '{"kind":"header"\n', "[]\n"]
 
     assert [1] == [section.line for section in sections_of([*lines, *others, lines[0][:-1]])]
 
 
-def test_the_cause_of_a_section_is_printed_in_words():
-    """An unknown cause of a later version is printed unchanged."""
+def test_the_cause_of_a_section_is_described():
     assert ("a world was loaded", "eclipse", "") == tuple(map(restart_text, ("world_loaded", "eclipse", "")))
 
 
@@ -218,7 +205,7 @@ def test_a_test_of_a_controller_has_sections(simulation):
 
 
 class TestCommand:
-    def test_sections_are_listed_with_their_causes(self, path, capsys):
+    def test_sections_are_listed(self, path, capsys):
         code = main(["replay", str(path)])
         *sections, last = capsys.readouterr().out.splitlines()
 
@@ -231,7 +218,7 @@ class TestCommand:
         ]
         assert last.endswith(", 6 commands, 11.000 simulated seconds")
 
-    def test_one_section_is_printed_alone(self, path, capsys):
+    def test_one_section_is_replayed(self, path, capsys):
         code = main(["replay", str(path), "--section", "2"])
         section, last = capsys.readouterr().out.splitlines()
 
@@ -239,7 +226,7 @@ class TestCommand:
         assert section.endswith("2 commands, 4.000 simulated seconds: the simulation was reset")
         assert last.endswith("4 commands, 9.000 simulated seconds, up to the end of section 2")
 
-    def test_json_has_the_sections(self, path, capsys):
+    def test_json_has_sections(self, path, capsys):
         main(["replay", str(path), "--json"])
         found = json.loads(capsys.readouterr().out)
 
@@ -249,7 +236,7 @@ class TestCommand:
         ]
 
     @pytest.mark.parametrize("command", ["replay", "report"])
-    def test_an_unknown_section_exits_with_2_and_the_known_ones(self, path, capsys, command):
+    def test_an_unknown_section_exits_with_2(self, path, capsys, command):
         code = main([command, str(path), "--section", "4"])
         second, third = (section.line for section in sections_of(path.read_text().splitlines(keepends=True))[1:])
         there = f"1 from line 1 on ('small'), 2 from line {second} on ('small'), 3 from line {third} on ('other')"
@@ -264,7 +251,7 @@ class TestCommand:
 
         assert (2, True) == (code, f"argument --section: {number!r} is not a whole number greater than 0" in error)
 
-    def test_a_truncated_header_starts_no_section(self, path, capsys):
+    def test_a_truncated_header_begins_no_section(self, path, capsys):
         text = path.read_text()
         path.write_text(text[: text.index('"section":3') + 20])
 
@@ -280,8 +267,8 @@ class TestCommand:
         assert "has more than 5000000 values" in capsys.readouterr().err
 
 
-def test_a_world_whose_scripts_are_stopped_before_time_begins_is_replayed():
-    """The scripts' remaining goals of that instant are in neither trace nor replay."""
+def test_scripts_stopped_before_their_first_instant_are_replayed():
+    """Neither the trace nor the replay has the remaining orders of that instant."""
     scripted = {**OTHER, "robots": {"zoe": {"at": "a", "script": ["Wait 5"]}}}
     run = simulate(traced=True)
     run.ask("load_world", {"resource_string": json.dumps(scripted)})

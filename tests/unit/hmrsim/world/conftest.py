@@ -1,4 +1,4 @@
-"""Worlds written in tests."""
+"""Fixtures that load worlds written in tests."""
 
 from __future__ import annotations
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[..., Path]:
-    """Writes a file and returns its path."""
-
     def write(text: str, name: str = "world.yaml") -> Path:
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -34,8 +32,6 @@ def write(tmp_path: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def load(write: Callable[..., Path]) -> Callable[..., LoadedWorld]:
-    """Loads a world from its text."""
-
     def load(text: str, name: str = "world.yaml") -> LoadedWorld:
         return load_world(write(text, name))
 
@@ -44,8 +40,6 @@ def load(write: Callable[..., Path]) -> Callable[..., LoadedWorld]:
 
 @pytest.fixture
 def errors_of(write: Callable[..., Path]) -> Callable[..., list[str]]:
-    """Loads a world that is wrong, and returns its errors as ``line: path: message``."""
-
     def errors_of(text: str, name: str = "world.yaml") -> list[str]:
         path = write(text, name)
         with pytest.raises(WorldError) as caught:
@@ -58,19 +52,16 @@ def errors_of(write: Callable[..., Path]) -> Callable[..., list[str]]:
 
 @pytest.fixture
 def draw(load: Callable[..., LoadedWorld]) -> Callable[..., World]:
-    """Loads a drawing with these cells."""
     return lambda *cells: load(drawing(*cells), "map.drawio").world
 
 
 @pytest.fixture
 def wrong(errors_of: Callable[..., list[str]]) -> Callable[..., list[str]]:
-    """Returns the errors of a drawing with these cells."""
     return lambda *cells: errors_of(drawing(*cells), "map.drawio")
 
 
 @pytest.fixture
 def warned(load: Callable[..., LoadedWorld]) -> Callable[..., list[str]]:
-    """Returns the warnings of a drawing with these cells."""
     return lambda *cells: [
         str(warning).partition("map.drawio:1: ")[2] for warning in load(drawing(*cells), "map.drawio").warnings
     ]

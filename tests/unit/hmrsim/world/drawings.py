@@ -14,7 +14,6 @@ ROOM = "shape=mxgraph.floorplan.room"
 
 
 def model(*cells: str, attributes: str = "") -> str:
-    """Return an ``mxGraphModel`` with these cells."""
     return (
         f'<mxGraphModel pageWidth="600" pageHeight="400" {attributes}><root>'
         f'<mxCell id="0"/><mxCell id="1" parent="0"/>{"".join(cells)}</root></mxGraphModel>'
@@ -22,29 +21,24 @@ def model(*cells: str, attributes: str = "") -> str:
 
 
 def file(*diagrams: str) -> str:
-    """Return a file of these diagrams."""
     return f'<mxfile host="test">{"".join(diagrams)}</mxfile>'
 
 
 def diagram(content: str, name: str = "test") -> str:
-    """Return a page whose content is a model, or a packed one."""
     return f'<diagram name="{name}">{content}</diagram>'
 
 
 def drawing(*cells: str) -> str:
-    """Return a plain file with one page that has these cells."""
     return file(diagram(model(*cells)))
 
 
 def packed(content: str | bytes) -> str:
-    """Return a model as draw.io compresses it; of bytes, these as they are."""
     deflater = zlib.compressobj(9, zlib.DEFLATED, -15)
     data = content if isinstance(content, bytes) else quote(content, safe="~()*!.'").encode()
     return base64.b64encode(deflater.compress(data) + deflater.flush()).decode()
 
 
 def shape(style: str, x: float, y: float, width: float, height: float, **more: str) -> str:
-    """Return an untyped cell."""
     extra = _attributes({"id": f"s{x:g}-{y:g}", "parent": "1", **more})
     return f'<mxCell style="{style}" vertex="1"{extra}>{_box(x, y, width, height)}</mxCell>'
 
@@ -52,7 +46,6 @@ def shape(style: str, x: float, y: float, width: float, height: float, **more: s
 def typed(
     kind: str, x: float, y: float, width: float = 30, height: float = 30, *, parent: str = "1", **attributes: str
 ) -> str:
-    """Return a typed object."""
     extra = _attributes({"label": "", "type": kind, "id": f"{kind}{x:g}-{y:g}", **attributes})
     return (
         f'<object{extra}><mxCell style="ellipse" parent="{parent}" vertex="1">'
@@ -61,14 +54,12 @@ def typed(
 
 
 def robot(name: str = "eve", **attributes: str) -> str:
-    """Return a robot at (100, 100), its cell called as it is."""
     return typed("robot", 85, 85, name=name, **{"id": name, **attributes})
 
 
 def line(
     kind: str, *points: tuple[float, float], source: str = "", target: str = "", parent: str = "1", identifier: str = ""
 ) -> str:
-    """Return a typed line along these points."""
     first, *rest, last = (f'<mxPoint x="{x}" y="{y}"%s/>' for x, y in points)
     ends = _attributes({key: value for key, value in (("source", source), ("target", target)) if value})
     return (
@@ -82,7 +73,6 @@ def line(
 
 
 def road(*points: tuple[float, float], **more: str) -> str:
-    """Return a road along these points."""
     return line("map-path", *points, **more)
 
 

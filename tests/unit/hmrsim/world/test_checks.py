@@ -19,14 +19,12 @@ MAP = {
 
 
 def problems(**fields):
-    """Return what is wrong with the map when these fields are added to it, or changed."""
     merged = {key: {**MAP.get(key, {}), **value} if isinstance(value, dict) else value for key, value in fields.items()}
     world = World.model_validate({**MAP, **merged})
     return [(problem.severity, problem.path, problem.message) for problem in check_world(world)]
 
 
-def test_nothing_is_wrong_with_the_map_itself():
-    """The map of these tests has no problems."""
+def test_the_map_of_these_tests_is_valid():
     assert problems() == []
 
 
@@ -127,7 +125,6 @@ ERRORS = [
 
 @pytest.mark.parametrize(("fields", "path", "message"), ERRORS, ids=[path for _, path, _ in ERRORS])
 def test_error_names_the_field_the_value_and_the_remedy(fields, path, message):
-    """Each mistake is one error at its field."""
     errors = [(where, text) for severity, where, text in problems(**fields) if severity == "error"]
 
     assert [(path, True)] == [(where, message in text) for where, text in errors], errors
@@ -155,8 +152,7 @@ WARNINGS = [
 
 
 @pytest.mark.parametrize(("fields", "path", "message"), WARNINGS, ids=[path for _, path, _ in WARNINGS])
-def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
-    """Unusual values are warnings and don't prevent a run."""
+def test_unusual_values_are_warnings(fields, path, message):
     found = problems(**fields)
 
     assert {severity for severity, _, _ in found} == {"warning"}
@@ -164,7 +160,6 @@ def test_what_can_be_run_but_is_odd_is_a_warning(fields, path, message):
 
 
 def test_lanes_in_opposite_directions_are_no_duplicates():
-    """Two one-way lanes can lead in opposite directions."""
     lanes = [
         {"from": "home", "to": "door", "one_way": True},
         {"from": "door", "to": "home", "one_way": True},
@@ -174,15 +169,13 @@ def test_lanes_in_opposite_directions_are_no_duplicates():
     assert problems(lanes=lanes) == []
 
 
-def test_lifts_join_what_lanes_do_not():
-    """Levels connected by a lift are not disconnected parts."""
+def test_lifts_connect_levels():
     attic = {"waypoints": {"attic": [5, 9]}, "lifts": {"lift": {"stops": ["shelf", "attic"]}}}
 
     assert problems(**attic) == []
 
 
-def test_robots_bad_setting_is_reported_once():
-    """An error of a type is not repeated for each of its robots."""
+def test_an_error_of_a_type_is_reported_once():
     kind = {"components": {"claw": {"reach": -1}}}
     robot = {"type": "nurse", "at": "home", "components": {"claw": {"max_weight": 1.0}}}
 
@@ -191,8 +184,7 @@ def test_robots_bad_setting_is_reported_once():
     ]
 
 
-def test_problem_says_file_and_value():
-    """A problem has the parts of its message as attributes."""
+def test_a_problem_has_file_and_value():
     (problem,) = check_world(World.model_validate({**MAP, "lanes": [*MAP["lanes"], ["home", "x"]]}), "ward.yaml")
 
     assert (problem.file, problem.path, problem.value) == ("ward.yaml", "lanes.2.to", "x")
@@ -200,7 +192,6 @@ def test_problem_says_file_and_value():
 
 @pytest.mark.parametrize("fault", ["claw_misses", "sensor_blind", "slip"])
 def test_an_unknown_component_of_a_robot_with_a_fault_is_the_error(fault):
-    """The unknown component is the error, whether the fault concerns components or not."""
     more = {"factor": 0.5} if fault == "slip" else {}
     with pytest.raises(WorldError) as error:
         world_of(
@@ -230,22 +221,19 @@ robots:
 
 
 def test_every_order_is_checked_with_its_line(errors_of):
-    """All errors of a script are reported at once, each with a remedy."""
     first, second = errors_of(SCRIPTED.format(place="shelv", second="Fly home"))
 
     assert "9: robots.wall_e.script.0: no waypoint, place or dock 'shelv'; did you mean 'shelf'?" == first
     assert second.startswith("10: robots.wall_e.script.1: no order begins with 'Fly'; there are: Back DISTANCE [SPEED]")
 
 
-def test_a_robot_needs_what_an_order_takes(errors_of):
-    """A carrier can't grab an item."""
+def test_a_robot_needs_the_component_of_an_order(errors_of):
     text = SCRIPTED.format(place="shelf", second="Grab parcel").replace("fetcher", "carrier")
 
     assert ["10: robots.wall_e.script.1: 'Grab parcel' takes a claw, which wall_e does not have"] == errors_of(text)
 
 
-def test_what_could_follow_from_another_error_is_not_told(errors_of):
-    """A waypoint that was left out may be the one that an order names."""
+def test_errors_that_may_follow_from_others_are_omitted(errors_of):
     text = SCRIPTED.format(place="attic", second="Grab parcel").replace("shelf: [9, 2]", "shelf: [9, 2], attic: [x, 2]")
 
     assert ["1: waypoints.attic.0"] == [error[: error.index(": expected")] for error in errors_of(text)]

@@ -1,4 +1,4 @@
-"""Whole drawings: our own, and the original's where they are."""
+"""Drawings: our own, and the original's if available."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ REFERENCE = REFERENCES / "drawio"
 
 
 def spans(world):
-    """Return the box around each solid."""
     return [
         tuple(round(edge(point[i] for point in wall.solid), 3) for edge in (min, max) for i in (0, 1))
         for wall in world.walls
@@ -24,24 +23,21 @@ def spans(world):
 
 
 def read(name, **options):
-    """Return one of our drawings, and what was said about it."""
     loaded = load_world(HERE / "data" / f"{name}.drawio", options=ReadOptions(**options))
     return loaded.world, [str(warning).rpartition(".drawio:")[2] for warning in loaded.warnings]
 
 
 @pytest.fixture(scope="module")
 def ward():
-    """A drawing with all that the original's maps use, as the desktop editor saves it."""
+    """A drawing with every feature that the original's maps use, as the desktop editor saves it."""
     return read("ward")[0]
 
 
-def test_page_is_the_world(ward):
-    """The world has the page's name and size, in pixels."""
+def test_the_page_is_the_world(ward):
     assert (ward.name, ward.units, ward.bounds) == ("Ward", "px", (0, 0, 600, 400))
 
 
-def test_shapes_are_solids_and_text_is_none(ward):
-    """Walls, a U, a table and a pillar are obstacles, rotated about their centers; text and arrows are not."""
+def test_shapes_are_solids_but_text_is_not(ward):
     assert spans(ward) == [
         (0, 10, 600, 20),
         (295, 100, 305, 300),
@@ -54,13 +50,11 @@ def test_shapes_are_solids_and_text_is_none(ward):
 
 
 def test_things_are_at_their_center(ward):
-    """Half of a size is rounded down: 12 px at 62.5 have their center at 68.5."""
     assert ward.items["syrup"].at == (68.5, 49.0)
     assert {name: place.at for name, place in ward.places.items()} == {"bed": (100, 350), "POI_1": (400, 80)}
 
 
 def test_robots_have_claw_script_and_name(ward):
-    """Components become our settings, and robots without names are numbered."""
     eve, other = ward.robots["eve"], ward.robots["robot_1"]
 
     assert (eve.at, eve.components) == ((500, 80), {"claw": {"reach": 60, "max_weight": 2}})
@@ -68,7 +62,6 @@ def test_robots_have_claw_script_and_name(ward):
 
 
 def test_roads_are_waypoints_and_lanes(ward):
-    """Roads start and end at the shapes to which they are attached, and connect where they cross or nearly touch."""
     assert ward.waypoints == {
         "n1": (500, 80),
         "n2": (480, 80),
@@ -97,7 +90,6 @@ def test_roads_are_waypoints_and_lanes(ward):
 
 
 def test_old_map_has_ways_batteries_and_speeds():
-    """The robots of maps of older versions are read, also if saved on Windows."""
     world, warnings = read("old_map")
     walter, other = world.robots.values()
 
@@ -121,7 +113,6 @@ def test_old_map_has_ways_batteries_and_speeds():
     ],
 )
 def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
-    """A drawing compressed by the web editor is read."""
     world, warnings = read("two_floors", page=page, rename={"robot_1": "wall_e"})
 
     assert warnings == []
@@ -131,7 +122,6 @@ def test_compressed_drawing_has_two_floors(page, name, places, items, walls):
 
 
 def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
-    """The plan has a rotated bay in a ward, a store, and hidden notes."""
     world, warnings = read("floor_plan")
 
     assert warnings == ["8: cell 'notes' (Notes): is a hidden layer; what is on it is read all the same"]
@@ -151,7 +141,6 @@ def test_floor_plan_has_groups_in_groups_and_a_hidden_layer():
     ],
 )
 def test_original_map_can_be_driven(name, start, goals):
-    """The robot starts at the original place and reaches the original places."""
     world = load_world(REFERENCE / f"{name}.drawio").world
     (robot,) = world.robots.values()
     graph = WaypointGraph(world)
@@ -170,7 +159,6 @@ def test_original_map_can_be_driven(name, start, goals):
     ],
 )
 def test_original_map_has_its_robot(name, robot, components, orders):
-    """No part of the original map is left out."""
     loaded = load_world(REFERENCE / f"{name}.drawio")
 
     assert [str(warning) for warning in loaded.warnings if "left out" in str(warning)] == []

@@ -17,7 +17,6 @@ TYPES = "robot, pickable, POI, map-path, path, debug"
 
 
 def test_all_bad_cells_are_reported_at_once(wrong):
-    """Each invalid cell is reported, whatever other errors there are."""
     errors = wrong(
         road((0, 0), (1, 1), identifier="m", source="nobody"),
         shape("rounded=0;rotation=steep", 1, 1, 1, 1, id="s", value="&lt;b&gt;A &amp;amp; B&lt;/b&gt;"),
@@ -62,26 +61,27 @@ def test_all_bad_cells_are_reported_at_once(wrong):
     ],
 )
 def test_object_without_a_cell_is_reported(wrong, cell, error):
-    """An object without a cell is an error instead of being dropped."""
     assert [f"1: {error}"] == wrong(cell)
 
 
-def test_shape_without_geometry_is_warned_of(warned):
-    """A shape without geometry has no position."""
-    warnings = warned('<mxCell id="v" style="rounded=0" vertex="1" parent="1"/>')
-
-    assert ["cell 'v': has no mxGeometry, so it is nowhere and left out"] == warnings
-
-
-def test_cell_in_a_group_that_is_nowhere_is_warned_of(warned):
-    """A cell in a group without position is placed on the page itself."""
-    warnings = warned(typed("POI", 1, 1, id="p", parent="nope"))
-
-    assert ["POI cell 'p': is in 'nope', which is not a cell of this page; it is placed on the page itself"] == warnings
+@pytest.mark.parametrize(
+    ("cell", "warning"),
+    [
+        (
+            '<mxCell id="v" style="rounded=0" vertex="1" parent="1"/>',
+            "cell 'v': has no mxGeometry, so it is nowhere and left out",
+        ),
+        (
+            typed("POI", 1, 1, id="p", parent="nope"),
+            "POI cell 'p': is in 'nope', which is not a cell of this page; it is placed on the page itself",
+        ),
+    ],
+)
+def test_cells_without_a_position_are_warned_of(warned, cell, warning):
+    assert [warning] == warned(cell)
 
 
 def test_all_numbers_of_a_cell_are_reported(wrong):
-    """All invalid numbers of a cell are reported."""
     cell = shape("rounded=0;rotation=steep", 1, 2, 3, 4, id="s").replace('x="1"', 'x="NaN"').replace('"4"', '"tall"')
 
     assert [
@@ -103,7 +103,6 @@ def test_all_numbers_of_a_cell_are_reported(wrong):
     ],
 )
 def test_problem_has_the_value_that_is_invalid(write, cell, value):
-    """The problem has the invalid value, and its path names the cell."""
     with pytest.raises(WorldError, match="cell") as caught:
         load_world(write(drawing(cell), "map.drawio"))
 
@@ -111,21 +110,18 @@ def test_problem_has_the_value_that_is_invalid(write, cell, value):
 
 
 def test_lines_are_reported_in_plain_files(errors_of):
-    """Each cell of an uncompressed file has its line."""
     text = drawing(typed("drone", 1, 1, id="a"), typed("robo", 1, 1, id="b")).replace("<object", "\n<object")
 
     assert [error[:20] for error in errors_of(text, "map.drawio")] == ["2: drone cell 'a': h", "3: robo cell 'b': ha"]
 
 
-def test_slip_in_a_type_is_corrected(wrong):
-    """A misspelled type gets a suggestion."""
+def test_a_misspelled_type_gets_a_suggestion(wrong):
     (error,) = wrong(typed("robo", 1, 1, id="r"))
 
     assert error == "1: robo cell 'r': has the unknown type 'robo'; did you mean 'robot'?; --lenient leaves it out"
 
 
-def test_what_could_follow_from_a_bad_cell_is_not_spoken_of(write):
-    """A native file may name a robot that could not be read."""
+def test_errors_that_may_follow_from_an_invalid_cell_are_omitted(write):
     write(drawing(robot(speed="x")), "map.drawio")
     world = write("include: [map.drawio]\nremap: {eve/grab: eve/pickup}\nlanes: [[a, b]]\n")
 
@@ -136,7 +132,6 @@ def test_what_could_follow_from_a_bad_cell_is_not_spoken_of(write):
 
 
 def test_unknown_types_are_left_out_when_asked(write):
-    """Each unknown type is a warning and no obstacle, and roads can still end there."""
     cells = (
         typed("drone", 100, 100, id="d"),
         typed("", 200, 200, id="t"),
@@ -154,23 +149,20 @@ def test_unknown_types_are_left_out_when_asked(write):
     assert loaded.world.waypoints["n3"] == (115, 115)
 
 
-def test_lenient_forgives_nothing_else(write):
-    """An invalid number remains an error."""
+def test_lenient_keeps_other_errors(write):
     with pytest.raises(WorldError, match="weight is 'x'"):
         load_world(write(drawing(typed("pickable", 1, 1, name="a", weight="x")), "map.drawio"), options=LENIENT)
 
 
 @pytest.mark.parametrize("number", ["nan", "inf", "-Infinity", "1e300", "1e8", "ten", "", "1e9999", "0x10", "1_0"])
-def test_absurd_coordinate_is_rejected(wrong, number):
-    """NaN, infinity and absurd sizes are errors."""
+def test_absurd_coordinates_are_rejected(wrong, number):
     (error,) = wrong(typed("POI", 1, 2, id="p").replace('x="1"', f'x="{number}"'))
 
     assert error == f"1: POI cell 'p': x is {number!r}; expected a number of at most 1e+07"
 
 
 @pytest.mark.parametrize("attribute", ["pageWidth", "pageHeight"])
-def test_absurd_page_is_rejected(errors_of, attribute):
-    """The page size must be valid, as it becomes the world's bounds."""
+def test_an_absurd_page_size_is_rejected(errors_of, attribute):
     (error,) = errors_of(file(diagram(f'<mxGraphModel {attribute}="wide"/>')), "map.drawio")
 
     assert error == f"1: bounds: {attribute} is 'wide'; expected a number of at most 1e+07"
@@ -180,7 +172,6 @@ LAUGHS = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]>'
 
 
 def page(content: str | bytes) -> str:
-    """Return a file with one packed page."""
     return file(diagram(packed(content)))
 
 
@@ -209,7 +200,6 @@ def page(content: str | bytes) -> str:
     ids=lambda value: repr(value[:40]),
 )
 def test_hostile_or_broken_file_is_one_error(write, text, message):
-    """Entities, bombs and garbage are rejected before they cost anything."""
     with pytest.raises(WorldError, match=message) as caught:
         load_world(write(text, "map.drawio"))
 
@@ -217,7 +207,6 @@ def test_hostile_or_broken_file_is_one_error(write, text, message):
 
 
 def test_file_of_too_many_elements_is_one_error(write, monkeypatch):
-    """Elements are counted while they are read."""
     monkeypatch.setattr(_drawio_file, "MAX_ELEMENTS", 100)
     with pytest.raises(WorldError, match="has more than 100 elements") as caught:
         load_world(write("<mxfile>" + "<a/>" * 101 + "</mxfile>", "map.drawio"))
@@ -236,8 +225,7 @@ CROWDS = {
 
 
 @pytest.mark.parametrize("cells", CROWDS.values(), ids=CROWDS)
-def test_crowd_is_read_in_bounded_time(write, cells):
-    """Half of the allowed number of cells takes a few seconds of processor time at most."""
+def test_many_cells_are_read(write, cells):
     path = write(drawing(*cells), "map.drawio")
     begun = time.process_time()
     try:

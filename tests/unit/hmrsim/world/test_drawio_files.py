@@ -54,7 +54,6 @@ FORMS = {
 
 
 def test_forms_are_the_same_world(write):
-    """A drawing is the same in every form in which it can be saved."""
     hashes = {}
     for i, (name, text) in enumerate(FORMS.items()):
         path = write("", f"{i}.drawio")
@@ -66,7 +65,6 @@ def test_forms_are_the_same_world(write):
 
 @pytest.mark.parametrize("text", [model(*CELLS), file(f"<diagram>{PACKED}</diagram>")])
 def test_page_without_a_name_is_called_as_in_the_original(load, text):
-    """A bare model and a diagram without a name have the original's default name."""
     world = load(text, "map.xml").world
 
     assert world.name == "Window 1"
@@ -74,7 +72,6 @@ def test_page_without_a_name_is_called_as_in_the_original(load, text):
 
 
 def test_page_without_a_size_is_500_px(load):
-    """The default size is that of the original."""
     assert load("<mxGraphModel/>", "map.drawio").world.bounds == (0, 0, 500, 500)
 
 
@@ -87,14 +84,12 @@ def test_page_without_a_size_is_500_px(load):
 )
 @pytest.mark.parametrize("name", ["map.drawio.svg", "map.drawio"])
 def test_svg_export_is_rejected_with_a_remedy(write, text, name):
-    """An SVG export is a picture, whatever its file name."""
     with pytest.raises(WorldError, match=r"is an SVG picture; open it in draw\.io and save it as \.drawio"):
         load_world(write(text, name))
 
 
 @pytest.mark.parametrize("name", ["map.drawio.png", "map.PDF"])
 def test_picture_is_rejected_with_a_remedy(tmp_path, name):
-    """A picture is reported as such instead of as undecodable text."""
     path = tmp_path / name
     path.write_bytes(b"\x89PNG\r\n")
 
@@ -102,8 +97,7 @@ def test_picture_is_rejected_with_a_remedy(tmp_path, name):
         load_world(path)
 
 
-def test_picture_that_is_not_there_is_just_that(tmp_path):
-    """A missing picture is reported as a missing file."""
+def test_a_missing_picture_is_a_missing_file(tmp_path):
     with pytest.raises(WorldError, match="no such file"):
         load_world(tmp_path / "map.png")
 
@@ -117,7 +111,6 @@ ROBOTS = drawing(robot(), typed("robot", 200, 100, id="r"), typed("robot", 300, 
 
 
 def load(path, *, page=None, **rename):
-    """Return the world of a file, read so."""
     return load_world(path, options=ReadOptions(page=page, rename=rename)).world
 
 
@@ -125,32 +118,24 @@ def load(path, *, page=None, **rename):
     ("page", "place"), [(None, "ground"), ("Upper", "upper"), ("2", "upper"), ("1", "one"), ("3", "one")]
 )
 def test_page_is_chosen_by_name_or_number(write, page, place):
-    """Names take precedence over numbers, and the first page is the default."""
-    assert list(load(write(PAGES, "map.drawio"), page=page).places) == [place]
+    """A native file that includes a drawing passes the page on."""
+    drawn = write(PAGES, "map.drawio")
+
+    assert [[place]] * 2 == [list(load(path, page=page).places) for path in (drawn, write("include: [map.drawio]\n"))]
 
 
 @pytest.mark.parametrize("page", ["4", "0", "-1", "upper", "", "9" * 5000])
 def test_unknown_page_is_an_error(write, page):
-    """The error lists the pages."""
     with pytest.raises(WorldError, match=r"has no page '.*'; there are 1 \(Ground\), 2 \(Upper\), 3 \(1\)"):
         load(write(PAGES, "map.drawio"), page=page)
 
 
-def test_page_of_an_included_drawing_is_chosen(write):
-    """The option also applies to included drawings."""
-    write(PAGES, "map.drawio")
-
-    assert list(load(write("include: [map.drawio]\n"), page="2").places) == ["upper"]
-
-
 def test_page_without_a_drawing_is_an_error(write):
-    """A native world has no pages."""
     with pytest.raises(WorldError, match="--page 2: there are no pages; drawings have them, and levels and"):
         load(write("name: x\n"), page="2")
 
 
 def test_robots_are_renamed(write):
-    """Named and numbered robots are renamed, with their paths, and names can be swapped."""
     text = ROBOTS.replace("</root>", line("path", (200, 100), (200, 150), source="r") + "</root>")
     world = load(write(text, "map.drawio"), robot_1="eve", eve="wall_e")
 
@@ -159,7 +144,6 @@ def test_robots_are_renamed(write):
 
 
 def test_robots_of_an_included_drawing_are_renamed(write):
-    """The including file uses the new names."""
     write(ROBOTS, "map.drawio")
     world = load(write("include: [map.drawio]\nremap: {x/y: wall_e/navigate_to_pose}\n"), robot_2="wall_e")
 
@@ -177,13 +161,11 @@ def test_robots_of_an_included_drawing_are_renamed(write):
     ],
 )
 def test_rename_that_is_invalid_is_an_error(write, rename, message):
-    """The old name is unknown; the new name is taken, or is not a valid name."""
     with pytest.raises(WorldError, match=message.replace("(", r"\(")):
         load(write(ROBOTS, "map.drawio"), **rename)
 
 
 def test_new_name_that_the_native_file_has_is_an_error(write):
-    """The error names both files."""
     write(ROBOTS, "map.drawio")
 
     with pytest.raises(WorldError, match=r"'wall_e' is in .*world.yaml already"):
@@ -191,14 +173,12 @@ def test_new_name_that_the_native_file_has_is_an_error(write):
 
 
 def command(*arguments: str) -> argparse.Namespace:
-    """Return a command line with these arguments."""
     parser = argparse.ArgumentParser()
     add_world_options(parser)
     return parser.parse_args(arguments)
 
 
 def test_command_line_has_the_options(write):
-    """The command line has --page, --rename and --lenient."""
     pages = file(diagram(model(), "Ground"), diagram(model(typed("robot", 1, 1), typed("drone", 9, 9)), "Upper"))
     loaded = read_world(
         command(str(write(pages, "map.drawio")), "--page", "Upper", "--rename", "robot_1=wall_e", "--lenient")
@@ -218,7 +198,6 @@ def test_command_line_has_the_options(write):
     ],
 )
 def test_bad_rename_on_the_command_line_is_an_error(write, texts, message):
-    """The error has a remedy."""
     options = [part for text in texts for part in ("--rename", text)]
 
     with pytest.raises(WorldError, match=message):

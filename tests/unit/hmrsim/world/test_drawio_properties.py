@@ -1,4 +1,4 @@
-"""What is true of every drawing."""
+"""Properties that hold for all drawings."""
 
 from __future__ import annotations
 
@@ -35,7 +35,6 @@ styles = st.sampled_from(
 
 @st.composite
 def shapes(draw):
-    """Return cells: bare shapes, named points and roads, as functions of where and in what they are."""
     kind = draw(st.sampled_from(["shape", "POI", "road"]))
     identifier = f"c{draw(st.integers(0, 10**9))}"
     x, y, width, height = draw(numbers), draw(numbers), draw(sizes), draw(sizes)
@@ -56,14 +55,12 @@ drawings = st.lists(shapes(), max_size=6)
 
 
 def read(text: str) -> dict:
-    """Return what a file brings."""
     return FORMAT.read(text, "map.drawio", AS_IT_IS).data
 
 
 @given(drawings)
 @examples(60)
-def test_compressed_is_plain(cells):
-    """A compressed drawing is the same as the plain one."""
+def test_a_compressed_drawing_equals_the_plain_one(cells):
     content = model(*(cell(0, 0, "1") for cell in cells))
 
     assert read(file(diagram(content))) == read(file(diagram(packed(content))))
@@ -71,8 +68,7 @@ def test_compressed_is_plain(cells):
 
 @given(styles, numbers, numbers, sizes, sizes, turns)
 @examples(60)
-def test_full_turn_is_none(style, x, y, width, height, turn):
-    """A rotation by further 360 degrees changes nothing."""
+def test_a_full_turn_changes_nothing(style, x, y, width, height, turn):
     once, again = (
         read(drawing(shape(f"{style};rotation={degrees}", x, y, width, height))) for degrees in (turn, turn + 360)
     )
@@ -82,8 +78,7 @@ def test_full_turn_is_none(style, x, y, width, height, turn):
 
 @given(drawings, numbers, numbers, turns)
 @examples(60)
-def test_group_is_its_children_moved(cells, x, y, turn):
-    """Quarters of a pixel add up exactly, and the rotation of the group is ignored."""
+def test_a_group_equals_its_moved_children(cells, x, y, turn):
     group = shape(f"group;rotation={turn}", x, y, 50, 50, id="g")
     grouped = read(drawing(group, *(cell(0, 0, "g") for cell in cells)))
 
@@ -92,8 +87,7 @@ def test_group_is_its_children_moved(cells, x, y, turn):
 
 @given(st.text(max_size=100) | st.binary(max_size=100).map(packed))
 @examples(200)
-def test_any_text_is_read_or_refused(text):
-    """Any text is a document or a WorldError."""
+def test_any_text_is_a_document_or_an_error(text):
     for whole in (text, file(diagram(text)), f"<mxGraphModel><root>{text}</root></mxGraphModel>"):
         try:
             assert FORMAT.read(whole, "x", AS_IT_IS).pages
@@ -103,8 +97,7 @@ def test_any_text_is_read_or_refused(text):
 
 @given(st.dictionaries(st.sampled_from(["type", "id", "name", "battery", "speed", "component_Script"]), labels))
 @examples(100)
-def test_any_attribute_is_read_or_told(attributes):
-    """Any attribute results in a document."""
+def test_any_attribute_gives_a_document(attributes):
     cell = typed("robot", 1, 1, **attributes)
 
     assert isinstance(FORMAT.read(drawing(cell), "x", AS_IT_IS).data["robots"], dict)

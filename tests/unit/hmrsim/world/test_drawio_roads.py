@@ -9,12 +9,10 @@ from tests.unit.hmrsim.world.drawings import WALL, line, road, robot, shape, typ
 
 
 def lanes(world):
-    """Return the points that lanes join."""
     return [(world.waypoints[lane.from_], world.waypoints[lane.to]) for lane in world.lanes]
 
 
 def test_crossing_roads_connect(draw):
-    """There is a waypoint where two roads cross."""
     world = draw(road((0, 100), (200, 100)), road((100, 0), (100, 200)))
 
     assert lanes(world) == [
@@ -26,7 +24,6 @@ def test_crossing_roads_connect(draw):
 
 
 def test_overlapping_roads_are_one(draw):
-    """A road that is drawn twice is read once."""
     world = draw(road((0, 100), (200, 100)), road((150, 100), (300, 100)))
 
     assert lanes(world) == [((0, 100), (150, 100)), ((150, 100), (200, 100)), ((200, 100), (300, 100))]
@@ -34,26 +31,19 @@ def test_overlapping_roads_are_one(draw):
 
 @pytest.mark.parametrize(("end", "linked"), [(119, True), (120, True), (221, False)])
 def test_end_near_a_road_connects_there(draw, end, linked):
-    """An end within 20 px of a road connects to its nearest point, and one beyond 100 px does not."""
     world = draw(road((0, 100), (200, 100)), road((100, 300), (100, end)))
 
     assert (((100, end), (100, 100)) in lanes(world)) == linked
 
 
-def test_parts_apart_are_linked_by_their_nearest_points(draw):
-    """Two roads 100 px apart are linked."""
-    world = draw(road((0, 100), (200, 100)), road((300, 150), (300, 50)))
+@pytest.mark.parametrize(("x", "links"), [(300, [((200, 100), (300, 100))]), (301, [])])
+def test_parts_at_most_100_px_apart_are_linked_by_their_nearest_points(draw, x, links):
+    world = draw(road((0, 100), (200, 100)), road((x, 150), (x, 50)))
 
-    assert lanes(world)[-1] == ((200, 100), (300, 100))
-
-
-def test_parts_farther_apart_are_not_linked(draw):
-    """Two roads 101 px apart are not linked."""
-    assert len(draw(road((0, 100), (200, 100)), road((301, 150), (301, 50))).lanes) == 2
+    assert [lane for lane in lanes(world) if lane[0] == (200, 100)] == links
 
 
 def test_parts_are_not_linked_through_a_wall(draw):
-    """A wall between two parts prevents a link, which goes where there is no wall."""
     wall = shape(WALL, 245, 0, 10, 150)
     one, two = road((200, 20), (200, 130)), road((300, 20), (300, 130))
 
@@ -62,22 +52,19 @@ def test_parts_are_not_linked_through_a_wall(draw):
 
 
 def test_waypoints_take_no_name_of_a_place(draw):
-    """A POI with the name n1 keeps its name."""
     world = draw(typed("POI", 10, 10, 10, 10, tag="n1"), road((0, 100), (200, 100)))
 
     assert sorted(world.waypoints) == ["n2", "n3"]
 
 
 def test_road_joins_the_shapes_at_its_ends(draw):
-    """Shapes can follow in the file, and the points of former attachments are kept, as in the original."""
     way = road((110, 100), (190, 100), source="eve", target="bed")
     world = draw(way, robot(), typed("POI", 205, 95, 10, 10, tag="bed", id="bed"))
 
     assert list(world.waypoints.values()) == [(100, 100), (110, 100), (190, 100), (210, 100)]
 
 
-def test_points_that_are_not_there_are_left_out(draw):
-    """A road between shapes needs no points; neither an offset nor an empty list is one."""
+def test_missing_points_are_left_out(draw):
     cell = road((7, 7), (8, 8), source="eve", target="bed").replace('as="sourcePoint"', 'as="offset"')
     cell = cell.replace('<mxPoint x="8" y="8" as="targetPoint"/>', "")
     world = draw(robot(), typed("POI", 205, 95, 10, 10, tag="bed", id="bed"), cell)
@@ -85,13 +72,11 @@ def test_points_that_are_not_there_are_left_out(draw):
     assert lanes(world) == [((100, 100), (210, 100))]
 
 
-def test_missing_coordinate_is_nought(draw):
-    """The editor omits coordinates of 0."""
+def test_missing_coordinates_are_0(draw):
     assert lanes(draw(road((0, 30), (50, 0)).replace(' x="0"', "").replace(' y="0"', ""))) == [((0, 30), (50, 0))]
 
 
 def test_road_without_points_is_reported(warned):
-    """A road without points leads nowhere."""
     assert warned(road((5, 5), (5, 5), identifier="r")) == [
         "map-path cell 'r': has fewer than two points, so it is not a road"
     ]
@@ -108,7 +93,6 @@ def test_road_without_points_is_reported(warned):
     ],
 )
 def test_road_that_is_invalid_is_an_error(wrong, cells, message):
-    """The error names the cell."""
     cells = [cell.replace("map-path1-1", "r") for cell in cells]
     (error,) = wrong(road((50, 50), (60, 60), identifier="r") if "'r'" in message else "", *cells)
 
@@ -116,8 +100,7 @@ def test_road_that_is_invalid_is_an_error(wrong, cells, message):
     assert error.endswith(f": {message}")
 
 
-def test_road_to_a_bad_shape_is_not_spoken_of(wrong):
-    """There is one error, not two."""
+def test_a_road_to_an_invalid_shape_is_not_reported(wrong):
     bed = typed("POI", 1, 1, tag="bed", id="bed").replace('x="1"', 'x="?"')
 
     assert wrong(road((0, 0), (1, 1), target="bed"), bed) == [
@@ -126,14 +109,13 @@ def test_road_to_a_bad_shape_is_not_spoken_of(wrong):
 
 
 def test_too_many_roads_are_rejected(wrong):
-    """The number of pieces is limited, as each is compared with all others."""
+    """Each piece is compared with all others."""
     (error,) = wrong(road(*((i % 2, i % 300) for i in range(2002))))
 
     assert error == "1: lanes: 2001 pieces of road; at most 2000"
 
 
 def test_too_many_links_between_walls_are_rejected(wrong, monkeypatch):
-    """The number of links that are checked against walls is limited."""
     monkeypatch.setattr(_drawio_roads, "_MAX_COMPARISONS", 10_000)
     walls = [shape(WALL, 0, y / 5, 600, 0.04, id=f"w{y}") for y in range(1000)]
     roads = [road((x * 2, y), (x * 2, y + 1), identifier=f"r{x}-{y}") for x in range(30) for y in (5, 95)]
@@ -143,7 +125,6 @@ def test_too_many_links_between_walls_are_rejected(wrong, monkeypatch):
     ]
 
 
-def test_way_of_a_robot_is_no_road(draw):
-    """A path of a robot connects nothing."""
+def test_a_robot_s_path_is_no_road(draw):
     assert draw(typed("POI", 1, 1, tag="bed"), road((0, 0), (9, 0))).lanes != ()
     assert draw(robot(), line("path", (100, 100), (100, 150), source="eve")).lanes == ()

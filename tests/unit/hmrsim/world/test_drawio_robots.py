@@ -1,4 +1,4 @@
-"""The robots of a drawing: components, scripts, and the ways that they follow by themselves."""
+"""The robots of a drawing: components, scripts and paths."""
 
 from __future__ import annotations
 
@@ -20,19 +20,14 @@ def read(*cells: str) -> dict:
     return document.data["robots"]
 
 
-def test_script_becomes_orders():
-    """The second element of a script, a number, is ignored."""
-    assert read(robot(component_Script=SCRIPT))["eve"]["script"] == ["Go bed", "Wait 2"]
+@pytest.mark.parametrize(
+    ("script", "orders"), [(SCRIPT, ["Go bed", "Wait 2"]), ("[]", []), ("[[], 5]", []), ("[[]]", [])]
+)
+def test_script_becomes_orders(script, orders):
+    assert read(robot(component_Script=script))["eve"]["script"] == orders
 
 
-@pytest.mark.parametrize("script", ["[]", "[[], 5]", "[[]]"])
-def test_script_without_orders_is_none(script):
-    """An empty script has no orders."""
-    assert read(robot(component_Script=script))["eve"]["script"] == []
-
-
-def test_way_is_followed_before_the_script():
-    """The robot follows the drawn points, then the center of the shape at the end."""
+def test_a_path_is_followed_before_the_script():
     way = line("path", (110.5, 100), (200, 0.125), (200, 150), source="eve", target="bed")
     bed = typed("POI", 245, 145, 10, 10, tag="bed", id="bed")
 
@@ -43,8 +38,7 @@ def test_way_is_followed_before_the_script():
     ]
 
 
-def test_several_ways_are_followed_in_the_order_of_the_file():
-    """Each path is one order of its robot."""
+def test_paths_are_followed_in_file_order():
     ways = [
         line("path", (i, 0), (i, 9), source=name, identifier=f"p{i}")
         for i, name in enumerate(["eve", "wall_e", "eve"])
@@ -64,14 +58,12 @@ def test_several_ways_are_followed_in_the_order_of_the_file():
     ],
 )
 def test_path_without_a_robot_is_an_error(wrong, source, message):
-    """The error names the cell."""
     cells = (line("path", (0, 0), (9, 9), source=source, identifier="p"), typed("POI", 9, 9, tag="bed", id="bed"))
 
     assert wrong(*cells) == [f"1: path cell 'p': {message}"]
 
 
 def test_path_of_a_bad_robot_is_not_reported(wrong):
-    """There is one error, not two."""
     cells = (line("path", (0, 0), (9, 9), source="eve", identifier="p"), robot(component_Claw="80"))
 
     assert wrong(*cells) == ["1: robot cell 'eve': component_Claw is 80; expected a JSON list such as [80, 1]"]
@@ -88,13 +80,7 @@ def test_path_of_a_bad_robot_is_not_reported(wrong):
         ({"component_Battery": "[]"}, {"battery": {}}),
         (
             {"battery": '{"initialCharge":5000,"lookupTable":{"default":1,"still":0.5,"moving":2}}'},
-            {
-                "battery": {
-                    "capacity": 5000,
-                    "initial_charge": 5000,
-                    "drain": {"default": 1, "still": 0.5, "moving": 2},
-                }
-            },
+            {"battery": {"capacity": 5000, "initial_charge": 5000, "drain": {"default": 1, "still": 0.5, "moving": 2}}},
         ),
         ({"battery": "{}"}, {"battery": {}}),
         (
@@ -104,26 +90,20 @@ def test_path_of_a_bad_robot_is_not_reported(wrong):
         ({"collision_tag": "stopEvent", "movable": "true"}, {}),
     ],
 )
-def test_components_are_settings_of_ours(draw, attributes, components):
-    """Arguments become settings by position, and batteries of old maps by name."""
+def test_components_become_our_settings(draw, attributes, components):
     assert draw(robot(**attributes)).robots["eve"].components == components
 
 
-def test_speed_of_old_maps_is_a_frame(draw):
-    """A speed of 5 px per frame is converted at 60 frames per second, and the footprint is the drawn size."""
+def test_speeds_of_old_maps_are_per_frame(draw):
     base = draw(robot(speed="5")).robots["eve"].base
 
     assert (base.speed, base.radius) == (300, 15)
 
 
 def test_all_errors_of_a_robot_are_reported_at_once(wrong):
-    """Each invalid attribute is reported with its position."""
-    bad = robot(
-        component_Claw="[80",
-        component_Script="[[1], 0]",
-        component_Battery='["full"]',
-        speed="fast",
-    ).replace('x="85"', 'x="left"')
+    bad = robot(component_Claw="[80", component_Script="[[1], 0]", component_Battery='["full"]', speed="fast").replace(
+        'x="85"', 'x="left"'
+    )
 
     assert wrong(bad) == [
         f"1: robot cell 'eve': {message}"
@@ -152,7 +132,6 @@ def test_all_errors_of_a_robot_are_reported_at_once(wrong):
     ],
 )
 def test_attribute_that_is_invalid_is_an_error(wrong, attribute, text, message):
-    """The error has the value and a remedy."""
     (error,) = wrong(robot(**{attribute: text}))
 
     assert error.startswith(f"1: robot cell 'eve': {attribute} {message}")
@@ -170,19 +149,16 @@ def test_attribute_that_is_invalid_is_an_error(wrong, attribute, text, message):
     ],
 )
 def test_settings_are_checked_as_in_any_world(wrong, attributes, error):
-    """Errors of settings have the robot's line."""
     assert wrong(robot(**attributes)) == [f"1: {error}"]
 
 
 def test_charge_above_the_capacity_is_an_error(wrong):
-    """A charge can't exceed the capacity."""
     (error,) = wrong(robot(battery='{"initialCharge":9}', component_Battery="[5]"))
 
     assert "initial_charge 9 is more than the capacity 5" in error
 
 
-def test_what_is_left_out_is_a_warning(warned):
-    """Unknown components, immovable robots and empty paths are warnings."""
+def test_omitted_parts_are_warnings(warned):
     way = line("path", (0, 0), (1, 1), source="eve", identifier="p")
     empty = way[: way.index("<mxPoint")] + way[way.index("</mxGeometry>") :]
 
@@ -194,21 +170,18 @@ def test_what_is_left_out_is_a_warning(warned):
 
 
 def test_robots_without_a_name_are_numbered(draw):
-    """Numbers start at 1, in the order of the file, and skip names that are taken."""
     world = draw(*(typed("robot", x, 50, id=f"r{x}", name=name) for x, name in ((10, ""), (60, "robot_2"), (110, ""))))
 
     assert {name: robot.at[0] for name, robot in world.robots.items()} == {"robot_1": 25, "robot_2": 75, "robot_3": 125}
 
 
-def test_illegal_name_is_reported_where_it_is(wrong):
-    """An invalid name is reported with its line."""
+def test_an_invalid_name_has_its_place(wrong):
     (error,) = wrong(robot("wall e"))
 
     assert error.startswith("1: robots.wall e: ")
 
 
 def test_attributes_are_written_as_the_editor_writes_them():
-    """Line feeds and quotes in attributes are escaped."""
     cell = robot(component_Script=json.dumps([["Go bed"], 0], indent=1)).replace("\n", "&#10;")
 
     assert read(cell, shape("text", 1, 1, 1, 1))["eve"]["script"] == ["Go bed"]

@@ -1,4 +1,4 @@
-"""What the shapes of a drawing cover."""
+"""Obstacles that the shapes of a drawing cover."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from tests.unit.hmrsim.world.drawings import CORNER, ROOM, WALL, WALL_U, shape, 
 
 
 def spans(world):
-    """Return the box around each solid."""
     return [
         tuple(round(edge(point[i] for point in wall.solid), 3) for edge in (min, max) for i in (0, 1))
         for wall in world.walls
@@ -40,7 +39,6 @@ def spans(world):
     ],
 )
 def test_shape_covers_its_bars(draw, style, boxes):
-    """All shapes of the floor plan library, and others, become the right obstacles."""
     assert boxes == spans(draw(shape(style, 100, 100, 100, 60)))
 
 
@@ -54,12 +52,10 @@ def test_shape_covers_its_bars(draw, style, boxes):
     ],
 )
 def test_walls_that_are_invalid_are_reported(wrong, style, error):
-    """The error has the cell, the value and a remedy."""
     assert [f"1: cell 'w': {error}"] == wrong(shape(f"{ROOM};{style}", 100, 100, 100, 60, id="w"))
 
 
 def test_walls_thicker_than_their_box_are_warned_of(warned):
-    """A shape without an inside is probably a mistake."""
     (warning,) = warned(shape(f"{ROOM};wallThickness=500", 100, 100, 100, 60, id="w"))
 
     assert "cell 'w': wallThickness is 500, more than its size of 100 x 60, so it is solid" == warning
@@ -68,13 +64,11 @@ def test_walls_thicker_than_their_box_are_warned_of(warned):
 @pytest.mark.parametrize(
     "style", ["text;html=1", "shape=text", "edgeLabel", "group", "swimlane;startSize=23", "rounded=0;container=1", ""]
 )
-def test_decoration_is_no_obstacle(draw, style):
-    """Text, labels and frames are no obstacles."""
+def test_decorations_are_no_obstacles(draw, style):
     assert draw(shape(style, 100, 100, 100, 60)).walls == ()
 
 
 def test_untyped_line_is_decoration(draw):
-    """An arrow and its label are no obstacles."""
     arrow = (
         '<mxCell id="a" style="edgeStyle=none" edge="1" parent="1"><mxGeometry relative="1" as="geometry"/></mxCell>'
     )
@@ -87,7 +81,7 @@ ASIDE = {"left": (-80, 0), "top": (0, -80), "right": (80, 0), "bottom": (0, 80)}
 
 
 def ways_out(world):
-    """Return the sides to which a robot leaves the middle of a shape around (150, 150)."""
+    """Return the sides to which a robot can leave the middle of a shape around (150, 150)."""
     obstacles = Obstacles([], [wall.solid for wall in world.walls])
     return " ".join(side for side, (x, y) in ASIDE.items() if not obstacles.block((150, 150), (150 + x, 150 + y)))
 
@@ -112,15 +106,13 @@ def ways_out(world):
         (ROOM, {0: "", 30: "", 90: ""}),
     ],
 )
-def test_gap_that_is_drawn_is_passable(draw, style, gaps):
-    """A robot can leave a shape through its gaps only, however the shape is rotated and flipped."""
+def test_a_drawn_gap_is_passable(draw, style, gaps):
     shapes = {turn: draw(shape(f"{style};rotation={turn}", 100, 100, 100, 100)) for turn in gaps}
 
     assert gaps == {turn: ways_out(world) for turn, world in shapes.items()}
 
 
 def test_oblique_u_opens_between_the_sides(draw):
-    """A U rotated by 45 degrees opens to the lower left."""
     world = draw(shape(f"{WALL_U};rotation=45", 100, 100, 100, 100))
     obstacles = Obstacles([], [wall.solid for wall in world.walls])
 
@@ -128,18 +120,20 @@ def test_oblique_u_opens_between_the_sides(draw):
     assert obstacles.block((150, 150), (210, 210))
 
 
-def test_bars_are_no_thicker_than_their_box(draw):
-    """A U of 6 px by 4 px covers exactly its box."""
-    assert spans(draw(shape(WALL_U, 100, 100, 6, 4))) == [(100, 100, 106, 104)] * 3
+@pytest.mark.parametrize(
+    ("cell", "boxes"),
+    [
+        (shape(WALL_U, 100, 100, 6, 4), [(100, 100, 106, 104)] * 3),
+        (shape(f"{WALL};rotation=90;", -81.25, 218.75, 212.5, 10), [(20, 117.5, 30, 330)]),
+        (shape(WALL, 0, 0, 60, 0).replace(' x="0" y="0"', "").replace(' height="0"', ""), [(0, 0, 60, 1)]),
+    ],
+    ids=["bars no thicker than their box", "a rotated wall", "missing numbers are 0, and walls 1 px thin"],
+)
+def test_shapes_are_where_the_original_has_them(draw, cell, boxes):
+    assert spans(draw(cell)) == boxes
 
 
-def test_turned_wall_is_where_the_original_has_it(draw):
-    """A wall of 212.5 px is rotated upright about its center."""
-    assert spans(draw(shape(f"{WALL};rotation=90;", -81.25, 218.75, 212.5, 10))) == [(20, 117.5, 30, 330)]
-
-
-def test_oblique_wall_is_turned_clockwise(draw):
-    """A rotation of 30 degrees moves the right end of a wall down."""
+def test_walls_rotate_clockwise(draw):
     (wall,) = draw(shape(f"{WALL};rotation=30", 100, 100, 200, 0)).walls
 
     assert [(round(x, 2), round(y, 2)) for x, y in wall.solid] == [
@@ -150,36 +144,25 @@ def test_oblique_wall_is_turned_clockwise(draw):
     ]
 
 
-def test_ellipse_is_about_its_exact_middle(draw):
-    """Every corner of the polygon is on the ellipse around (105.5, 102.5)."""
+def test_an_ellipse_has_its_exact_center(draw):
     (wall,) = draw(shape("ellipse;rotation=180", 100, 100, 11, 5)).walls
 
     assert {round(((x - 105.5) / 5.5) ** 2 + ((y - 102.5) / 2.5) ** 2, 4) for x, y in wall.solid} == {1.0}
     assert len(wall.solid) == 24
 
 
-def test_ellipse_is_turned(draw):
-    """The end of an ellipse rotated by 30 degrees is 50 px away in that direction."""
+def test_an_ellipse_is_rotated(draw):
     (wall,) = draw(shape("ellipse;rotation=30", 100, 100, 100, 20)).walls
     end = (150 + 50 * math.cos(math.pi / 6), 110 + 50 * math.sin(math.pi / 6))
 
     assert [(round(end[0], 6), round(end[1], 6))] == [point for point in wall.solid if math.dist(point, end) < 1]
 
 
-def test_missing_numbers_are_nought_and_a_wall_is_1_px_thin(draw):
-    """Geometry can lack x, y and height."""
-    cell = shape(WALL, 0, 0, 60, 0).replace(' x="0" y="0"', "").replace(' height="0"', "")
-
-    assert spans(draw(cell)) == [(0, 0, 60, 1)]
-
-
 def test_shape_without_a_size_is_reported(warned):
-    """A shape without a size can't be an obstacle."""
     assert warned(shape("rounded=0", 1, 1, 0, 5, id="s")) == ["cell 's': has the size 0 x 5, so it is not an obstacle"]
 
 
 def test_named_point_is_where_the_original_has_it(draw):
-    """Half of a size is rounded down: 12 px at 512.5 have their center at 518.5, 13 px at 10 at 16."""
     world = draw(typed("POI", 512.5, 10, 12, 13, tag="a"))
 
     assert world.places["a"].at == (518.5, 16)

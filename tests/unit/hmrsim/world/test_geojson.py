@@ -25,41 +25,32 @@ SHELF = {"type": "Feature", "properties": {"id": 2}, "geometry": {"type": "Point
 
 
 def edge(start, end, **metadata):
-    """Return a feature that is an edge."""
     properties = {"id": 9, "startid": start, "endid": end, "metadata": metadata}
     return {"type": "Feature", "properties": properties, "geometry": {"type": "MultiLineString"}}
 
 
 def text(*features):
-    """Return a graph with these features, one a line after the first."""
     return '{"type": "FeatureCollection", "features": [\n' + ",\n".join(map(json.dumps, features)) + "\n]}\n"
 
 
 @pytest.fixture(scope="module")
 def crossing():
-    """A graph with all that Nav2's documentation shows."""
     return load_world(HERE / "data" / "crossing.geojson")
 
 
-def test_nodes_are_waypoints(crossing):
-    """Waypoints are named by metadata or id, wherever the nodes are in the file."""
-    assert {"home": (0, 0), "node_2": (4, 0), "node_3": (4, 3)} == crossing.world.waypoints
-
-
-def test_edges_are_lanes(crossing):
-    """Two edges that differ in direction only are one lane; a limit in percent refers to the default speed."""
+def test_nodes_are_waypoints_and_edges_lanes(crossing):
     lanes = [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in crossing.world.lanes]
 
+    assert {"home": (0, 0), "node_2": (4, 0), "node_3": (4, 3)} == crossing.world.waypoints
     assert [("home", "node_2", False, 0.5), ("node_2", "node_3", True, 0.85)] == lanes
 
 
 def test_an_edge_is_straight_whatever_its_line(crossing):
-    """Only the ends of an edge count, as for Nav2."""
+    """Nav2 also uses only the ends of an edge."""
     assert 4.0 == WaypointGraph(crossing.world).plan((0.0, 0.0), (4.0, 0.0), 1.0).length
 
 
-def test_what_means_nothing_here_is_reported(crossing):
-    """Each kind of ignored data is reported once, with the line of the first."""
+def test_ignored_data_is_reported_once(crossing):
     assert [
         (6, "costs other than the length: 1 left out"),
         (7, "further metadata: 1 left out"),
@@ -87,43 +78,29 @@ def test_what_means_nothing_here_is_reported(crossing):
     ],
 )
 def test_speed_limits_are_as_nav2_takes_them(load, metadata, limit):
-    """The absolute limit takes precedence; one in percent can be a fraction, as in Nav2's sample graph."""
     (lane,) = load(text(HOME, SHELF, edge(1, 2, **metadata)), "g.geojson").world.lanes
 
     assert limit == lane.speed_limit
 
 
 def test_the_faster_of_two_edges_counts(load):
-    """Nav2 allows several edges, of which a robot can choose the fastest."""
     features = [edge(1, 2, abs_speed_limit=0.5), edge(1, 2, abs_speed_limit=0.8), edge(1, 2, abs_speed_limit=0.1)]
     (lane,) = load(text(HOME, SHELF, *features), "g.geojson").world.lanes
 
     assert 0.8 == lane.speed_limit
 
 
-def test_a_name_that_looks_like_a_number_of_another_node_is_its_own(load):
-    """Given names take precedence over generated ones."""
+def test_given_names_precede_generated_ones(load):
     named = {**HOME, "properties": {"id": 5, "metadata": {"name": "node_2"}}}
 
     assert ["node_2_", "node_2"] == list(load(text(SHELF, named), "g.geojson").world.waypoints)
 
 
 def test_all_errors_are_reported_with_their_lines(errors_of):
-    """Missing ids and points, duplicate ids, dangling edges and invalid numbers are all reported."""
     nowhere = {"type": "Feature", "properties": {"id": 4}, "geometry": {"type": "Point", "coordinates": [1]}}
     nameless = {"type": "Feature", "properties": {}, "geometry": {"type": "Point", "coordinates": [1, 2]}}
-    bad = [
-        HOME,
-        HOME,
-        SHELF,
-        nowhere,
-        nameless,
-        edge(1, 7),
-        edge("a", 1),
-        edge(1, None),
-        edge(2, 1, abs_speed_limit="x"),
-        5,
-    ]
+    edges = [edge(1, 7), edge("a", 1), edge(1, None), edge(2, 1, abs_speed_limit="x")]
+    bad = [HOME, HOME, SHELF, nowhere, nameless, *edges, 5]
 
     assert [
         "3: features.1.properties.id: 1 is the id of another node, too; ids are unique",
@@ -137,15 +114,13 @@ def test_all_errors_are_reported_with_their_lines(errors_of):
     ] == errors_of(text(*bad), "g.geojson")
 
 
-def test_what_is_found_later_has_its_line(errors_of):
-    """A coordinate out of range is reported with its line."""
+def test_a_coordinate_out_of_range_has_its_line(errors_of):
     far = {**SHELF, "geometry": {"type": "Point", "coordinates": [3e8, 0]}}
 
     assert ["3: waypoints.node_2.0: must be at most 1e+07, got 300000000.0"] == errors_of(text(HOME, far), "g.geojson")
 
 
 def test_an_edge_to_its_own_start_is_left_out(load):
-    """Nav2 accepts such edges and ships one; each is a warning with its line."""
     loaded = load(text(HOME, SHELF, edge(1, 1), edge(1, 2), edge(2, 2)), "g.geojson")
 
     assert [("node_1", "node_2")] == [(lane.from_, lane.to) for lane in loaded.world.lanes]
@@ -157,25 +132,21 @@ def test_an_edge_to_its_own_start_is_left_out(load):
 
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Nav2's graph is not here")
-def test_nav2s_own_graph():
-    """All nodes and edges are read, although ids begin at 1 and one edge is duplicated."""
+def test_nav2_s_sample_graph_loads():
     loaded = load_world(REFERENCE / "turtlebot3_graph.geojson")
 
     assert (20, 32) == (len(loaded.world.waypoints), len(loaded.world.lanes))
-    assert {
-        "ids of nodes that do not count from 0: 20 given anew",
-        "ways that were there before: 1 left out",
-    } == {warning.message for warning in loaded.warnings}
+    assert {"ids of nodes that do not count from 0: 20 given anew", "ways that were there before: 1 left out"} == {
+        warning.message for warning in loaded.warnings
+    }
 
 
 @pytest.mark.parametrize("graph", nav2_files(".geojson"), ids=lambda path: path.name)
 def test_every_graph_of_nav2_loads(graph):
-    """All graphs load, including one with an edge from a node to itself."""
     assert load_world(graph).world.waypoints
 
 
-def test_a_native_file_adds_what_a_graph_lacks(write, load):
-    """A native file can add robots at the nodes of a graph."""
+def test_a_native_file_can_include_a_graph(write, load):
     write(text(HOME, SHELF, edge(1, 2)), "floor.geojson")
     world = load("include: [floor.geojson]\nrobots: {eve: {at: node_2}}\n").world
 
@@ -183,7 +154,6 @@ def test_a_native_file_adds_what_a_graph_lacks(write, load):
 
 
 def test_nav2_gets_limits_as_floats():
-    """Nav2 fails on integers."""
     world = World.model_validate(
         {"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [{"from": "a", "to": "b", "speed_limit": 2}]}
     )
@@ -193,14 +163,11 @@ def test_nav2_gets_limits_as_floats():
 
 @pytest.mark.parametrize(("closed", "ends", "number"), [(("b", "a"), (0, 1), 2), (("a", "b"), (1, 0), 3)])
 def test_closed_lanes_are_not_written(closed, ends, number):
-    """One direction can be closed alone, and the other keeps its id."""
     world = World.model_validate({"waypoints": {"a": [0, 0], "b": [3, 4]}, "lanes": [["a", "b"]]})
     (way,) = to_geojson(world, closed={closed})["features"][2:]
 
     assert (*ends, number) == tuple(way["properties"][key] for key in ("startid", "endid", "id"))
 
-
-# --- there and back -----------------------------------------------------------------------------------------------
 
 names = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), min_size=1, max_size=12)
 coordinates = st.floats(-1e7, 1e7)
@@ -209,7 +176,6 @@ capacities = st.none() | st.integers(1, 9)
 
 @st.composite
 def graphs(draw):
-    """Return a world of waypoints and lanes; opposite lanes may be two that lead one way each."""
     points = draw(st.dictionaries(names, st.tuples(coordinates, coordinates), min_size=2, max_size=6))
     waypoints = {
         name: at if (capacity := draw(capacities)) is None else {"at": at, "capacity": capacity}
@@ -232,7 +198,6 @@ def graphs(draw):
 @given(graphs())
 @examples(200)
 def test_a_graph_written_and_read_is_the_same(world):
-    """Names, points, directions, limits and capacities are kept, in the same order."""
     data = FORMAT.read(json.dumps(to_geojson(world)), "g.geojson").data
     again = World.model_validate(data)
 

@@ -1,4 +1,4 @@
-"""Files that are broken or made to cost time and memory."""
+"""Files that are broken or hostile."""
 
 from __future__ import annotations
 
@@ -21,7 +21,6 @@ from tests.profiles import examples
 
 
 def test_number_of_reported_errors_is_limited(write):
-    """The first error gives the number of all errors."""
     path = write("\n".join(["name: many", *(f"k{i}: {i}" for i in range(3000))]))
     with pytest.raises(WorldError) as caught:
         load_world(path)
@@ -33,40 +32,29 @@ def test_number_of_reported_errors_is_limited(write):
 
 
 def test_a_merge_key_is_reported_with_its_line(errors_of):
-    """A merge key looks like YAML, but YAML 1.2 has none."""
+    """YAML 1.2 has no merge keys."""
     errors = errors_of("robots:\n  eve: &eve {at: [0, 0]}\n  wall_e:\n    <<: *eve\n")
 
     assert errors == ["4: has the merge key <<, which YAML 1.2 no longer has; write the keys out"]
 
 
-STRIPES = [((0.0, float(y)), (1000.0, float(y))) for y in range(1000)]
+@pytest.mark.parametrize(
+    ("start", "end", "wall", "compared"),
+    [
+        ((500.0, 700.5), (501.0, 701.5), 701, 250),
+        ((10.0, 1e7), (10.0, -1e7), 0, 3000),
+        ((-1e7, -5000.0), (1e7, -5000.0), None, 3000),
+    ],
+    ids=["short", "through all walls", "beside all walls"],
+)
+def test_a_line_is_compared_with_few_of_many_long_walls(start, end, wall, compared):
+    grid = SegmentGrid([((0.0, float(y)), (1000.0, float(y))) for y in range(1000)])
 
-
-def test_a_short_line_is_compared_with_few_of_many_long_walls():
-    """Of a thousand walls, a line is compared with those near the one that it meets."""
-    grid = SegmentGrid(STRIPES)
-
-    assert grid.first_crossing((500.0, 700.5), (501.0, 701.5)) == 701
-    assert grid.looked < 250
-
-
-def test_a_line_from_far_away_is_cut_to_where_the_walls_are():
-    """A line from far away that crosses all walls is found to do so."""
-    grid = SegmentGrid(STRIPES)
-
-    assert grid.first_crossing((10.0, 1e7), (10.0, -1e7)) == 0
-    assert grid.looked < 3000
-
-
-def test_a_line_beside_all_walls_meets_none():
-    """A line of any length beside the walls meets none of them."""
-    grid = SegmentGrid(STRIPES)
-
-    assert grid.first_crossing((-1e7, -5000.0), (1e7, -5000.0)) is None
+    assert grid.first_crossing(start, end) == wall
+    assert grid.looked < compared
 
 
 def test_lanes_and_walls_are_compared_within_bounds(monkeypatch):
-    """A warning reports what was not compared."""
     monkeypatch.setattr(lanes, "_MAX_COMPARISONS", 0)
     world = World.model_validate(
         {
@@ -94,14 +82,12 @@ values = st.recursive(
 
 
 def places(value, path=()):
-    """Yield the paths of all values inside a value."""
     for key, part in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
         yield (*path, key)
         yield from places(part, (*path, key))
 
 
 def changed(value, path, new):
-    """Return a value with another one at a path, or without it."""
     if not path:
         return new
     parts = dict(value) if isinstance(value, dict) else list(value)
@@ -112,8 +98,7 @@ def changed(value, path, new):
 @pytest.mark.parametrize("kind", FILES)
 @given(st.data())
 @examples(150)
-def test_any_change_of_a_file_is_read_or_told(kind, data):
-    """With any one value changed, a file is a world or has findings."""
+def test_any_change_of_a_file_gives_a_world_or_findings(kind, data):
     path = data.draw(st.sampled_from([*places(PLAIN[kind])]))
     text = json.dumps(changed(PLAIN[kind], path, data.draw(values)))
     try:
@@ -128,8 +113,7 @@ def test_any_change_of_a_file_is_read_or_told(kind, data):
 
 @pytest.mark.parametrize("kind", [*FILES, "movingai"])
 @given(st.text(max_size=100) | values.map(json.dumps))
-def test_any_text_is_read_or_refused(kind, text):
-    """Any text is a document or a WorldError."""
+def test_any_text_is_a_document_or_an_error(kind, text):
     try:
         assert registry()[kind].read(text, "file", AS_IT_IS)
     except WorldError as error:
@@ -151,7 +135,6 @@ def test_any_text_is_read_or_refused(kind, text):
     ids=lambda value: repr(value[:20]),
 )
 def test_hostile_json_is_one_error(write, name, text, message):
-    """Unreadable JSON is rejected before it costs anything."""
     with pytest.raises(WorldError, match=message) as caught:
         load_world(write(text, name))
 
@@ -159,7 +142,6 @@ def test_hostile_json_is_one_error(write, name, text, message):
 
 
 def test_a_json_file_of_too_many_values_is_rejected(write, monkeypatch):
-    """Values are counted before they are parsed."""
     monkeypatch.setattr(_reading, "_MAX_VALUES", 10)
 
     with pytest.raises(WorldError, match="has more than 10 values"):
@@ -167,7 +149,6 @@ def test_a_json_file_of_too_many_values_is_rejected(write, monkeypatch):
 
 
 def test_numbers_beyond_all_maps_are_reported(errors_of):
-    """Numbers that overflow or are out of range are errors."""
     far = [
         {"type": "Feature", "properties": {"id": i}, "geometry": {"type": "Point", "coordinates": [number, 0]}}
         for i, number in enumerate((10**400, 1e308, 1e8))
@@ -181,7 +162,6 @@ def test_numbers_beyond_all_maps_are_reported(errors_of):
 
 
 def test_number_of_reported_errors_of_other_formats_is_limited(write):
-    """The limit holds if every value of a file is invalid."""
     text = json.dumps({"features": [5] * 5000})
     with pytest.raises(WorldError) as caught:
         load_world(write(text, "g.geojson"))

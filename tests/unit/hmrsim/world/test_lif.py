@@ -15,7 +15,6 @@ DEPOT = Path(__file__).parent / "data" / "depot.lif.json"
 
 
 def layout(identifier, nodes, edges=(), stations=(), **more):
-    """Return a layout of nodes at (x, 0), by id, and edges between them."""
     return {
         "layoutId": identifier,
         "layoutVersion": "1",
@@ -38,33 +37,26 @@ def layout(identifier, nodes, edges=(), stations=(), **more):
 
 
 def text(*layouts, version="1.0.0"):
-    """Return a file with these layouts."""
     return json.dumps({"metaInformation": {"lifVersion": version}, "layouts": layouts}, indent=1)
 
 
 @pytest.fixture(scope="module")
 def depot():
-    """Two levels, two vehicle types, a charger and a lift."""
     return load_world(DEPOT).world
 
 
-def test_nodes_are_waypoints(depot):
-    """Waypoints are named by node id, and the second level is 5 m beside the first."""
+def test_nodes_edges_stations_and_levels_are_read(depot):
+    """A station with a charging node is a dock, and an edge to another level is a lift."""
     assert "depot" == depot.name
     assert {"N1": (0, 0), "N2": (5, 0), "N3": (5, 5), "N4": (14, 0), "N5": (10, 0)} == depot.waypoints
-
-
-def test_edges_are_lanes(depot):
-    """Edges are one-way lanes, two that match are one lane, and the limit is that of the faster vehicle type."""
-    assert [
-        ("N1", "N2", False, 1.5),
-        ("N2", "N3", True, None),
-        ("N4", "N5", True, None),
-    ] == [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in depot.lanes]
+    lanes = [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in depot.lanes]
+    assert [("N1", "N2", False, 1.5), ("N2", "N3", True, None), ("N4", "N5", True, None)] == lanes
+    assert {"S1": (5, 0)} == {name: place.at for name, place in depot.places.items()}
+    assert {"N3": ((5, 5), "charger")} == {name: (dock.at, dock.type) for name, dock in depot.docks.items()}
+    assert {"UP": ("N2", "N4")} == {name: lift.stops for name, lift in depot.lifts.items()}
 
 
 def test_a_vehicle_type_without_a_limit_drives_as_fast_as_it_can(tmp_path):
-    """The lane has no limit if one vehicle type has none."""
     whole = layout("one", {"A": 0, "B": 5}, [("A", "B")])
     whole["edges"][0]["vehicleTypeEdgeProperties"] += [{"vehicleTypeId": "slow", "maxSpeed": 0.5}]
     path = tmp_path / "one.lif.json"
@@ -74,21 +66,7 @@ def test_a_vehicle_type_without_a_limit_drives_as_fast_as_it_can(tmp_path):
     assert lane.speed_limit is None
 
 
-def test_stations_are_where_vehicles_interact(depot):
-    """A station with a charging node is a dock; the position of a station is only for pictures."""
-    assert ({"S1": (5, 0)}, {"N3": ((5, 5), "charger")}) == (
-        {name: place.at for name, place in depot.places.items()},
-        {name: (dock.at, dock.type) for name, dock in depot.docks.items()},
-    )
-
-
-def test_an_edge_to_another_level_is_a_lift(depot):
-    """Edges in both directions are one lift."""
-    assert {"UP": ("N2", "N4")} == {name: lift.stops for name, lift in depot.lifts.items()}
-
-
-def test_what_means_nothing_here_is_reported():
-    """Each kind of ignored data is reported once, with the line of the first."""
+def test_ignored_data_is_reported_once():
     assert [
         (9, "theta: 1 left out"),
         (12, "actions of nodes: 1 left out"),
@@ -100,22 +78,19 @@ def test_what_means_nothing_here_is_reported():
 
 
 @pytest.mark.parametrize("page", ["2", "upper"])
-def test_one_layout_alone(page):
-    """A single layout keeps its position, and edges to others are left out."""
+def test_a_single_layout_keeps_its_position(page):
     loaded = load_world(DEPOT, options=ReadOptions(page=page))
 
     assert {"N4": (5, 0), "N5": (1, 0)} == loaded.world.waypoints
     assert ["edges from or to other layouts: 1 left out"] == [warning.message for warning in loaded.warnings]
 
 
-def test_no_such_layout():
-    """The error lists the layouts."""
+def test_an_unknown_layout_lists_the_layouts():
     with pytest.raises(WorldError, match=r"has no layout 'attic'; there are 1 \(Ground floor\), 2 \(upper\)$"):
         load_world(DEPOT, options=ReadOptions(page="attic"))
 
 
 def test_layouts_of_one_level_stay_together(load):
-    """Layouts of one level share their origin, and edges connect them."""
     halls = layout("a", {"A": 0}, [("A", "B")], layoutLevelId="0"), layout("b", {"B": 3}, layoutLevelId="0")
     world = load(text(*halls), "halls.lif.json").world
 
@@ -124,7 +99,6 @@ def test_layouts_of_one_level_stay_together(load):
 
 
 def test_a_lift_serves_all_levels_that_are_connected(load):
-    """The stops are in the order of the levels in the file."""
     levels = (
         layout("0", {"A": 0}),
         layout("1", {"B": 0}, [("B", "C"), ("B", "A")]),
@@ -135,8 +109,7 @@ def test_a_lift_serves_all_levels_that_are_connected(load):
     assert {"B-C": ("A", "B", "C")} == {name: lift.stops for name, lift in world.lifts.items()}
 
 
-def test_a_station_may_be_called_as_another_node(load):
-    """Ids are unique within their kind only."""
+def test_ids_are_unique_within_their_kind(load):
     station = {"stationId": "A", "interactionNodeIds": ["B"]}
     world = load(text(layout("a", {"A": 0, "B": 3}, [("A", "B")], [station])), "a.lif.json").world
 
@@ -144,7 +117,6 @@ def test_a_station_may_be_called_as_another_node(load):
 
 
 def test_all_errors_are_reported(errors_of):
-    """Duplicate and missing ids, nodes without position, dangling edges and stations without nodes are reported."""
     bad = layout("a", {"A": 0, "B": "x"}, [("A", "Z")], [{"stationId": "S", "interactionNodeIds": []}])
     twice = layout("b", {"A": 1}, (), [{"stationId": "T", "interactionNodeIds": ["A"]}] * 2)
     errors = errors_of(text(bad, twice, {"nodes": []}, version="2.0.0"), "bad.lif.json")

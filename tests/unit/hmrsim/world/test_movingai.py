@@ -20,62 +20,54 @@ ARENA = Path(__file__).parent / "data" / "arena.map"
 
 
 def text(*rows, **header):
-    """Return a map; its header says what *header* says, or what is right."""
-    said = {"type": "octile", "height": len(rows), "width": len(rows[0]), **header}
-    return "\n".join([*(f"{key} {value}" for key, value in said.items()), "map", *rows, ""])
+    """Return a map; *header* replaces lines of the header."""
+    reported = {"type": "octile", "height": len(rows), "width": len(rows[0]), **header}
+    return "\n".join([*(f"{key} {value}" for key, value in reported.items()), "map", *rows, ""])
 
 
 def pairs(world):
-    """Return the lanes of a world as sets of the cells that they join."""
     return {frozenset((lane.from_, lane.to)) for lane in world.lanes}
 
 
 @pytest.fixture(scope="module")
 def arena():
-    """A map with all kinds of cells."""
     return load_world(ARENA).world
 
 
 def test_cells_are_waypoints(arena):
-    """Terrain and swamp are waypoints, named by column and row, 1 m wide, with row 0 at the top."""
     assert (18, (0, 0, 6, 4)) == (len(arena.waypoints), arena.bounds)
     assert ((0.5, 3.5), (3.5, 2.5), (5.5, 0.5)) == tuple(arena.waypoints[cell] for cell in ("0_0", "3_1", "5_3"))
 
 
 def test_neighbors_are_joined(arena):
-    """Cells are joined across corners only if both cells beside are open."""
     assert {frozenset(pair) for pair in (("2_0", "3_0"), ("2_0", "3_1"), ("3_2", "4_3"))} <= pairs(arena)
     assert frozenset(("3_1", "4_2")) not in pairs(arena)
 
 
 def test_four_neighbors():
-    """With 4 neighbors, cells are not joined across corners."""
     world = load_world(ARENA, options=ReadOptions(neighbours=4)).world
 
     assert {1.0} == {math.dist(world.points[lane.from_], world.points[lane.to]) for lane in world.lanes}
 
 
 def test_closed_cells_are_obstacles(arena):
-    """Closed cells that form a rectangle are one obstacle."""
     assert [((4, 2), (6, 4)), ((1, 1), (2, 3))] == [(wall.solid[0], wall.solid[2]) for wall in arena.walls]
 
 
-def test_a_way_is_as_long_as_the_benchmark_says(arena):
-    """Straight steps cost 1, diagonal ones the square root of 2."""
+def test_steps_have_the_benchmark_s_lengths(arena):
     route = WaypointGraph(arena).plan(arena.point("0_0"), arena.point("5_3"), 1.0)
 
     assert pytest.approx(4.0 + 2.0 * math.sqrt(2.0), abs=1e-9) == route.length
 
 
 def test_water_is_reported():
-    """It is traversable in the benchmarks, but not from terrain."""
+    """The benchmarks allow swimming, but not from terrain."""
     assert ["map: cells of water: 1; nothing drives there"] == [
         f"{warning.path}: {warning.message}" for warning in load_world(ARENA).warnings
     ]
 
 
-def test_lines_may_end_as_on_windows(load):
-    """With a carriage return."""
+def test_lines_may_end_with_crlf(load):
     assert 2 == len(load(text("..", "@T").replace("\n", "\r\n"), "m.map").world.waypoints)
 
 
@@ -93,22 +85,19 @@ def test_lines_may_end_as_on_windows(load):
     ],
 )
 def test_errors_are_reported_with_their_lines(errors_of, content, errors):
-    """All at once."""
     found = errors_of(content, "m.map")
 
     assert len(errors) == len(found)
     assert all(line.startswith(error) for line, error in zip(found, errors, strict=True))
 
 
-def test_a_grid_beyond_all_benchmarks_is_rejected(errors_of, monkeypatch):
-    """Before anything is made of it."""
+def test_an_oversized_grid_is_rejected(errors_of, monkeypatch):
     monkeypatch.setattr(movingai, "_MAX_OPEN", 3)
 
     assert ["4: map: has 4 cells to drive on; at most 3"] == errors_of(text("..", ".."), "m.map")
 
 
-def test_neighbors_of_no_grid_are_an_error(write):
-    """The option has no use."""
+def test_the_neighbors_option_needs_a_grid(write):
     with pytest.raises(WorldError, match=r"--neighbours 4: there is no grid; only MovingAI maps are grids"):
         load_world(write("name: x\n"), options=ReadOptions(neighbours=4))
 
@@ -119,8 +108,7 @@ grids = st.integers(1, 6).flatmap(
 
 
 @given(grids)
-def test_blocks_cover_just_what_is_closed(rows):
-    """Each cell once."""
+def test_obstacles_cover_each_closed_cell_once(rows):
     covered = [(x, y) for (x0, y0), (x1, y1) in movingai.blocks(rows) for x, y in product(range(x0, x1), range(y0, y1))]
 
     assert sorted((x, y) for y, row in enumerate(rows) for x, is_open in enumerate(row) if not is_open) == sorted(
@@ -129,8 +117,7 @@ def test_blocks_cover_just_what_is_closed(rows):
 
 
 @given(grids, st.booleans())
-def test_steps_are_those_of_the_benchmarks(rows, diagonal):
-    """To the cells around, never across a corner of what is closed."""
+def test_lanes_are_the_steps_of_the_benchmark(rows, diagonal):
     cells = {(x, y) for y, row in enumerate(rows) for x, is_open in enumerate(row) if is_open}
     around = [(dx, dy) for dx, dy in product((-1, 0, 1), repeat=2) if (dx, dy) != (0, 0) and (diagonal or not dx * dy)]
     expected = {

@@ -14,15 +14,13 @@ from hmrsim.world.formats.native import FORMAT
 from tests.profiles import examples
 
 
-def test_the_contracts_example_loads(load):
-    """What the contract shows can be run."""
+def test_the_documented_example_loads(load):
     world = load(EXAMPLE).world
 
     assert (world.name, len(world.lanes), sorted(world.robots)) == ("two rooms", 2, ["eve", "wall_e"])
 
 
-def test_json_is_read_too(load):
-    """A world in JSON means the same, tabs and escaped emoji included."""
+def test_json_is_read(load):
     text = json.dumps({"name": "ward \U0001f916", "waypoints": {"a": [1, 2]}}, indent="\t")
 
     assert load(text, "world.json").world.name == "ward \U0001f916"
@@ -30,32 +28,27 @@ def test_json_is_read_too(load):
 
 @pytest.mark.parametrize("text", ["1e-3", "1E-3", "0.001", ".001", "+1.0e-03"])
 def test_number_is_written_as_in_yaml_1_2(text):
-    """1e-3 is a number, which YAML 1.1 denies."""
+    """In YAML 1.1, 1e-3 is text."""
     assert FORMAT.read(f"seed: {text}", "x").data == {"seed": 0.001}
 
 
 @pytest.mark.parametrize("text", ["yes", "no", "on", "0b1", "1_000", "12:30", "2001-01-01", "'1'", "!!str 1"])
-def test_everything_else_is_text(text):
-    """No surprises with words that YAML 1.1 takes for something else."""
+def test_words_of_yaml_1_1_are_text(text):
     value = FORMAT.read(f"name: {text}", "x").data["name"]
 
     assert isinstance(value, str)
 
 
-def test_number_as_a_key_is_a_name():
-    """A waypoint may be called 7."""
-    assert FORMAT.read("waypoints: {7: [0, 0]}", "x").data == {"waypoints": {"7": [0, 0]}}
-
-
-def test_alias_stands_for_what_its_anchor_marks():
-    """Anchors spare repetition."""
-    data = FORMAT.read("waypoints: {a: &here [1, 2], b: *here}", "x").data
-
-    assert data == {"waypoints": {"a": [1, 2], "b": [1, 2]}}
+@pytest.mark.parametrize(
+    ("text", "waypoints"),
+    [("{7: [0, 0]}", {"7": [0, 0]}), ("{a: &here [1, 2], b: *here}", {"a": [1, 2], "b": [1, 2]})],
+    ids=["a number as a key is a name", "an alias stands for its anchor"],
+)
+def test_keys_are_names_and_aliases_are_replaced(text, waypoints):
+    assert FORMAT.read(f"waypoints: {text}", "x").data == {"waypoints": waypoints}
 
 
 def test_lines_are_those_of_the_keys():
-    """A field's line is where its key is; what is not there has the line of what should hold it."""
     document = FORMAT.read("name: x\nrobots:\n  r:\n    at:\n      [0,\n 0]\n", "x")
 
     paths = [("name",), ("robots", "r"), ("robots", "r", "at"), ("robots", "r", "at", 1), ("robots", "r", "yaw")]
@@ -63,7 +56,6 @@ def test_lines_are_those_of_the_keys():
 
 
 def test_duplicate_key_is_an_error_with_both_lines(errors_of):
-    """The second of two equal keys is told, and where the first is."""
     assert errors_of("name: a\nseed: 1\nname: b\n") == ["3: name: key 'name' is there twice, first in line 1; keep one"]
 
 
@@ -96,7 +88,6 @@ BOMB = "a0: &a0 [x]\n" + "".join(f"a{i}: &a{i} [{NINE.format(f'a{i - 1}')}]\n" f
     ids=lambda value: repr(value[:20]),
 )
 def test_hostile_or_broken_text_is_one_error(text, message):
-    """Whatever can't be read is refused with its line, before it costs anything."""
     with pytest.raises(WorldError, match=message) as caught:
         FORMAT.read(text, "file")
 
@@ -104,7 +95,7 @@ def test_hostile_or_broken_text_is_one_error(text, message):
 
 
 def test_text_of_too_many_values_is_one_error(monkeypatch):
-    """Those written out count as those that aliases stand for."""
+    """Values of aliases count as well."""
     monkeypatch.setattr(yaml_text, "MAX_NODES", 100)
     with pytest.raises(WorldError, match=":1: has more than 100 values") as caught:
         FORMAT.read("a: [" + "0," * 100 + "0]", "file")
@@ -113,8 +104,7 @@ def test_text_of_too_many_values_is_one_error(monkeypatch):
 
 
 @pytest.mark.parametrize("text", [".nan", "-.inf", ".INF", "1e999", "9" * 5000])
-def test_number_that_is_none_is_rejected(errors_of, text):
-    """NaN, infinity and absurd sizes are errors where they are."""
+def test_nan_infinity_and_huge_numbers_are_rejected(errors_of, text):
     (error,) = errors_of(f"waypoints:\n  a: [{text}, 0]\n")
 
     assert error.startswith("2: waypoints.a.0: ")
@@ -125,8 +115,7 @@ def test_number_that_is_none_is_rejected(errors_of, text):
 @example("a: &x\nb: *x")
 @example("&x : *x")
 @example("? &a a\n: *a")
-def test_any_text_is_read_or_refused(text):
-    """No text makes anything but a document or a WorldError."""
+def test_any_text_is_a_document_or_an_error(text):
     try:
         document = FORMAT.read(text, "x")
     except WorldError:

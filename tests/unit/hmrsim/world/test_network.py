@@ -1,4 +1,4 @@
-"""The ways of a world, and its graph for networkx."""
+"""The network of a world, and its graph for networkx."""
 
 from __future__ import annotations
 
@@ -31,7 +31,6 @@ TWO_LEVELS = World.model_validate(
 
 
 def test_a_lane_is_an_edge_each_way():
-    """An edge tells all that is known of its lane; costs are for a robot of the default speed."""
     expected = {
         "length": 10.0,
         "speed_limit": 0.5,
@@ -50,22 +49,19 @@ def test_a_lane_is_an_edge_each_way():
 
 
 def test_a_one_way_lane_is_one_edge():
-    """It has no limit, and its door opens for no robot."""
     lane = TWO_LEVELS.graph.edges["head", "attic"]
 
     assert (True, math.inf, 6.0, True) == (lane["one_way"], lane["speed_limit"], lane["cost"], lane["closed"])
     assert not TWO_LEVELS.graph.has_edge("attic", "head")
 
 
-def test_a_ride_costs_its_seconds():
-    """Doors close, the cabin moves, doors open."""
+def test_a_ride_costs_its_duration():
     ride = TWO_LEVELS.graph.edges["foot", "head"]
 
     assert ("tower", 10.0, 10.0, 0.0) == (ride["lift"], ride["ride"], ride["cost"], ride["length"])
 
 
 def test_a_waypoint_is_a_node():
-    """It tells where it is, on which level, and what is near."""
     nodes = TWO_LEVELS.graph.nodes
 
     assert {"pos": (0.0, 0.0), "level": 0, "capacity": None, "places": ("desk", "plug"), "lifts": ()} == nodes["hall"]
@@ -73,8 +69,7 @@ def test_a_waypoint_is_a_node():
     assert (("lounge",), ("tower",)) == (nodes["head"]["places"], nodes["head"]["lifts"])
 
 
-def test_levels_count_on_over_several_lifts():
-    """A second lift that starts on the level where the first one ends leads to the next."""
+def test_levels_continue_over_several_lifts():
     world = World.model_validate(
         {
             "waypoints": {name: [x, 0] for x, name in enumerate("abcdef")},
@@ -86,8 +81,7 @@ def test_levels_count_on_over_several_lifts():
     assert {"a": 0, "b": 1, "c": 1, "d": 2, "e": 0, "f": 1} == dict(world.graph.nodes(data="level"))
 
 
-def test_the_graph_is_frozen_and_its_copy_is_not():
-    """To ask what would be, one changes a copy."""
+def test_the_graph_is_frozen_but_its_copy_is_not():
     with pytest.raises(nx.NetworkXError, match="Frozen graph"):
         TWO_LEVELS.graph.remove_node("hall")
 
@@ -97,8 +91,7 @@ def test_the_graph_is_frozen_and_its_copy_is_not():
 
 
 @pytest.mark.parametrize("world", [{}, {"waypoints": {"a": [0, 0]}, "places": {"here": {"at": [0, 0]}}}])
-def test_worlds_without_lanes(world):
-    """There are nodes, and no places at them: no robot gets there on a lane."""
+def test_a_world_without_lanes_has_nodes_without_places(world):
     graph = World.model_validate(world).graph
 
     assert (len(world.get("waypoints", {})), 0) == (len(graph), graph.number_of_edges())
@@ -110,7 +103,7 @@ coordinates = st.tuples(st.integers(-9, 9), st.integers(-9, 9))
 
 @given(st.lists(coordinates, min_size=1, max_size=30), coordinates)
 def test_the_nearest_waypoint_is_that_of_all(points, here):
-    """Of equally near ones it is the first by name."""
+    """Ties are broken by name."""
     waypoints = {f"w{number:02}": point for number, point in enumerate(points)}
 
     assert {"here": min(waypoints, key=lambda name: (math.dist(waypoints[name], here), name))} == nearest(
@@ -118,8 +111,8 @@ def test_the_nearest_waypoint_is_that_of_all(points, here):
     )
 
 
-def test_a_simulation_loads_no_networkx():
-    """It costs start-up time that most runs have no use for."""
+def test_a_simulation_does_not_import_networkx():
+    """Most runs have no need for it, and the import takes time."""
     program = (
         "import sys, hmrsim.cli.map, hmrsim_zenoh.hosting.host\n"
         "from hmrsim.simulation.simulator import Simulator\n"

@@ -1,4 +1,4 @@
-"""Lanes of grids, which are no objects until they are asked for, are lanes like all others."""
+"""Lanes of grids, which become objects only on demand."""
 
 from __future__ import annotations
 
@@ -16,13 +16,11 @@ ROOM = "type octile\nheight 3\nwidth 4\nmap\n...@\n.@..\n....\n"
 
 
 def data_of(rows, neighbours=8):
-    """Return the top-level keys of the map with these rows."""
     text = "\n".join(["type octile", f"height {len(rows)}", f"width {len(rows[0])}", "map", *rows])
     return movingai.FORMAT.read(text, "m.map", ReadOptions(neighbours=neighbours)).data
 
 
 def judged(data):
-    """Return the lanes, the hash and the problems of a world."""
     valid = validate(data)
     return [*valid.world.lanes], world_hash(valid.world), [*valid.findings, *checks.check(valid.world, valid.lost)]
 
@@ -35,8 +33,7 @@ walls = st.lists(st.lists(points, min_size=2, max_size=3).filter(lambda wall: wa
 
 
 @given(rows, st.sampled_from([4, 8]), walls, st.booleans())
-def test_a_grid_is_the_same_as_its_lanes_written_out(rows, neighbours, walls, lifted):
-    """For hashes, and for all checks: of walls of other files, of parts that nothing joins, and of lifts."""
+def test_a_grid_equals_its_lanes_written_out(rows, neighbours, walls, lifted):
     data = data_of(rows, neighbours)
     data |= {"walls": [*data["walls"], *walls]}
     if lifted:
@@ -47,15 +44,12 @@ def test_a_grid_is_the_same_as_its_lanes_written_out(rows, neighbours, walls, li
 
 
 def test_lanes_of_a_grid_are_a_sequence():
-    """Of lanes."""
     lanes = validate(data_of(["...", "@.."])).world.lanes
 
     assert isinstance(lanes, PlainLanes)
-    assert (lanes[0], lanes[-1], lanes[1:2]) == (
-        Lane(from_="0_0", to="1_0"),
-        Lane(from_="1_1", to="2_1"),
-        (Lane(from_="1_0", to="2_0"),),
-    )
+    assert lanes[0] == Lane(from_="0_0", to="1_0")
+    assert lanes[-1] == Lane(from_="1_1", to="2_1")
+    assert lanes[1:2] == (Lane(from_="1_0", to="2_0"),)
     assert tuple(lanes) == lanes
     assert lanes == validate(data_of(["...", "@.."])).world.lanes
     assert lanes != lanes[:2]
@@ -65,7 +59,7 @@ def test_lanes_of_a_grid_are_a_sequence():
 
 @pytest.mark.parametrize("grid_first", [True, False])
 def test_a_file_may_add_lanes_to_a_grid(tmp_path, grid_first):
-    """Whichever is read first; the lanes are in order of the files."""
+    """Lanes are in the order of the files."""
     (tmp_path / "room.map").write_text(ROOM)
     (tmp_path / "more.yaml").write_text("waypoints: {out: [9, 1]}\nlanes: [[3_1, out]]\n")
     files = ["room.map", "more.yaml"] if grid_first else ["more.yaml", "room.map"]
@@ -78,7 +72,6 @@ def test_a_file_may_add_lanes_to_a_grid(tmp_path, grid_first):
 
 
 def test_a_problem_names_its_file(tmp_path):
-    """Also where an included grid comes first."""
     (tmp_path / "room.map").write_text(ROOM)
     (tmp_path / "all.yaml").write_text("include: [room.map]\nwalls: [[[0, 0], [1, 3]]]\nplaces: {p: {at: [50, 1]}}\n")
     warnings = [str(problem).replace(str(tmp_path), "") for problem in load_world(tmp_path / "all.yaml").warnings]

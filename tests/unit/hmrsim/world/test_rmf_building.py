@@ -28,35 +28,24 @@ levels:
 
 @pytest.fixture(scope="module")
 def clinic():
-    """Two levels, one drawn to another scale and turned, and a lift."""
+    """Two levels and a lift; one level is drawn to another scale and rotated."""
     return load_world(CLINIC).world
 
 
 @pytest.fixture
 def hall(load):
-    """Loads a building of one lane with something more on its level, and maybe something in front of all."""
+    """Loads a building of one lane with additions to its level or before it."""
     return lambda more="elevation: 0", before="": load(before + ONE_LANE.format(more=more), "hall.building.yaml")
 
 
-def test_pixels_become_meters_with_y_up(clinic):
-    """By the measurement, 200 px are 10 m."""
-    assert ((2.0, -5.0), (8.0, -5.0)) == (clinic.waypoints["L1/lobby"], clinic.waypoints["charger_1"])
+def test_levels_become_meters_side_by_side_with_y_up(clinic):
+    """Names that several levels have get the level as a prefix."""
+    assert ["L1/lobby", "L1/v5", "charger_1", "L1/v7", "L2/v0", "ward", "L2/lobby"] == [*clinic.waypoints]
+    assert [(2.0, -5.0), (8.0, -5.0)] == [clinic.waypoints[name] for name in ("L1/lobby", "charger_1")]
+    assert [(18.0, -2.0), (15.0, -2.0)] == [clinic.waypoints[name] for name in ("L2/v0", "ward")]
 
 
-def test_levels_are_side_by_side(clinic):
-    """Fiducials align the second level with the first, rotated and scaled, and it is placed 5 m beside it."""
-    assert ((18.0, -2.0), (15.0, -2.0)) == (clinic.waypoints["L2/v0"], clinic.waypoints["ward"])
-
-
-def test_names_are_told_apart_by_their_level(clinic):
-    """Names used on two levels and missing names get the level; vertices of walls only are no waypoints."""
-    expected = ["L1/lobby", "L1/v5", "charger_1", "L1/v7", "L2/v0", "ward", "L2/lobby"]
-
-    assert expected == [*clinic.waypoints]
-
-
-def test_lanes(clinic):
-    """Lanes have their directions and limits, and those of several graphs are united."""
+def test_lanes_have_directions_and_limits(clinic):
     assert [
         ("L1/lobby", "L1/v5", False, None),
         ("L1/v5", "charger_1", False, 0.5),
@@ -66,44 +55,20 @@ def test_lanes(clinic):
     ] == [(lane.from_, lane.to, lane.one_way, lane.speed_limit) for lane in clinic.lanes]
 
 
-def test_walls(clinic):
-    """Walls connect their vertices."""
-    assert (((0, 0), (10, 0)), ((10, 0), (10, -10))) == clinic.walls
-
-
-def test_a_named_vertex_that_no_lane_touches_is_a_place(clinic):
-    """Robots reach it from the nearest lane."""
-    assert {"atm": (9.0, -9.0)} == {name: place.at for name, place in clinic.places.items()}
-
-
-def test_chargers_and_docks(clinic):
-    """A charger has the name of its vertex, and a dock its own name."""
+def test_walls_places_docks_doors_lifts_and_robots_are_read(clinic):
+    """A named vertex that no lane touches is a place, and a robot faces along its first lane."""
+    door, robot = clinic.doors["main_door"], clinic.robots["tiny_1"]
     docks = {name: (dock.at, dock.type) for name, dock in clinic.docks.items()}
 
+    assert (((0, 0), (10, 0)), ((10, 0), (10, -10))) == clinic.walls
+    assert {"atm": (9.0, -9.0)} == {name: place.at for name, place in clinic.places.items()}
     assert {"charger_1": ((8.0, -5.0), "charger"), "platform": ((5.0, -2.0), "dock")} == docks
-
-
-def test_doors(clinic):
-    """A door leads from jamb to jamb."""
-    door = clinic.doors["main_door"]
-
     assert (((6.0, -4.5), (6.0, -5.5)), "hinged") == (door.at, door.type)
-
-
-def test_a_lift_stops_at_the_waypoints_in_its_cabin(clinic):
-    """Stops are listed from the lowest level up, in whatever order its doors are listed."""
     assert {"Lift1": ("L1/v7", "L2/v0")} == {name: lift.stops for name, lift in clinic.lifts.items()}
-
-
-def test_spawned_robots(clinic):
-    """Robots face along the first lane, or backwards if the file says so, and get ROS names."""
-    robot = clinic.robots["tiny_1"]
-
     assert ("charger_1", "carrier", 3.141592653589793) == (robot.at, robot.type, robot.yaw)
 
 
-def test_what_means_nothing_here_is_reported():
-    """Each kind of ignored data is reported once, with the line of the first."""
+def test_ignored_data_is_reported_once():
     warnings = [(warning.line, warning.message) for warning in load_world(CLINIC).warnings if warning.line]
 
     assert [
@@ -119,28 +84,24 @@ def test_what_means_nothing_here_is_reported():
     ] == warnings
 
 
-def test_one_level_alone():
-    """A single level keeps its position in the building, and names need no level."""
+def test_a_single_level_keeps_its_position():
     world = load_world(CLINIC, options=ReadOptions(page="L2")).world
 
     assert {"v0": (5.0, -2.0), "ward": (2.0, -2.0), "lobby": (8.0, -2.0)} == world.waypoints
 
 
-def test_no_such_level():
-    """The error lists the levels."""
+def test_an_unknown_level_lists_the_levels():
     with pytest.raises(WorldError, match=r"has no level 'L3'; there are 1 \(L1\), 2 \(L2\)$"):
         load_world(CLINIC, options=ReadOptions(page="L3"))
 
 
 def test_a_robot_is_renamed():
-    """A robot is renamed by its name in the world."""
     world = load_world(CLINIC, options=ReadOptions(rename={"tiny_1": "eve"})).world
 
     assert ["eve"] == [*world.robots]
 
 
 def test_the_scale_is_the_mean_of_the_measurements(hall):
-    """One measurement gives 1 m per pixel, another 2 m."""
     length = 14.142135623730951
     more = f"measurements: [[0, 1, {{distance: [3, {length}]}}], [1, 0, {{distance: [3, {2 * length}]}}]]"
 
@@ -148,20 +109,17 @@ def test_the_scale_is_the_mean_of_the_measurements(hall):
 
 
 def test_without_measurements_a_pixel_is_a_meter(hall):
-    """The default is that of Open-RMF, with a warning."""
     loaded = hall()
 
     assert (10.0, -10.0) == loaded.world.waypoints["b"]
     assert "levels.L1: has no measurements, so that a pixel of its drawing counts as a meter" in str(loaded.warnings[0])
 
 
-def test_meters_are_meters(hall):
-    """In meters y points up in the file, too."""
+def test_y_points_up_in_a_building_in_meters(hall):
     assert (10.0, 10.0) == hall(before="coordinate_system: cartesian_meters\n").world.waypoints["b"]
 
 
 def test_degrees_become_meters(load):
-    """At the equator, a thousandth of a degree is 111.3 m east and 110.6 m north."""
     text = ONE_LANE.format(more="elevation: 0").replace("[10, 10, 0, b]", "[0.001, 0.001, 0, b]")
     waypoints = load(f"coordinate_system: wgs84\n{text}", "campus.building.yaml").world.waypoints
 
@@ -170,7 +128,7 @@ def test_degrees_become_meters(load):
 
 
 def test_degrees_all_over_the_world_are_rejected(errors_of):
-    """Points all over the world are hardly degrees."""
+    """Such points are hardly degrees."""
     text = "coordinate_system: wgs84\n" + ONE_LANE.format(more="elevation: 0")
 
     assert ["3: levels: is not around one place; expected longitudes and latitudes"] == errors_of(
@@ -178,8 +136,7 @@ def test_degrees_all_over_the_world_are_rejected(errors_of):
     )
 
 
-def test_a_name_that_is_there_twice_is_told_apart(load):
-    """Duplicate names get their level, then their number."""
+def test_duplicate_names_get_their_level_and_number(load):
     text = ONE_LANE.format(more="elevation: 0").replace("0, b]", "0, a], [5, 5, 0, a], [6, 6, 0, a]")
     world = load(text, "x.building.yaml").world
 
@@ -187,14 +144,12 @@ def test_a_name_that_is_there_twice_is_told_apart(load):
 
 
 def test_a_lift_without_waypoints_is_left_out(hall):
-    """A lift without stops leads nowhere."""
     lift = "lifts: {L: {x: 90, y: 0, width: 2, depth: 2, yaw: 0, level_doors: {L1: [d]}}}\n"
 
     assert {} == hall(before=lift).world.lifts
 
 
 def test_all_errors_are_reported_with_their_lines(errors_of):
-    """Each error of a level is reported separately."""
     text = """\
         name: bad
         coordinate_system: mercator
@@ -237,13 +192,11 @@ def test_all_errors_are_reported_with_their_lines(errors_of):
 
 
 def test_a_building_without_levels_is_reported(errors_of):
-    """A building needs levels."""
     assert ["1: has no levels"] == errors_of("levels: {}\n", "empty.building.yaml")
 
 
 @pytest.mark.skipif(not REFERENCE.is_dir(), reason="Open-RMF's building is not here")
-def test_open_rmfs_own_building():
-    """Its robots find their routes, and only data that robots don't need is left out."""
+def test_open_rmf_s_sample_building_loads():
     loaded = load_world(REFERENCE / "office.building.yaml")
     world = loaded.world
     route = WaypointGraph(world).plan(world.point("tinyRobot1_charger"), world.point("coe"), 1.0)

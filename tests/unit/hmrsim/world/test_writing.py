@@ -28,8 +28,6 @@ traffic: {policy: free, patience: 1.0}
 
 @pytest.fixture
 def load(tmp_path):
-    """Return the function that reads a world from text."""
-
     def read(text, suffix=".yaml"):
         path = tmp_path / f"world{suffix}"
         path.write_text(text, encoding="utf-8")
@@ -41,7 +39,6 @@ def load(tmp_path):
 @pytest.mark.parametrize("source", ["hospital", "scenario1", "scenario2", "tests/unit/hmrsim/world/data/ward.drawio"])
 @pytest.mark.parametrize(("write", "suffix"), [(to_yaml, ".yaml"), (to_json, ".json")])
 def test_a_written_world_has_the_same_hash(source, write, suffix, load):
-    """A written world is the same world when it is read again."""
     loaded = load_world(source)
 
     assert loaded.hash == load(write(loaded.world), suffix).hash
@@ -49,22 +46,20 @@ def test_a_written_world_has_the_same_hash(source, write, suffix, load):
 
 @pytest.mark.parametrize(("write", "suffix"), [(to_yaml, ".yaml"), (to_json, ".json")])
 def test_odd_names_and_numbers_survive(write, suffix, load):
-    """Names that look like other values, minus zero, and unusual settings survive."""
     loaded = load(TRICKY)
 
     again = load(write(loaded.world), suffix)
     assert (loaded.hash, loaded.world) == (again.hash, again.world)
 
 
-def test_a_base_that_takes_a_setting_back_survives(load):
-    """A robot whose base says null drives at the default speed, not at its type's; so it does once written."""
+def test_a_base_that_resets_a_setting_survives(load):
+    """Such a robot has the default speed instead of that of its type."""
     again = load(to_yaml(load(TRICKY).world)).world
 
     assert again.robot_type(again.robots["r"]).base.speed is None
 
 
 def test_defaults_are_left_out(load):
-    """Only values other than the defaults, the name and the unit are written."""
     world = load("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [{from: a, to: b, one_way: false}]\nseed: 0\n").world
 
     assert {
@@ -75,8 +70,7 @@ def test_defaults_are_left_out(load):
     } == native_data(world)
 
 
-def test_yaml_reads_like_a_persons(load):
-    """There is one entity per line, points are in flow style, and blank lines separate sections."""
+def test_yaml_is_laid_out_for_readers(load):
     world = load(
         "name: two rooms\nbounds: [0, 0, 20, 10.5]\nwaypoints: {door: [5, 2], home: [1.0, 2]}\n"
         "lanes: [[home, door]]\nwalls: [{solid: [[1, 5], [2, 5], [2, 6]]}]\n"
@@ -105,7 +99,6 @@ robots:
 
 
 def test_no_line_is_too_long(load):
-    """Long outlines are wrapped."""
     corners = ", ".join(f"[{x}.25, {x * x % 97}.5]" for x in range(100))
     world = load(f"walls: [[{corners}]]\n").world
 
@@ -114,8 +107,7 @@ def test_no_line_is_too_long(load):
     assert world == load(text).world
 
 
-def test_json_has_a_thing_a_line(load):
-    """JSON has one entity per line, too."""
+def test_json_has_one_entity_per_line(load):
     text = to_json(load("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n").world)
 
     assert {"name", "units", "waypoints", "lanes"} == set(json.loads(text))

@@ -13,21 +13,19 @@ from tests.simulation import SMALL_WORLD
 
 
 def problems(*faults, **keys):
-    """Return what is said of faults in the small world: fields and messages."""
     world = World.model_validate({**SMALL_WORLD, **keys, "faults": [*faults]})
     return [(one.path, one.message) for one in check_world(world) if one.path.startswith("faults")]
 
 
-def test_faults_that_make_sense_are_no_problem():
-    """Valid faults have no errors, including the example of the contract tests."""
-    told = problems(
+def test_valid_faults_have_no_problems():
+    reported = problems(
         {"type": "lane_closed", "lane": ["home", "door"], "at": 30, "until": 60},
         {"type": "lane_closed", "lane": ["island", "far"], "name": "wet"},
         {"type": "claw_misses", "robot": "eve", "mean_time_between": 10, "mean_duration": 5},
         {"type": "claw_drops", "robot": "eve", "mean_time_between": 10},
     )
 
-    assert [] == told
+    assert [] == reported
 
 
 @pytest.mark.parametrize(
@@ -71,27 +69,23 @@ def test_faults_that_make_sense_are_no_problem():
     ],
 )
 def test_an_invalid_value_is_reported(fault, path, message):
-    """An error has the path of the invalid field."""
     assert [(path, message)] == problems(fault)
 
 
-def test_a_cell_that_the_battery_does_not_have():
-    """Cells of a battery are counted from 0."""
+def test_a_cell_that_the_battery_lacks_is_an_error():
     robots = {"eve": {"at": "home", "components": {"battery": {"cells": 4}}}}
-    told = problems({"type": "battery_cell", "robot": "eve", "cell": 4}, robots=robots, remap={})
+    reported = problems({"type": "battery_cell", "robot": "eve", "cell": 4}, robots=robots, remap={})
 
-    assert [("faults.0.cell", "eve has no cell 4; its battery has 4, from 0 on")] == told
+    assert [("faults.0.cell", "eve has no cell 4; its battery has 4, from 0 on")] == reported
 
 
-def test_two_faults_of_one_name():
-    """Two faults of one name are an error, as one of them could not be cleared."""
+def test_two_faults_of_one_name_are_an_error():
     fault = {"type": "breakdown", "robot": "eve", "name": "ouch"}
 
     assert [("faults.1.name", "there is a fault 'ouch' already; give another name")] == problems(fault, fault)
 
 
-def test_what_follows_from_another_error_is_not_told(tmp_path):
-    """A robot that is left out because of an error is not reported as unknown."""
+def test_errors_that_follow_from_others_are_omitted(tmp_path):
     world = {"robots": {"eve": {"at": [0]}}, "faults": [{"type": "breakdown", "robot": "eve"}]}
     path = tmp_path / "world.json"
     path.write_text(json.dumps(world))

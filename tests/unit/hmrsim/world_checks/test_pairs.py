@@ -1,4 +1,4 @@
-"""The limit of worlds that clients send, by the pairs of parts that are compared in them."""
+"""The limit of worlds from clients, by the pairs of parts that checks compare."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ def _robots(at: Any = lambda i: [i, 3]) -> dict[str, Any]:
 
 
 def _rungs(count: int) -> dict[str, Any]:
-    """Return lanes beside each other."""
     ends = {f"a{i}": [0, i] for i in range(count)} | {f"b{i}": [10, i] for i in range(count)}
     return {"waypoints": ends, "lanes": [[f"a{i}", f"b{i}"] for i in range(count)]}
 
@@ -68,14 +67,12 @@ def _errors(data: dict[str, Any]) -> list[str]:
 
 @pytest.mark.parametrize("most", TOO_LARGE)
 def test_a_world_of_too_many_pairs_is_an_error(most):
-    """The error names the parts that form most of the pairs."""
     (message,) = _errors(TOO_LARGE[most])
 
     assert f"of them {most}, and the limit is {MAX_PAIRS:,}; start a simulator with it as a file" in message
 
 
 def _lattice(side: int, robots: int) -> dict[str, Any]:
-    """Return a lattice with two lanes between neighbors, and robots at its waypoints and beside them."""
     points = {f"w{x}_{y}": [2 * x, 2 * y] for x in range(side) for y in range(side)}
     beside = [
         (f"w{x}_{y}", f"w{x + dx}_{y + dy}") for x in range(side) for y in range(side) for dx, dy in ((1, 0), (0, 1))
@@ -97,7 +94,6 @@ def _lattice(side: int, robots: int) -> dict[str, Any]:
 
 
 def test_a_large_fleet_is_no_error():
-    """1,000 robots on 625 waypoints with 2,400 lanes, 25 docks and 1,500 walls are allowed."""
     data = _lattice(25, 1_000)
 
     assert (625, 2_400, 1_000) == (len(data["waypoints"]), len(data["lanes"]), len(data["robots"]))
@@ -106,7 +102,6 @@ def test_a_large_fleet_is_no_error():
 
 @pytest.mark.parametrize("name", ["hospital_fleet", "hospital_logistics", "warehouse_orders", "cafe"])
 def test_shipped_worlds_with_300_robots_are_no_error(name):
-    """The shipped worlds are allowed with 300 robots at their waypoints."""
     world = load_world(name).world
     points = [*world.waypoints]
     robots = {f"r{i}": {"at": points[i % len(points)]} for i in range(300)}
@@ -116,12 +111,11 @@ def test_shipped_worlds_with_300_robots_are_no_error(name):
 
 
 def test_files_have_no_such_limit():
-    """A world in a file has no limit, as only its user waits for it."""
+    """Only the user who loads the file waits for it."""
     world_of(TOO_LARGE["robots with docks"], "test")
 
 
-def test_pairs_of_lanes_are_those_that_are_compared(monkeypatch):
-    """The estimate equals the number of comparisons."""
+def test_the_estimate_equals_the_number_of_comparisons(monkeypatch):
     compared: list[int] = []
     compare = _nearness._compare
     monkeypatch.setattr(

@@ -1,4 +1,4 @@
-"""A world as programs that show it get it: defaults applied, names looked up."""
+"""Resolved worlds: defaults applied, and names looked up."""
 
 from __future__ import annotations
 
@@ -27,39 +27,34 @@ WORLD = {
 
 @pytest.fixture
 def world():
-    """The small world, resolved."""
+    """The small world with all defaults applied."""
     return json.loads(json.dumps(resolved(World.model_validate(WORLD))))
 
 
 def test_names_are_looked_up(world):
-    """Docks, items, lifts and robots have the coordinates of their waypoints."""
     assert [[0, 0], [10, 10], [0, 0]] == [world[kind][0]["at"] for kind in ("docks", "items", "robots")]
     assert [[10, 10], [110, 10]] == world["lifts"][0]["points"]
     assert "c" == world["lifts"][0]["at"]
 
 
-def test_capacities_are_those_of_the_traffic_unless_there_are_others(world):
-    """Capacities come from the policy's settings or its defaults, unless the world has others."""
+def test_capacities_default_to_those_of_the_policy(world):
     assert [4, 2] == [lane["capacity"] for lane in world["lanes"]]
     assert [1, 3, 1, 1] == [waypoint["capacity"] for waypoint in world["waypoints"]]
 
 
-def test_nothing_counts_where_traffic_is_free():
-    """Under `free` there are no capacities."""
+def test_under_free_there_are_no_capacities():
     world = resolved(World.model_validate(WORLD | {"traffic": {}}))
 
     assert [None, 2] == [lane["capacity"] for lane in world["lanes"]]
 
 
 def test_demands_are_named():
-    """The names of demands are listed."""
     world = resolved(World.model_validate(WORLD | {"demand": [{"name": "food", "at": "a", "to": "b", "arrives": 9}]}))
 
     assert ["food"] == world["demand"]
 
 
 def test_defaults_are_applied(world):
-    """Robots have default settings, with another speed in pixels."""
     eve = world["robots"][1]
     pixels = resolved(World.model_validate({**WORLD, "units": "px"}))
 
@@ -69,17 +64,14 @@ def test_defaults_are_applied(world):
 
 
 def test_a_door_knows_the_lanes_through_it(world):
-    """A door lists the lanes through it in their directions."""
     assert [["a", "b"]] == world["doors"][0]["lanes"]
 
 
-def test_types_of_robots_that_there_are_come_first():
-    """Types of the world's robots come first, then the others of the file, then built-in types."""
+def test_used_types_come_first():
     assert ["nurse", "carrier", "spare", "fetcher"] == type_order(World.model_validate(WORLD))
 
 
-def test_forms_come_with_the_world():
-    """Each field of a form has a title and a type, nested like the message."""
+def test_fields_of_forms_have_title_and_type():
     forms = shown(World.model_validate(WORLD))
 
     back_up, slip = forms["actions"]["back_up"], forms["faults"]["slip"]

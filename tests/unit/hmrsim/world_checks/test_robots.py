@@ -1,4 +1,4 @@
-"""The checks of robots: batteries, and starts from which they get nowhere."""
+"""The checks of robots and docks: batteries, starts without an exit, and unreachable docks."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import Obstacles
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.model import World
 from hmrsim.world_checks import check_world
+from hmrsim.world_checks.facilities import _Ways
 from hmrsim.world_checks.robots import check_batteries
 from tests.profiles import examples
 
 
 def findings(battery, kind=None):
-    """Return what is said of a robot with a battery, whose type may have one, too."""
+    """Return the findings of a robot with a battery, whose type may have one, too."""
     world = {
         "waypoints": {"home": [0, 0]},
         "robot_types": {"cart": {"components": {"battery": kind or {}}}},
@@ -35,27 +36,22 @@ def findings(battery, kind=None):
         ({"initial_charge": 0.5}, {}, "0.5 of 3600 units is next to nothing; 50% of it are 1800"),
     ],
 )
-def test_a_charge_that_may_be_a_share(battery, kind, message):
-    """There is a warning for a charge in units that looks like a share."""
+def test_a_charge_that_looks_like_a_share_is_reported(battery, kind, message):
     assert [("robots.eve.components.battery.initial_charge", message)] == findings(battery, kind)
 
 
 @pytest.mark.parametrize(
     "battery", [{"initial_charge": 0}, {"initial_charge": 900}, {"capacity": 1, "initial_charge": 0.3}, {}]
 )
-def test_other_charges(battery):
-    """There is no warning for empty and for small batteries."""
+def test_other_charges_have_no_warning(battery):
     assert [] == findings(battery)
 
 
-def test_a_drain_of_an_action_that_does_not_exist():
-    """The error suggests a similar action."""
+def test_a_drain_of_an_unknown_action_gets_a_suggestion():
     ((path, message),) = findings({"drain": {"actions": {"pick": 1}}})
 
-    assert ("robots.eve.components.battery.drain.actions.pick", "no action 'pick'; did you mean 'pickup'?") == (
-        path,
-        message,
-    )
+    assert "robots.eve.components.battery.drain.actions.pick" == path
+    assert "no action 'pick'; did you mean 'pickup'?" == message
 
 
 BOX = [[4, 4], [6, 4], [6, 6], [4, 6], [4, 4]]
@@ -68,24 +64,20 @@ WALLED_IN = "(5, 5) is walled in: no straight line leads to a lane; start it whe
 
 
 def problems(robot, **fields):
-    """Return the problems of the map with a robot."""
     world = World.model_validate({**MAP, **fields, "robots": {"wall_e": robot}})
     return [(problem.severity, problem.path, problem.message) for problem in check_world(world)]
 
 
-def test_inside_four_walls():
-    """There is a warning for a robot inside four walls."""
+def test_a_start_inside_four_walls_is_reported():
     assert [("warning", "robots.wall_e.at", WALLED_IN)] == problems({"at": [5, 5]})
 
 
-def test_at_a_waypoint_out_of_which_no_lane_leads():
-    """There is a warning for a robot at the end of a one-way lane."""
+def test_a_start_at_the_end_of_a_one_way_lane_is_reported():
     text = "no lane leads out of 'end'; start it elsewhere"
     assert [("warning", "robots.wall_e.at", text)] == problems({"at": "end"})
 
 
-def test_behind_a_door_no_lane_leads_through():
-    """A door without a lane is a wall for the planner."""
+def test_a_start_behind_a_door_without_a_lane_is_reported():
     walls = [[[6, 4], [4, 4], [4, 6], [6, 6]]]
     found = problems({"at": [5, 5]}, walls=walls, doors={"door": {"at": [[6, 4], [6, 6]]}})
 
@@ -104,8 +96,7 @@ def test_behind_a_door_no_lane_leads_through():
     ],
     ids=["flies", "another planner", "no lanes", "a gap before a lane", "a gap beside its foot", "on a lane"],
 )
-def test_what_is_not_walled_in(robot, fields):
-    """There is no warning if a line or lane leads out, or if the robot needs none."""
+def test_other_starts_have_no_warning(robot, fields):
     assert [] == [path for _, path, _ in problems(robot, **fields) if path.startswith("robots")]
 
 
@@ -114,7 +105,6 @@ SEGMENTS = st.lists(POINTS, min_size=2, max_size=5).filter(lambda corners: len({
 
 
 def is_planned(world, start, goals):
-    """Return whether the planner knows a route from a point to any of some others."""
     graph = WaypointGraph(world)
     for goal in goals:
         with contextlib.suppress(NoRoute):
@@ -125,13 +115,51 @@ def is_planned(world, start, goals):
 
 @examples(300)
 @given(st.lists(POINTS, min_size=3, max_size=3, unique=True), st.lists(SEGMENTS, max_size=6), POINTS)
-def test_the_planner_finds_no_route_from_where_a_robot_is_walled_in(waypoints, walls, start):
-    """The planner finds a route exactly from the starts without a warning."""
+def test_the_planner_agrees_with_the_warnings(waypoints, walls, start):
     assume(not any(map(Obstacles(walls, ()).occupy, waypoints)))
     names = dict(zip("abc", waypoints, strict=True))
     robots = {"wall_e": {"at": start}}
     lanes = [["a", "b"], ["b", "c"]]
     world = World.model_validate({"waypoints": names, "lanes": lanes, "walls": walls, "robots": robots})
-    told = [problem for problem in check_world(world) if problem.path == "robots.wall_e.at"]
+    reported = [problem for problem in check_world(world) if problem.path == "robots.wall_e.at"]
 
-    assert bool(told) != is_planned(world, world.point(world.robots["wall_e"].at), world.points.values())
+    assert bool(reported) != is_planned(world, world.point(world.robots["wall_e"].at), world.points.values())
+
+
+points = st.tuples(st.integers(0, 9), st.integers(0, 9)).map(list)
+lines = st.lists(points, min_size=2, max_size=2, unique_by=tuple)
+squares = st.tuples(points, st.integers(1, 4)).map(
+    lambda square: {
+        "solid": [[square[0][0] + dx * square[1], square[0][1] + dy * square[1]] for dx, dy in ((0, 0), (1, 0), (1, 1))]
+    }
+)
+
+
+@st.composite
+def worlds(draw):
+    at = draw(st.lists(points, min_size=2, max_size=7, unique_by=tuple))
+    ends = st.tuples(st.sampled_from(range(len(at))), st.sampled_from(range(len(at)))).filter(
+        lambda two: two[0] < two[1]
+    )
+    lanes = draw(st.lists(ends, min_size=1, max_size=5, unique=True))
+    return World.model_validate(
+        {
+            "waypoints": {f"w{i}": point for i, point in enumerate(at)},
+            "lanes": [[f"w{a}", f"w{b}"] for a, b in lanes],
+            "walls": [*draw(st.lists(lines, max_size=4)), *draw(st.lists(squares, max_size=2))],
+        }
+    )
+
+
+@given(worlds(), st.tuples(st.floats(-1, 11), st.floats(-1, 11)) | points.map(lambda point: tuple(map(float, point))))
+def test_parts_near_a_point_touch_it_or_see_it(world, point):
+    ways = _Ways(world)
+    solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
+    obstacles = Obstacles([wall for wall in world.walls if isinstance(wall, tuple)], solids)
+    feet = [
+        (ways._part[lane.from_], foot(point, world.points[lane.from_], world.points[lane.to])) for lane in world.lanes
+    ]
+    on_lane = {part for part, at in feet if distance(at, point) <= SAME_PLACE}
+    seen = {part for part, at in feet if not obstacles.block(point, at)}
+
+    assert (on_lane or seen) == ways._near(point)

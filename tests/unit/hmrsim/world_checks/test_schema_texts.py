@@ -1,4 +1,4 @@
-"""The schema of worlds helps in an editor: each key has a text, and nothing speaks of our classes."""
+"""The texts of the world's schema, which editors show."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from hmrsim.world_checks.schema import world_schema
 
 
 def walk(part, path=()):
-    """Yield each part of a schema, with its path."""
     if isinstance(part, dict):
         yield path, part
         for name, each in part.items():
@@ -16,8 +15,7 @@ def walk(part, path=()):
             yield from walk(each, (*path, str(number)))
 
 
-def test_every_key_has_a_text():
-    """Every key has a description, or refers to a definition with one."""
+def test_every_key_has_a_description():
     schema = world_schema()
     lacking = []
     for path, part in walk(schema):
@@ -28,8 +26,7 @@ def test_every_key_has_a_text():
     assert [] == lacking
 
 
-def test_it_has_a_name_and_no_names_of_classes():
-    """The schema has no titles except its own, as editors would show them instead of descriptions."""
+def test_no_title_names_a_class():
     schema = world_schema()
 
     assert "urn:hmrsim:schema:world" == schema["$id"]

@@ -28,32 +28,28 @@ TWO = {
 
 
 def laid(*changes: dict[str, object]) -> World:
-    """Return the world with changes laid over it."""
+    """Return the world after applying overlays."""
     return world_of(TWO, "two.yaml", [overlay_of(each, f"overlay {i}") for i, each in enumerate(changes)])
 
 
 def problems(*changes: dict[str, object]) -> list[str]:
-    """Return what is wrong with changes."""
     with pytest.raises(WorldError) as error:
         laid(*changes)
     return [str(problem) for problem in error.value.problems]
 
 
 def test_a_path_changes_one_value_and_a_pattern_several() -> None:
-    """A path changes one value, and a pattern changes several."""
     world = laid({"robots.eve.base.speed": 0.5, "robots.*.yaw": 1.5})
     assert (world.robots["eve"].base.speed, world.robots["wall_e"].base.speed) == (0.5, None)
     assert {robot.yaw for robot in world.robots.values()} == {1.5}
 
 
-def test_mappings_continue_with_the_path_and_keep_what_is_beside() -> None:
-    """A mapping continues the path and keeps the other entries."""
+def test_a_mapping_continues_the_path_and_keeps_other_entries() -> None:
     world = laid({"robots": {"eve": {"components": {"battery.initial_charge": 0.3}}}})
     assert world.robot_type(world.robots["eve"]).components["battery"] == {"capacity": 100, "initial_charge": 0.3}
 
 
 def test_entries_are_added_and_removed() -> None:
-    """Entries can be appended and removed."""
     world = laid(
         {
             "items.second": {"at": "home", "weight": 1.0},
@@ -69,23 +65,20 @@ def test_entries_are_added_and_removed() -> None:
     assert len(world.lanes) == 3
 
 
-def test_short_forms_are_written_out_where_a_path_leads_into_them() -> None:
-    """A path can lead into entries in short form, such as a lane [from, to]."""
+def test_a_path_can_lead_into_short_forms() -> None:
     world = laid({"lanes.*.speed_limit": 0.4, "waypoints.home.capacity": 3, "waypoints.'ward.1'.capacity": 1})
     assert {lane.speed_limit for lane in world.lanes} == {0.4}
     assert (world.lanes[1].from_, world.points["ward.1"]) == ("shelf", (20.0, 0.0))
 
 
-def test_a_later_overlay_wins_and_the_base_stays_as_it_was() -> None:
-    """A later overlay takes precedence, and the base is unchanged."""
+def test_a_later_overlay_wins_and_the_base_is_unchanged() -> None:
     assert laid({"seed": 1}, {"seed": 2}).seed == 2
     laid({"robots.*.yaw": 1.0, "faults.0.factor": 0.1})
     assert TWO["robots"] == {"eve": {"at": "home", "type": "nurse"}, "wall_e": {"at": "shelf"}}
     assert TWO["faults"] == [{"type": "slip", "robot": "eve", "factor": 0.5, "at": 3}]
 
 
-def test_each_repeats_what_is_below_it() -> None:
-    """`each` repeats the entries below it."""
+def test_each_repeats_its_entries() -> None:
     world = laid(
         {
             "each 1..3": {"items.box$i": {"at": "home", "weight": "${i / 2}"}},
@@ -97,7 +90,6 @@ def test_each_repeats_what_is_below_it() -> None:
 
 
 def test_a_distribution_replaces_another_value_as_a_whole() -> None:
-    """A distribution replaces a value as a whole."""
     world = world_of(
         {"doors": {"d": {"at": [[0, 0], [1, 0]]}}},
         "doors.yaml",
@@ -110,7 +102,7 @@ def test_a_distribution_replaces_another_value_as_a_whole() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"robots.evv.yaw": 1}, "there is no 'evv' among the robots; did you mean 'eve'?"),
         ({"robots.x*.yaw": 1}, "robots has nothing that x* stands for; it has eve, wall_e"),
@@ -131,21 +123,18 @@ def test_a_distribution_replaces_another_value_as_a_whole() -> None:
         ({"items.box.at": "nowhere"}, "items.box.at: no waypoint, place or dock 'nowhere'"),
     ],
 )
-def test_what_is_wrong_is_reported_with_the_overlay_that_says_it(change: dict[str, object], said: str) -> None:
-    """Errors name the overlay that causes them."""
+def test_errors_name_the_overlay(change: dict[str, object], message: str) -> None:
     found = problems({"name": "fine"}, change)
     assert len(found) == 1
     assert found[0].startswith("overlay 1: ")
-    assert said in found[0]
+    assert message in found[0]
 
 
 def test_all_errors_are_reported_at_once() -> None:
-    """All errors are reported at once."""
     assert len(problems({"robots.evv.yaw": 1, "seed": "x"}, {"~items.vase": None})) == 3
 
 
 def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
-    """A file can use values of tables."""
     (tmp_path / "levels.csv").write_text("level,charge,skills\nlow,0.2,a\nhigh,0.9,b\n", encoding="utf-8")
     (tmp_path / "places.json").write_text('["shelf", "home"]', encoding="utf-8")
     (tmp_path / "over.yaml").write_text(
@@ -163,7 +152,7 @@ def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("table", "said"),
+    ("table", "message"),
     [
         ("a,b\nx,1\nx,2\n", "levels.csv:3: there is a row 'x' already"),
         ("a,b\nx,1,2\n", "levels.csv:2: the row has 3 fields, the first line 2"),
@@ -171,34 +160,30 @@ def test_a_file_takes_values_from_tables(tmp_path: Path) -> None:
         (None, "levels.csv: no such file"),
     ],
 )
-def test_what_is_wrong_with_a_table_is_reported_with_its_line(tmp_path: Path, table: str | None, said: str) -> None:
-    """Errors of a table have its line."""
+def test_errors_of_a_table_have_their_line(tmp_path: Path, table: str | None, message: str) -> None:
     if table is not None:
         (tmp_path / "levels.csv").write_text(table, encoding="utf-8")
     (tmp_path / "over.yaml").write_text("seed: 1\ntables: {levels: levels.csv}\n", encoding="utf-8")
     with pytest.raises(WorldError) as error:
         read_overlay(tmp_path / "over.yaml")
     assert str(error.value).startswith(f"{tmp_path / 'over.yaml'}:2: tables.levels: ")
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_an_option_sets_or_removes_one_entry() -> None:
-    """An option sets or removes one entry."""
     changes = [setting("robots.eve.base={speed: 0.5, radius: 0.2}"), setting("~robots.wall_e"), setting("name=x=y")]
     world = world_of(TWO, "two.yaml", changes)
     assert (world.robots["eve"].base.speed, [*world.robots], world.name) == (0.5, ["eve"], "x=y")
 
 
 @pytest.mark.parametrize("text", ["", "seed", "=3", "~seed=3", "seed=[1", "seed={a: 1, a: 2}"])
-def test_an_option_that_is_none_is_rejected_and_so_are_all_others(text: str) -> None:
-    """All invalid options are reported at once."""
+def test_all_invalid_options_are_reported(text: str) -> None:
     with pytest.raises(WorldError) as error:
         overlays_of(["/nowhere/over.yaml"], ["seed=1", text])
     assert [problem.file for problem in error.value.problems] == ["/nowhere/over.yaml", f"--set {text}"]
 
 
-def test_a_file_lays_its_own_overlay_over_what_it_includes(tmp_path: Path) -> None:
-    """Overlays of included files come first, those of the command line last, and errors have their lines."""
+def test_a_file_applies_its_overlay_to_its_includes(tmp_path: Path) -> None:
     (tmp_path / "base.yaml").write_text(str(TWO).replace("'", '"'), encoding="utf-8")
     (tmp_path / "mid.yaml").write_text("include: [base.yaml]\noverlay: {seed: 1, name: mid}\n", encoding="utf-8")
     (tmp_path / "top.yaml").write_text("include: [mid.yaml]\noverlay:\n  name: top\n  ~items.*:\n", encoding="utf-8")
@@ -233,15 +218,14 @@ WIDE = {f"places.p{i}": {"at": [i, 0], "tags": ["a"] * 20} for i in range(1_000)
     ],
     ids=["each", "nothing", "errors", "pattern", "remove", "nested", "copies", "append", "text", "names", "keys"],
 )
-def test_all_overlays_of_a_world_have_one_limit(change: dict[str, object]) -> None:
+def test_repetitions_are_limited(change: dict[str, object]) -> None:
     """A client could send a hundred bytes that ask for a hundred million waypoints."""
     *_, problem = problems(change)
 
     assert "the overlays of a world ask for more than 1,000,000 changes in all" in problem
 
 
-def test_the_limit_counts_what_several_overlays_ask_for_together() -> None:
-    """Each overlay is below the limit."""
+def test_the_limit_counts_all_overlays_together() -> None:
     many = {f"places.p{i}": {"at": [i, 0]} for i in range(1_000)}
     half = {"each i in 1..150": {"places.*.at": [0, "$i"]}}
 
@@ -250,7 +234,6 @@ def test_the_limit_counts_what_several_overlays_ask_for_together() -> None:
 
 
 def test_a_path_has_a_maximum_of_steps() -> None:
-    """The steps of one key or of nested keys count."""
     deep: dict[str, object] = {"x": 1}
     for _ in range(50):
         deep = {"x": deep}
@@ -268,7 +251,6 @@ def test_a_path_has_a_maximum_of_steps() -> None:
     ],
 )
 def test_a_path_through_a_value_without_entries_replaces_it(path: str, why: str) -> None:
-    """Errors of the file are then reported as for any other file."""
     flat = {**TWO, "lanes": [5, ["home", "shelf"]], "faults": [True]}
     with pytest.raises(WorldError) as error:
         world_of(flat, "flat.yaml", [overlay_of({path: "home"}, "overlay")])
@@ -276,15 +258,13 @@ def test_a_path_through_a_value_without_entries_replaces_it(path: str, why: str)
     assert why in str(error.value)
 
 
-def test_expressions_make_no_text_that_is_very_long() -> None:
-    """A long name of an index could be inserted many times."""
+def test_the_length_of_expanded_text_is_limited() -> None:
     assert (
         "becomes a text of more than 10,000 characters" in problems({f"each i in {'x' * 600}": {"name": "$i" * 20}})[0]
     )
 
 
-def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
-    """Errors name the last change."""
+def test_errors_name_the_last_change_of_a_value() -> None:
     inner, outer = {"robots.eve.yaw": "north"}, {"robots.eve": {"at": "home", "yaw": "north"}}
     assert [["overlay 1"], ["overlay 1"]] == [
         [problem.split(":")[0] for problem in problems(*order)] for order in ((inner, outer), (outer, inner))
@@ -299,16 +279,14 @@ def test_a_value_comes_from_the_last_change_of_it_or_of_what_it_is_in() -> None:
         ("seed=${a\udcff}", "has bytes that are no text in UTF-8: '\\udcff'"),
     ],
 )
-def test_an_expression_that_has_no_value_is_an_error_with_its_place(text: str, why: str) -> None:
-    """Any text, and any bytes from a shell, are either valid or an error with a place."""
+def test_an_expression_without_a_value_is_an_error_with_its_place(text: str, why: str) -> None:
     with pytest.raises(WorldError) as error:
         world_of(TWO, "two.yaml", [setting(text)])
     (problem,) = error.value.problems
     assert (f"--set {text}", True) == (problem.file, why in problem.message)
 
 
-def test_a_wrong_step_of_a_path_is_an_error_of_the_change() -> None:
-    """The error is of the overlay, not of the file that lacks the step."""
+def test_an_invalid_step_of_a_path_is_an_error_of_the_overlay() -> None:
     assert problems({"robots.eve.bse.speed": 2}) == [
         "overlay 0: robots.eve.bse: unknown key 'bse'; did you mean 'base'?"
     ]

@@ -1,4 +1,4 @@
-"""The live table of a simulator's robots."""
+"""The list of robots, and their live table."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
+from hmrsim.cli.robot import rows
 from hmrsim.cli.robot_table import HostTable, LastGoals
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
@@ -23,14 +24,12 @@ MEDICINE_ROOM = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position"
 
 @pytest.fixture
 def host():
-    """Return a stand-in for a host."""
     return SimpleNamespace(
         simulator=Simulator(load_world("scenario1").world), pacing=SimpleNamespace(real_time_factor=2.0, lag=0.0)
     )
 
 
 def drawn(host, *events, width=120, height=30):
-    """Return the table as text, after these events."""
     console = Console(file=io.StringIO(), width=width, height=height)
     goals = LastGoals()
     table = HostTable(host, "scenario 1", goals, console)
@@ -41,20 +40,17 @@ def drawn(host, *events, width=120, height=30):
 
 
 def ended(status, result):
-    """Return the end of a goal."""
     return GoalChanged(1, "wall_e", "navigate_to_pose", "1" * 32, status, result=result)
 
 
-def test_table_of_a_robot_that_stands(host):
-    """A robot at rest is shown where it stands."""
+def test_a_robot_at_rest_has_a_position(host):
     text = drawn(host)
 
     assert "scenario 1   0.0 s   at 2 x" in text
     assert ["wall_e", "carrier", "515.00", "80.00", "0.00", "-"] == text.splitlines()[3].split()
 
 
-def test_table_of_a_robot_that_drives(host):
-    """A driving robot is shown with its action and the remaining distance."""
+def test_a_driving_robot_has_action_and_distance(host):
     host.simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
     host.simulator.advance(1.0)
 
@@ -63,8 +59,7 @@ def test_table_of_a_robot_that_drives(host):
     assert "232.00" in row
 
 
-def test_table_shows_what_is_carried(host):
-    """An item in the claw is named."""
+def test_table_shows_the_carried_item(host):
     host.simulator.submit(SendGoal("wall_e", "navigate_to_pose", MEDICINE_ROOM))
     host.simulator.run()
     host.simulator.submit(SendGoal("wall_e", "pickup", Pickup.Goal(target_name="medicine")))
@@ -74,7 +69,6 @@ def test_table_shows_what_is_carried(host):
 
 
 def test_table_shows_how_the_last_goal_ended(host):
-    """A successful goal is named, and a failed goal is shown with its error."""
     done = ended(GoalStatus.SUCCEEDED, NavigateToPose.Result())
     failed = ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way"))
 
@@ -82,8 +76,7 @@ def test_table_shows_how_the_last_goal_ended(host):
     assert "ABORTED: no way" in drawn(host, done, failed)
 
 
-def test_the_end_of_a_goal_has_a_colour(host):
-    """A failed goal is red."""
+def test_a_failed_goal_is_red(host):
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
     goals = LastGoals()
     table = HostTable(host, "scenario 1", goals, console)
@@ -94,8 +87,8 @@ def test_the_end_of_a_goal_has_a_colour(host):
 
 
 @pytest.mark.parametrize("width", [20, 40, 80, 120])
-def test_what_the_terminal_echoes_has_room(host, width):
-    """A ^C after the last line does not wrap, so that the next table replaces this one."""
+def test_an_echoed_ctrl_c_does_not_wrap(host, width):
+    """A wrapped line would keep the next table from replacing this one."""
     lines = drawn(host, width=width).splitlines()
 
     assert all(len(line + "^C") <= width for line in lines)
@@ -110,23 +103,20 @@ def test_what_the_terminal_echoes_has_room(host, width):
         (10, "robot"),
     ],
 )
-def test_table_leaves_out_columns_for_which_there_is_no_room(host, width, headings):
-    """Each robot has one line, however narrow the terminal is."""
+def test_narrow_terminals_hide_columns(host, width, headings):
     lines = drawn(host, width=width).splitlines()
 
     assert headings.split() == lines[1].split()
     assert 4 == len(lines)
 
 
-def test_table_shows_the_lag_or_a_free_clock(host):
-    """The title shows the lag, or that time runs as fast as possible."""
+def test_the_title_has_the_lag(host):
     host.pacing.real_time_factor, host.pacing.lag = 0.0, 3.21
 
     assert "as fast as possible   3.2 s behind" in drawn(host)
 
 
-def test_table_is_no_longer_than_the_terminal():
-    """Of a large fleet, the first robots and the number of the others are shown."""
+def test_a_large_fleet_is_cut_to_the_terminal():
     robots = [f"r{i}@{i},0" for i in range(100)]
     simulator = Simulator(load_world("scenario1", add_robots=robots).world)
     host = SimpleNamespace(simulator=simulator, pacing=SimpleNamespace(real_time_factor=1.0, lag=0.0))
@@ -136,8 +126,7 @@ def test_table_is_no_longer_than_the_terminal():
     assert "… and 76 more" in text
 
 
-def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
-    """A robot that changes while it is read is read again."""
+def test_a_robot_that_changes_while_read_is_read_again(host, monkeypatch):
     robot = host.simulator.robots["wall_e"]
     failures, there = [AttributeError], robot.pose()
 
@@ -153,15 +142,13 @@ def test_table_looks_again_when_the_robot_moved_meanwhile(host, monkeypatch):
     assert ("515.00" in text, []) == (True, failures)
 
 
-def test_table_wants_the_clock():
-    """The time in the title advances between events."""
+def test_the_title_advances_between_events():
     goals = LastGoals()
 
     assert [Topic.CLOCK] == [topic for topic in Topic if goals.wants(topic)]
 
 
-def test_live_table(host):
-    """Log lines are printed above the table, and the last table stays."""
+def test_log_lines_are_above_the_last_table(host):
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
 
     with HostTable(host, "scenario 1", LastGoals(), console) as table:
@@ -170,3 +157,45 @@ def test_live_table(host):
 
     text = console.file.getvalue()
     assert text.index("[INFO] hello") < text.rindex("wall_e")
+
+
+ROBOT = {
+    "name": "mocha",
+    "type": None,
+    "pose": [1.0, 2.5, 0.0],
+    "battery": None,
+    "goals": [],
+    "ailments": {},
+    "holds": [],
+    "dock": None,
+    "connected": True,
+    "waits": False,
+    "waiting": None,
+}
+DOCK = {"name": "charger", "tags": ["dock", "charger", "full", "docked:latte", "queued:mocha"]}
+
+
+def state(*fixtures, **robot):
+    ((*_, state),) = rows({"robots": [{**ROBOT, **robot}], "fixtures": fixtures})
+    return state
+
+
+def test_missing_values_are_dashes():
+    assert [("mocha", "-", "(1, 2.5)", "-", "idle")] == list(rows({"robots": [ROBOT], "fixtures": []}))
+
+
+def test_the_state_names_docked_robots():
+    assert "dock_robot, queues for charger (docked there: latte)" == state(
+        DOCK, goals=[{"action": "dock_robot", "status": 2}]
+    )
+
+
+def test_the_state_names_the_blocking_robots():
+    blockers = ["latte, idle at counter since 8 s; it has nowhere to go", "chai, driving at hall"]
+    assert "waits for latte, idle at counter since 8 s; it has nowhere to go; and for chai, driving at hall" == state(
+        waits=True, waiting={"for": ["latte", "chai"], "blockers": blockers}
+    )
+
+
+def test_the_state_names_the_awaited_thing():
+    assert "waits: kitchen is locked" == state(waits=True, waiting={"why": "kitchen is locked"})

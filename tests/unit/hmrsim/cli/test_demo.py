@@ -1,9 +1,12 @@
-"""The story of the demo."""
+"""The story of the demo, and its live table."""
 
 from __future__ import annotations
 
+import io
+
 import pytest
 
+from hmrsim.cli.demo_screen import JsonLines, Screen
 from hmrsim.cli.demo_story import CausalOrder, Line, Story
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
@@ -11,10 +14,10 @@ from hmrsim.events.simulation import SimulationReset
 
 GOAL = ("eve", "wait", "1" * 32)
 LINEN = ("eve", "linen")
+ENDS = ("SUCCESS", "FAILURE")
 
 
 def tree(*statuses, root="RUNNING"):
-    """Return a tree of one root and some leaves, as the controller shows it."""
     leaves = [
         {"depth": 1, "name": f"leaf {i}", "status": status, "message": "why"} for i, status in enumerate(statuses)
     ]
@@ -24,7 +27,6 @@ def tree(*statuses, root="RUNNING"):
 
 @pytest.fixture
 def story():
-    """Return the story of one robot."""
     return Story({"eve": "courier"})
 
 
@@ -39,8 +41,7 @@ def story():
         (SimulationReset(255), "", "the simulation was reset"),
     ],
 )
-def test_events_are_lines(event, robot, text, story):
-    """An event is a line with time and robot."""
+def test_an_event_is_a_line_with_time_and_robot(event, robot, text, story):
     (line,) = story.on_event(2.5, event)
 
     assert f"    2.500 | world | {robot:<8} | {text}" == str(line)
@@ -54,46 +55,37 @@ def test_events_are_lines(event, robot, text, story):
         ItemPicked("hal", "linen"),
     ],
 )
-def test_omitted_events(event, story):
-    """Intermediate steps and robots of other missions are omitted."""
+def test_intermediate_steps_and_other_missions_are_omitted(event, story):
     assert [] == list(story.on_event(2.5, event))
 
 
-@pytest.mark.parametrize(
-    ("status", "hands_over"),
-    [(4, True), (5, True), (6, True)],
-)
-def test_the_end_of_a_goal_hands_over(status, hands_over, story):
-    """After the end of a goal, the tree's line follows."""
+@pytest.mark.parametrize("status", [4, 5, 6])
+def test_the_line_of_the_tree_follows_the_end_of_its_goal(status, story):
     (line,) = story.on_event(2.5, GoalStatusChanged(*GOAL, status))
 
-    assert hands_over == line.hands_over
+    assert line.hands_over
 
 
-def test_the_begin_of_a_behaviour_hands_over(story):
-    """After the beginning of a behavior, the world's line follows; after its end, the tree's next line."""
+def test_the_line_of_the_world_follows_the_begin_of_its_behavior(story):
     lines = [*story.ticked(tree("RUNNING")), *story.ticked(tree("SUCCESS"))]
 
     assert [True, False] == [line.hands_over for line in lines]
 
 
-def test_a_line_for_programs(story):
-    """A line has its time in milliseconds."""
+def test_a_line_as_json(story):
     (line,) = story.on_event(2.5, ItemPicked(*LINEN))
 
     assert {"sim_time": 2.5, "source": "world", "robot": "eve", "text": "picks up linen"} == line.to_json()
 
 
 def test_goals_are_counted(story):
-    """Successful and failed goals are counted separately."""
     for status in (1, 2, 4, 4, 5, 6):
         list(story.on_event(2.5, GoalStatusChanged(*GOAL, status)))
 
     assert (2, 2) == (story.robots["eve"].succeeded, story.robots["eve"].failed)
 
 
-def test_an_interrupted_motion(story):
-    """An interrupted motion counts up to where it stopped."""
+def test_an_interrupted_motion_counts_its_part(story):
     list(story.on_event(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (3.0, 4.0, 0.0), 5.0, None)))
     list(story.on_event(5.0, MotionBegan("eve", (3.0, 4.0, 0.0), (3.0, 14.0, 0.0), 10.0, None)))
     list(story.on_event(7.0, Stopped("eve", (3.0, 6.0))))
@@ -102,7 +94,6 @@ def test_an_interrupted_motion(story):
 
 
 def test_an_interrupted_motion_over_two_lanes(story):
-    """A motion that stops halfway on its second lane counts one and a half lanes."""
     back = {"from": [8.0, 0.0, 0.0], "to": [0.0, 0.0, 0.0], "duration": 8.0, "lane": None}
     list(story.on_event(0.0, MotionBegan("eve", (0.0, 0.0, 0.0), (8.0, 0.0, 0.0), 8.0, None, then=(back, back))))
     list(story.on_event(12.0, Stopped("eve", (4.0, 0.0))))
@@ -110,8 +101,7 @@ def test_an_interrupted_motion_over_two_lanes(story):
     assert 12.0 == story.robots["eve"].distance
 
 
-def test_items_are_moved_once_they_are_put_down(story):
-    """A carried item counts as moved once it is put down."""
+def test_items_count_as_moved_once_put_down(story):
     list(story.on_event(2.5, ItemPicked(*LINEN)))
     carried = story.robots["eve"].carries, list(story.robots["eve"].moved)
     list(story.on_event(2.5, ItemPlaced(*LINEN, (1.0, 2.0))))
@@ -121,22 +111,15 @@ def test_items_are_moved_once_they_are_put_down(story):
 
 
 def test_a_behavior_is_a_line_when_it_begins_and_ends(story):
-    """Only changes of leaves are lines."""
-    told = [
+    reported = [
         [line.text for line in story.ticked(one)]
-        for one in (
-            tree("RUNNING", "INVALID"),
-            tree("RUNNING", "INVALID"),
-            tree("SUCCESS", "RUNNING"),
-            tree("SUCCESS", "FAILURE", root="FAILURE"),
-        )
+        for one in (*[tree("RUNNING", "INVALID")] * 2, tree("SUCCESS", "RUNNING"), tree(*ENDS, root="FAILURE"))
     ]
 
-    assert [["leaf 0 begun"], [], ["leaf 0 done", "leaf 1 begun"], ["leaf 1 failed: why"]] == told
+    assert [["leaf 0 begun"], [], ["leaf 0 done", "leaf 1 begun"], ["leaf 1 failed: why"]] == reported
 
 
-def test_what_a_robot_does(story):
-    """The table shows the running behavior, and at the end that the mission is done."""
+def test_the_table_shows_the_running_behavior(story):
     list(story.ticked(tree("RUNNING")))
     meanwhile = story.robots["eve"].does
     list(story.ticked(tree("SUCCESS", root="SUCCESS")))
@@ -145,7 +128,6 @@ def test_what_a_robot_does(story):
 
 
 def test_summary_as_json(story):
-    """The summary is also available as JSON values."""
     list(story.on_event(2.5, GoalStatusChanged(*GOAL, 4)))
 
     assert {
@@ -163,7 +145,7 @@ ELSEWHERE = Line(9.0, "tree", "wall_e", "elsewhere")
 
 @pytest.fixture
 def tell():
-    """Return the function that adds lines at 10 s and returns those that are ready at a time."""
+    """Return the function that adds lines at 10 s and returns the lines that are ready at a time."""
     turns = CausalOrder(patience=0.5)
 
     def run(*lines, at=10.0):
@@ -183,37 +165,73 @@ def tell():
         [BEGUN, DONE, AGAIN, ACCEPTED, SUCCEEDED],
     ],
 )
-def test_causes_come_first(lines, tell):
-    """Lines are in causal order, however they arrive."""
-    told = [line.text for line in tell(*lines)]
+def test_lines_are_in_causal_order(lines, tell):
+    reported = [line.text for line in tell(*lines)]
 
-    assert ["begun", "accepted", "SUCCEEDED", "done", "begun again"] == told
+    assert ["begun", "accepted", "SUCCEEDED", "done", "begun again"] == reported
 
 
 def test_times_never_go_back(tell):
     """If the controller's clock lags, its lines get the time of the event before them."""
-    told = [line.sim_time for line in tell(BEGUN, ACCEPTED, SUCCEEDED, DONE)]
+    reported = [line.sim_time for line in tell(BEGUN, ACCEPTED, SUCCEEDED, DONE)]
 
-    assert [1.0, 1.1, 2.05, 2.05] == told
+    assert [1.0, 1.1, 2.05, 2.05] == reported
 
 
-def test_an_unknown_time(tell):
-    """A controller that has not received the clock yet reports no time."""
+def test_a_controller_without_a_clock_reports_no_time(tell):
     (line,) = tell(BEGUN._replace(sim_time=None))
 
     assert line.sim_time is None
 
 
 def test_robots_do_not_wait_for_each_other(tell):
-    """Lines of other robots are not delayed."""
-    told = [(line.text, line.sim_time) for line in tell(ACCEPTED, ELSEWHERE, BEGUN)]
+    reported = [(line.text, line.sim_time) for line in tell(ACCEPTED, ELSEWHERE, BEGUN)]
 
-    assert [("elsewhere", 9.0), ("begun", 1.0), ("accepted", 1.1)] == told
+    assert [("elsewhere", 9.0), ("begun", 1.0), ("accepted", 1.1)] == reported
 
 
-def test_patience_has_an_end(tell):
-    """A behavior may end without an event of the world, as when its goal is rejected."""
+def test_a_line_waits_only_for_a_limited_time(tell):
+    """A behavior may end without an event of the world, such as when its goal is rejected."""
     waiting = tell(BEGUN, DONE)
     later = tell(at=10.5)
 
     assert (["begun"], ["done"]) == ([line.text for line in waiting], [line.text for line in later])
+
+
+STORY = Story({"wall_e": "nurse"})
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_log_lines_are_above_the_live_table(capsys):
+    out = Terminal()
+    screen = Screen(out)
+    with screen.opened(STORY):
+        screen.log("[INFO] simulator: [red]hello")
+
+    assert "[INFO] simulator: [red]hello" in out.getvalue()
+    assert "" == capsys.readouterr().err
+
+
+def test_the_live_table_shows_what_each_robot_does():
+    out = Terminal()
+    story = Story({"wall_e": "nurse"})
+    robot = story.robots["wall_e"]
+    robot.does, robot.distance, robot.carries = "Go to pharmacy", 9.53, "medicine"
+    screen = Screen(out)
+    with screen.opened(story):
+        screen.refresh()
+
+    (row,) = {line.strip() for line in out.getvalue().splitlines() if "pharmacy" in line}
+    assert ["wall_e", "nurse", "Go", "to", "pharmacy", "9.5", "medicine"] == row.split()
+
+
+@pytest.mark.parametrize("screen", [Screen(io.StringIO()), JsonLines()], ids=["text", "json"])
+def test_log_lines_go_to_stderr(screen, capsys):
+    with screen.opened(STORY):
+        screen.log("hello")
+
+    assert ("", "hello\n") == capsys.readouterr()
