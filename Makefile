@@ -2,7 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+RUNNABLE := .make/runnable
 READY := .make/ready
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
+STAMP = $(PYTHON) -c 'import pathlib, sys; at = pathlib.Path(sys.argv[1]); at.parent.mkdir(exist_ok=True); at.touch()'
 PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: help dev demo test golden lint format schemas bench docs docs-serve package release-check clean test-unit test-docs test-nightly torture soak coverage audit lock
@@ -10,18 +13,22 @@ PYTEST = $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 help:  ## List the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/' | expand -t 16
 
-$(READY): pyproject.toml requirements.lock
+$(RUNNABLE): pyproject.toml requirements-run.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "hmrsim needs Python 3.11 or newer; choose one with make PYTHON=…" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(INSTALL) --no-compile --require-hashes -r requirements-run.lock
+	$(INSTALL) --no-build-isolation --editable .
+	@$(STAMP) $@
+
+$(READY): $(RUNNABLE) requirements.lock
+	$(INSTALL) --require-hashes -r requirements.lock
 	$(BIN)/python -m pip check --quiet --disable-pip-version-check
-	@$(PYTHON) -c 'import pathlib, sys; at = pathlib.Path(sys.argv[1]); at.parent.mkdir(exist_ok=True); at.touch()' $@
+	@$(STAMP) $@
 
 dev: $(READY)  ## Set up the development environment
 
-demo: $(READY)  ## Run the main job: a hospital mission, simulator and controller as two processes
+demo: $(RUNNABLE)  ## Run the main job: a hospital mission, simulator and controller as two processes
 	$(BIN)/hmrsim demo
 
 test: $(READY)  ## Run every test, or some with ARGS="-k cancel"
@@ -112,9 +119,12 @@ audit: $(READY)  ## Look up known vulnerabilities of the locked dependencies, if
 		'pip-audit>=2.9,<3'; } 2>.make/audit.log || { echo "not audited: $$(tail -n 1 .make/audit.log)"; exit 0; }; \
 		.make/audit/bin/python -m tools.audit
 
-lock:  ## Update requirements.lock, with hashes; needs uv
-	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 --generate-hashes \
-		--no-header --no-annotate --no-emit-index-url --quiet --output-file requirements.lock
+COMPILE = uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes \
+	--no-header --no-annotate --no-emit-index-url --quiet
+
+lock:  ## Update the lock files, with hashes; needs uv
+	$(COMPILE) --all-extras --group dev --output-file requirements.lock
+	$(COMPILE) --group editable --constraint requirements.lock --output-file requirements-run.lock
 
 clean:  ## Remove everything that make has created
 	rm -rf $(VENV) .make build dist .coverage* .mypy_cache .ruff_cache .pytest_cache
