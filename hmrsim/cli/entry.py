@@ -17,30 +17,42 @@ _SERVING: Final = ("run", "view", "record")
 """Commands that a signal ends successfully, whenever it arrives."""
 
 _COMMANDS: Final = {
-    "run": "serve a world over Zenoh until Ctrl-C",
-    "simulate": "run the robots' own scripts in virtual time, without a network",
-    "replay": "replay a trace, and check that the run is identical",
-    "demo": "run a hospital mission: simulator and controller, each in its own process",
-    "robot": "list the robots with their poses and activities",
-    "action": "list and describe the robots' actions, and send goals",
-    "topic": "list topics, print their messages and measure their rates",
-    "service": "list services, and call them",
-    "fault": "inject, list and clear faults in a running simulation",
-    "time": "show, pause, step and speed up the time of a running simulation",
-    "security": "restrict who may drive robots, with certificates",
-    "doctor": "diagnose the network: simulators, clients, ROS nodes",
-    "view": "show a simulation in a browser, live or recorded",
-    "record": "record all published messages to an MCAP file, for Foxglove and `hmrsim view`",
-    "report": "report on a trace or a recording, as a page, as JSON or as tables",
-    "experiment": "run a world many times and summarize the results",
-    "check": "find the faults that break a controller, or apply properties to a trace",
-    "compare": "compare two controllers run by run, or two traces line by line",
-    "world": "list the shipped worlds, create a world, print the schema",
-    "map": "check, inspect, convert and draw world files; plan routes on them",
-    "explain": "explain an error code, a reason, a cause or an exit code",
-    "completion": "print a script for shell completion",
+    "run simulations": {
+        "run": "serve a world over Zenoh until Ctrl-C",
+        "simulate": "run the robots' own scripts in virtual time, without a network",
+        "replay": "replay a trace, and check that the run is identical",
+        "demo": "run a hospital mission: simulator and controller, each in its own process",
+    },
+    "drive robots": {
+        "robot": "list the robots with their poses and activities",
+        "action": "list and describe the robots' actions, and send goals",
+        "topic": "list topics, print their messages and measure their rates",
+        "service": "list services, and call them",
+        "fault": "inject, list and clear faults in a running simulation",
+        "time": "show, pause, step and speed up the time of a running simulation",
+    },
+    "see what happens": {
+        "view": "show a simulation in a browser, live or recorded",
+        "record": "record all published messages to an MCAP file, for Foxglove and `hmrsim view`",
+        "report": "report on a trace or a recording, as a page, as JSON or as tables",
+        "explain": "explain an error code, a reason, a cause or an exit code",
+    },
+    "make worlds": {
+        "world": "list the shipped worlds, create a world, print the schema",
+        "map": "check, inspect, convert and draw world files; plan routes on them",
+    },
+    "test controllers": {
+        "check": "find the faults that break a controller, or apply properties to a trace",
+        "experiment": "run a world many times and summarize the results",
+        "compare": "compare two controllers run by run, or two traces line by line",
+    },
+    "administer": {
+        "doctor": "diagnose the network: simulators, clients, ROS nodes",
+        "security": "restrict who may drive robots, with certificates",
+        "completion": "print a script for shell completion",
+    },
 }
-"""The commands and their help; each is a module of this package with a function *configure*."""
+"""The commands and their help, by purpose; each is a module of this package with a function *configure*."""
 
 _EPILOG: Final = """\
 exit codes:
@@ -99,10 +111,20 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=f"{_EPILOG}\n{ENVIRONMENT}",
     )
     parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
+    commands = {name: text for group in _COMMANDS.values() for name, text in group.items()}
     add_commands(
-        parser, {name: (text, Later(f"{__package__}.{name}", "configure")) for name, text in _COMMANDS.items()}
+        parser,
+        {name: (text, Later(f"{__package__}.{name}", "configure")) for name, text in commands.items()},
+        _COMMANDS,
     )
     return parser
+
+
+def _asking_for_help(words: Sequence[str]) -> Sequence[str]:
+    """Return ``[COMMAND …] --help`` for ``help [COMMAND …]`` and for no arguments, and other arguments unchanged."""
+    if not words or words[0] == "help":
+        return [*words[1:], "--help"]
+    return words
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -114,7 +136,7 @@ def _run(argv: Sequence[str] | None) -> int:
     try:
         parser = make_parser()
         autocomplete(parser, f"{__package__}.completion")
-        args = parser.parse_args(argv)
+        args = parser.parse_args(_asking_for_help(sys.argv[1:] if argv is None else argv))
         code: int = args.function(args)
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else _DONE

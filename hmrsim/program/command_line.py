@@ -199,8 +199,43 @@ class LazyParser(CommandParser):
             super()._print_message(message, file)
 
 
+class _GroupedCommands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: SLF001
+    """Subcommands that the help lists in groups.
+
+    Args:
+        groups: The names of the subcommands below each heading.
+    """
+
+    def __init__(self, *, groups: Mapping[str, Iterable[str]], **options: Any) -> None:
+        super().__init__(**options)
+        self._groups = groups
+
+    def _get_subactions(self) -> list[argparse.Action]:
+        """Return a heading for each group, which the help shows with the group's commands below it."""
+        commands = {command.dest: command for command in super()._get_subactions()}
+        return [_Heading(title, [commands[name] for name in names]) for title, names in self._groups.items()]
+
+
+class _Heading(argparse.Action):
+    """A heading in the list of subcommands."""
+
+    def __init__(self, title: str, commands: list[argparse.Action]) -> None:
+        super().__init__(option_strings=[], dest=title, metavar=f"{title}:")
+        self._commands = commands
+
+    def __call__(self, *_arguments: object) -> None:
+        """Do nothing, since a heading is no argument."""
+
+    def _get_subactions(self) -> list[argparse.Action]:
+        return self._commands
+
+
 def add_commands(
-    parser: LazyParser, commands: Mapping[str, tuple[str, Configure]], *, title: str | None = None
+    parser: LazyParser,
+    commands: Mapping[str, tuple[str, Configure]],
+    groups: Mapping[str, Iterable[str]] | None = None,
+    *,
+    title: str | None = None,
 ) -> None:
     """Add subcommands to a parser.
 
@@ -208,9 +243,12 @@ def add_commands(
         parser: The parser of the program, or of a command.
         commands: A summary of each subcommand, which is also its description by default, and the function that adds
             its arguments when it is used. A name such as ``send-goal`` is also accepted with underscores.
-        title: The heading of the subcommands in the help.
+        groups: The names of the subcommands below each heading of the help; one list without headings by default.
+        title: The heading of that list.
     """
-    options = {} if title is None else {"title": title}
+    options: dict[str, Any] = {} if title is None else {"title": title}
+    if groups is not None:
+        options |= {"action": _GroupedCommands, "groups": groups}
     parsers = parser.add_subparsers(metavar="COMMAND", required=True, **options)
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
     for name, (summary, configure) in commands.items():

@@ -84,13 +84,25 @@ def test_version_is_printed(capsys):
     assert (0, f"hmrsim {__version__}\n") == (code, capsys.readouterr().out)
 
 
-def test_help_names_every_command(capsys):
-    code = main(["--help"])
+@pytest.mark.parametrize("words", [[], ["help"], ["--help"]], ids=" ".join)
+def test_help_lists_the_commands_by_purpose(words, capsys):
+    """The program alone and its word ``help`` print the same as ``--help``."""
+    code = main(words)
 
     out = capsys.readouterr().out
     assert 0 == code
-    assert all(f"\n    {name} " in out for name in ("run", "simulate", "demo", "action", "topic", "service", "map"))
+    assert out.index("\n    drive robots:\n") < out.index("\n      action ") < out.index("\n    make worlds:\n")
     assert "130  Ctrl-C" in out
+
+
+def test_help_of_a_command_is_that_of_its_option(capsys):
+    """``hmrsim help topic echo`` prints what ``hmrsim topic echo --help`` prints."""
+    main(["help", "topic", "echo"])
+    asked = capsys.readouterr().out
+
+    main(["topic", "echo", "--help"])
+
+    assert capsys.readouterr().out == asked
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -115,7 +127,6 @@ def test_help_imports_neither_zenoh_nor_pydantic():
 @pytest.mark.parametrize(
     "arguments",
     [
-        [],
         ["frobnicate"],
         ["run"],
         ["run", "scenario1", "--real-time-factor", "-1"],
