@@ -205,8 +205,8 @@ class Session:
         if words[0] == "cd":
             self._at = (self._at / words[1]).resolve()
             return 0, ""
-        if words[:2] == ["pip", "install"] and words[-1].strip("'").startswith("hmrsim"):
-            _check_extras(words[-1].strip("'"))
+        if words[:2] == ["pip", "install"] and words[2].strip("'").startswith((".", "hmrsim")):
+            _check_extras(words[2].strip("'").replace(".", "hmrsim", 1))
             return 0, ""
         process = self._start(command.text)
         output, _ = process.communicate()
