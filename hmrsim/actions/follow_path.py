@@ -11,6 +11,7 @@ from hmrsim.actions._inputs import Input
 from hmrsim.actions._navigation import drive, extent, facing, point_of
 from hmrsim.actions._path_tracking import PathTracker
 from hmrsim.actions._places import check_reachable, numbers, pose
+from hmrsim.diagnostics import shown
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import heading
 from hmrsim.interfaces.nav2_msgs import FollowPath
@@ -21,8 +22,13 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 
-_CONTROLLERS = ("", "FollowPath")
-"""Names of the one controller that there is: none, and the one that Nav2's own trees ask for."""
+_PLUGINS = {
+    "controller": ("FollowPath",),
+    "goal checker": ("general_goal_checker", "goal_checker"),
+    "progress checker": ("progress_checker",),
+}
+"""The names of the one plugin of each kind: those of Nav2's parameters, of its trees and of its code. An empty name
+stands for the only plugin, as in Nav2's controller_server."""
 
 
 def _process(
@@ -51,9 +57,14 @@ def _process(
 
 
 def _flaw(goal: FollowPath.Goal) -> Flaw | None:
-    if goal.controller_id not in _CONTROLLERS:
-        text = f"no controller {goal.controller_id!r}; there is one, called FollowPath"
-        return Flaw(text, FollowPath.Result.INVALID_CONTROLLER)
+    asked = (
+        ("controller", goal.controller_id, FollowPath.Result.INVALID_CONTROLLER),
+        ("goal checker", goal.goal_checker_id, FollowPath.Result.UNKNOWN),
+        ("progress checker", goal.progress_checker_id, FollowPath.Result.UNKNOWN),
+    )
+    for kind, name, code in asked:
+        if name and name not in _PLUGINS[kind]:
+            return Flaw(f"no {kind} {shown(name)}; there is one, called {_PLUGINS[kind][0]}", code)
     return None if goal.path.poses else Flaw("the path has no poses", FollowPath.Result.INVALID_PATH)
 
 

@@ -41,17 +41,32 @@ def test_a_path_in_another_direction_begins_from_rest(make_run):
     assert (8.0, "SUCCEEDED") == log.changes("b" * 32)[-1]
 
 
-def test_an_unknown_controller_is_rejected(run):
-    answer = run((0.0, follow("a", (2, 2), controller_id="MPPI"))).answer("a")
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"controller_id": "MPPI"}, "no controller 'MPPI'; there is one, called FollowPath"),
+        ({"goal_checker_id": "exact"}, "no goal checker 'exact'; there is one, called general_goal_checker"),
+        ({"progress_checker_id": "pace"}, "no progress checker 'pace'; there is one, called progress_checker"),
+    ],
+)
+def test_an_unknown_plugin_is_rejected(run, fields, message):
+    """Nav2's controller_server does not drive with a plugin that it has not loaded, either."""
+    answer = run((0.0, follow("a", (2, 2), **fields))).answer("a")
 
-    assert (False, "invalid_goal", 1) == (answer.accepted, answer.reason, answer.error_code)
-    assert "no controller 'MPPI'; there is one, called FollowPath" == answer.error_msg
+    assert (False, "invalid_goal", message) == (answer.accepted, answer.reason, answer.error_msg)
 
 
-@pytest.mark.parametrize("controller", ["", "FollowPath"])
-def test_the_controller_has_two_names(run, controller):
-    """The name can be empty or FollowPath, which the trees of Nav2 use."""
-    assert "SUCCEEDED" == run((0.0, follow("a", (2, 2), controller_id=controller))).changes("a" * 32)[-1][1]
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"controller_id": "FollowPath"},
+        {"goal_checker_id": "general_goal_checker", "progress_checker_id": "progress_checker"},
+        {"goal_checker_id": "goal_checker"},
+    ],
+)
+def test_the_names_of_nav2_stand_for_the_only_plugin(run, fields):
+    """They are those of its parameters, its trees and its code."""
+    assert "SUCCEEDED" == run((0.0, follow("a", (2, 2), **fields))).changes("a" * 32)[-1][1]
 
 
 def test_a_repeated_path_does_not_restart_the_patience(make_run):

@@ -26,6 +26,8 @@ NOT_EXECUTABLE = [
     ("smooth_path", {"smoother_id": "savitzky_golay"}, 501, True),
     ("follow_path", {"path": {"poses": [{}], **ELSEWHERE}}, 102, False),
     ("follow_path", {"controller_id": "MPPI", "path": {"poses": [{}]}}, 101, True),
+    ("follow_path", {"goal_checker_id": "exact", "path": {"poses": [{}]}}, 100, True),
+    ("follow_path", {"progress_checker_id": "pace", "path": {"poses": [{}]}}, 100, True),
     ("follow_path", {"path": {"poses": []}}, 103, True),
     ("dock_robot", {"use_dock_id": False, "dock_pose": ELSEWHERE}, 999, False),
     ("spin", {"target_yaw": 1e30}, 700, False),
