@@ -13,8 +13,8 @@ from hmrsim.cli.exits import WrongUse
 from hmrsim.diagnostics import dotted, shown
 from hmrsim.documents import yaml_text
 from hmrsim.errors import HmrsimError
-from hmrsim.interfaces.builtin_interfaces import Duration, Time
-from hmrsim.interfaces.geometry_msgs import Point, Pose
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Duration, Time
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.places import with_names
 
@@ -187,3 +187,24 @@ def _value(value: object) -> object:
     if isinstance(value, list):
         return [_value(part) for part in value]
     return value
+
+
+def one_line(message: Message) -> str:
+    """Return the fields of a message on one line: durations in seconds, poses as points, lists as their lengths."""
+    fields = {name: getattr(message, name) for name in type(message).model_fields}
+    return ", ".join(f"{name} {_short(value)}" for name, value in fields.items() if _is_shown(value))
+
+
+def _short(value: object) -> str:
+    match value:
+        case float():
+            return f"{value:.2f}"
+        case Duration() | Time():
+            return f"{value.sec + value.nanosec / NANOSECONDS:.1f} s"
+        case PoseStamped(pose=Pose(position=point)) | Pose(position=point):
+            return f"({point.x:.2f}, {point.y:.2f})"
+        case Message():
+            return f"{{{one_line(value)}}}"
+        case list():
+            return f"[{len(value)}]"
+    return str(value)

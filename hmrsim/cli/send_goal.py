@@ -6,6 +6,7 @@ import argparse
 import json
 import queue
 import re
+import sys
 from contextlib import suppress
 from dataclasses import dataclass, field
 from shlex import quote
@@ -56,7 +57,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         help="the goal as YAML; omitted fields have their ROS defaults, and a pose may be the name of a place",
     )
-    parser.add_argument("-f", "--feedback", action="store_true", help="show feedback, too")
+    parser.add_argument(
+        "-f", "--feedback", action="store_true", help="show feedback, too: one line per sample on a terminal, else YAML"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="show feedback as YAML on a terminal, too")
     add_json(parser, "print the outcome as one JSON object, after one line of JSON per feedback")
     parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; generated if not given")
     parser.set_defaults(function=_send_goal)
@@ -79,7 +83,8 @@ def _send_goal(args: argparse.Namespace) -> int:
         if text is None:
             data = _empty(client, name)
         goal = read_goal(_with_poses(client, data, action), action.goal)
-        report = _Report(as_json=args.json, feedback=args.feedback)
+        brief = sys.stdout.isatty() and not args.verbose
+        report = _Report(as_json=args.json, feedback=args.feedback or args.verbose, brief=brief)
         if info.get("clock") == LOCKSTEP:
             if in_run():
                 return _send_in_lockstep(client, name, goal, goal_id=goal_id, report=report)
@@ -150,10 +155,17 @@ def _goal_id(text: str | None) -> str | None:
 
 @dataclass
 class _Report:
-    """Prints the progress of a goal."""
+    """Prints the progress of a goal.
+
+    Attributes:
+        as_json: Whether as JSON.
+        feedback: Whether with feedback.
+        brief: Whether feedback that is not JSON takes one line.
+    """
 
     as_json: bool
     feedback: bool
+    brief: bool
     _accepted: bool = field(default=False, init=False)
 
     def accept(self, goal_id: str) -> None:
@@ -164,10 +176,12 @@ class _Report:
 
     def show_feedback(self, goal_id: str, message: Message) -> None:
         """Print feedback."""
-        from hmrsim.cli.goal_text import without_defaults
+        from hmrsim.cli.goal_text import one_line, without_defaults
 
         if self.as_json:
             show_json({"goal_id": goal_id, "feedback": values(message)})
+        elif self.brief:
+            show(f"Feedback: {one_line(message)}")
         else:
             show(f"Feedback:\n{indented(yaml_text(without_defaults(message)))}")
 

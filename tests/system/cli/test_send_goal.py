@@ -129,6 +129,18 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
     assert "Feedback:\n    time_left:\n      sec: 2\n      nanosec: 0\n\n" in out
 
 
+def test_feedback_takes_one_line_on_a_terminal_unless_verbose(client, capsys, monkeypatch):
+    """A drive of a minute has hundreds of samples."""
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
+    send("{}", "--feedback")
+    brief = capsys.readouterr().out
+    send("{}", "--verbose")
+
+    assert "Feedback: time_left 2.0 s\n" in brief
+    assert "Feedback:\n    time_left:\n      sec: 2\n" in capsys.readouterr().out
+
+
 def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, capsys):
     client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
     send("{}")

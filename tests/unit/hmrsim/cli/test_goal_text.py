@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli.exits import WrongUse
-from hmrsim.cli.goal_text import read_goal, read_yaml, without_defaults
+from hmrsim.cli.goal_text import one_line, read_goal, read_yaml, without_defaults
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
@@ -105,3 +105,19 @@ def test_a_position_at_the_origin_is_shown():
 
 def test_whole_numbers_are_exact():
     assert {"sec": 1_234_567_891, "nanosec": 0} == without_defaults(Duration(sec=1_234_567_891))
+
+
+def test_one_line_shows_times_points_and_numbers():
+    """Texts and lists that are empty are left out."""
+    feedback = NavigateToPose.Feedback.model_validate(
+        {
+            "current_pose": {"pose": {"position": {"x": 6, "y": 1.237}}},
+            "navigation_time": {"sec": 3, "nanosec": 200_000_000},
+            "distance_remaining": 4.4321,
+        }
+    )
+
+    assert one_line(feedback) == (
+        "current_pose (6.00, 1.24), navigation_time 3.2 s, estimated_time_remaining 0.0 s, number_of_recoveries 0, "
+        "distance_remaining 4.43"
+    )
