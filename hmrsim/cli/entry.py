@@ -57,7 +57,7 @@ _COMMANDS: Final = {
 _EPILOG: Final = """\
 exit codes:
   0  done
-  1  it ran, but did not succeed: goal rejected, aborted or canceled, unknown robot or action, errors found
+  1  it ran, but did not succeed: goal rejected, aborted or canceled, unknown robot, action or place, errors found
   2  wrong use, unreadable input, port taken
   3  no simulator answers within --timeout
   130  Ctrl-C while following a goal, which cancels it

@@ -45,7 +45,7 @@ class WrongUse(HmrsimError):
 
 
 class UnknownName(HmrsimError):
-    """There is no robot, action or topic of this name; the text lists those that exist."""
+    """There is no robot, action, topic or place of this name; the text lists those that exist."""
 
 
 class Refused(HmrsimError):

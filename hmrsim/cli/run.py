@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
     from hmrsim.cli.robot_table import TableDisplay
     from hmrsim.cli.view import View
+    from hmrsim.program.command_line import LazyParser
     from hmrsim.properties import MonitorSink, Violation
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world import World
@@ -57,7 +58,7 @@ _LOOK: Final = 0.1
 _log = logging.getLogger(__name__)
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
+def configure(parser: LazyParser) -> None:
     """Add the arguments of ``hmrsim run``."""
     parser.description = (
         "Serve a world over Zenoh until Ctrl-C. Prints `ready ENDPOINT …` once clients can connect; a table of the\n"
@@ -76,6 +77,7 @@ examples:
   hmrsim run hospital --monitor properties.yaml
   hmrsim run scenario1 --ros2
   hmrsim run hospital --ros2 --ros-domain-id 7 --ros-distro jazzy --ros-distro kilted"""
+    parser.suggest({"--port": "--listen tcp/127.0.0.1:PORT, or --view PORT for the page"})
     add_world_argument(parser)
     for model in SERVED:
         add_settings(parser, model)

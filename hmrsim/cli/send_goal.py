@@ -13,7 +13,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import OPERATOR, connected, in_run
-from hmrsim.cli.exits import ExitCode, Refused, WrongUse
+from hmrsim.cli.exits import ExitCode, Refused, UnknownName, WrongUse
 from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import indented, show, show_json, values, warn, yaml_flow, yaml_text
 from hmrsim.errors import HmrsimError
@@ -103,14 +103,14 @@ def _with_poses(client: Client, data: object, action: AnyAction) -> object:
     """Return the plain values of a goal, with names of places replaced by their poses.
 
     Raises:
-        WrongUse: There is no such place.
+        UnknownName: There is no such place.
     """
     from hmrsim_zenoh.client.places import with_poses
 
     try:
         return with_poses(data, action.goal, client.places.pose)
     except ValueError as error:
-        raise WrongUse(str(error)) from None
+        raise UnknownName(str(error)) from None
 
 
 def _empty(client: Client, name: ActionName) -> dict[str, Any]:

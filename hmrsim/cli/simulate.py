@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import time
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode
@@ -75,7 +76,10 @@ def _simulate(args: argparse.Namespace) -> int:
     wall_time = time.perf_counter() - began
     scripts = simulator.scripts.all.values()
     if not scripts:
-        warn(f"{loaded.path}: no robot has a script, so nothing was done; see `script` in a world file")
+        warn(
+            f"{loaded.path}: no robot has a script, so nothing was done; give a robot a `script`, such as "
+            f"[Go kitchen, Wait 5], or drive it yourself with `hmrsim run {quote(args.world)}`"
+        )
     summary = {
         "seed": simulator.seed,
         "sim_time": simulator.now,

@@ -55,8 +55,13 @@ class CommandParser(argparse.ArgumentParser):
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
+        self._instead: Mapping[str, str] = {}
         # Points such as -3,4 are not options.
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
+
+    def suggest(self, instead: Mapping[str, str]) -> None:
+        """Suggest these texts for options that the parser does not have, by the names that people try."""
+        self._instead = instead
 
     def format_help(self) -> str:
         """Return the help, with the environment variables at its end if an option has one."""
@@ -79,7 +84,12 @@ class CommandParser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Exit with 2 and print one line: the error, and a pointer to the help unless it ends in a suggestion."""
         rest = "" if message.endswith("?") else f"; see {self.prog} --help"
-        self.exit(2, f"{self.prog}: error: {printable(message)}{rest}\n")
+        self.exit(2, f"{self._program}: {printable(message)}{rest}\n")
+
+    @property
+    def _program(self) -> str:
+        """The program without its command: the prefix of all its error messages."""
+        return self.prog.partition(" ")[0]
 
     def _read_environment(self, given: list[str]) -> None:
         for action in self._actions:
@@ -90,7 +100,7 @@ class CommandParser(argparse.ArgumentParser):
             try:
                 value = self._value(action, text)
             except argparse.ArgumentError as error:
-                self.exit(2, f"{self.prog}: error: {variable}: {printable(error.message)}\n")
+                self.exit(2, f"{self._program}: {variable}: {printable(error.message)}\n")
             action.required = False
             self.set_defaults(**{action.dest: value})
 
@@ -126,7 +136,9 @@ class CommandParser(argparse.ArgumentParser):
     def _suggested_option(self, unknown: list[str]) -> str:
         """Return the end of an error message: the known option closest to the first unknown one."""
         option = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
-        suggestion = _suggestion(option, (name for action in self._actions for name in action.option_strings))
+        suggestion = self._instead.get(option) or _suggestion(
+            option, (name for action in self._actions for name in action.option_strings)
+        )
         return f"; did you mean {suggestion}?" if option and suggestion else ""
 
 

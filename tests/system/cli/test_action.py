@@ -84,11 +84,11 @@ def test_a_goal_can_name_a_place(endpoint, capsys):
     assert (100.0, 215.0) == (end["x"], end["y"])
 
 
-def test_an_unknown_place_exits_with_2_and_a_suggestion(endpoint, capsys):
+def test_an_unknown_place_exits_with_1_and_a_suggestion(endpoint, capsys):
     code = main(["action", "send-goal", "/wall_e/navigate_to_pose", "{pose: wards}", "--connect", endpoint])
 
-    assert 2 == code
-    assert "goal: pose: no place 'wards'; did you mean 'ward'?\n" == capsys.readouterr().err
+    assert 1 == code
+    assert "hmrsim: goal: pose: no place 'wards'; did you mean 'ward'?\n" == capsys.readouterr().err
 
 
 def test_info_as_json(endpoint, capsys):

@@ -168,7 +168,7 @@ class TestRun:
         with pytest.raises(SystemExit, match="2"):
             main(["run", GO, "--robot", "wall_e"])
 
-        assert capsys.readouterr().err == f"bt-controller run: error: {error}\n"
+        assert capsys.readouterr().err == f"bt-controller: {error}\n"
 
     @pytest.mark.parametrize(
         ("arguments", "error"),

@@ -148,7 +148,15 @@ def test_wrong_use_exits_with_2_and_one_line(arguments, capsys):
 
     captured = capsys.readouterr()
     assert (2, "") == (code, captured.out)
-    assert "error: " in captured.err
+    assert captured.err.startswith("hmrsim: ")
+    assert 1 == captured.err.count("\n")
+
+
+def test_an_option_of_other_servers_leads_to_ours(capsys):
+    """Many programs call the port to serve at --port."""
+    main(["run", "cafe", "--port", "1"])
+
+    assert "; did you mean --listen tcp/127.0.0.1:PORT, or --view PORT for the page?\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

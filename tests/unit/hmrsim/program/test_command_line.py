@@ -68,9 +68,9 @@ def test_a_variable_can_set_a_required_option(parser, monkeypatch):
 @pytest.mark.parametrize(
     ("variable", "value", "error"),
     [
-        ("HMRSIM_SEED", "many", "prog: error: HMRSIM_SEED: 'many' is not a whole number\n"),
-        ("HMRSIM_REAL_TIME_FACTOR", "x", "prog: error: HMRSIM_REAL_TIME_FACTOR: 'x' is not a number\n"),
-        ("HMRSIM_MODE", "klient", "prog: error: HMRSIM_MODE: no mode 'klient'; did you mean 'client'?\n"),
+        ("HMRSIM_SEED", "many", "prog: HMRSIM_SEED: 'many' is not a whole number\n"),
+        ("HMRSIM_REAL_TIME_FACTOR", "x", "prog: HMRSIM_REAL_TIME_FACTOR: 'x' is not a number\n"),
+        ("HMRSIM_MODE", "klient", "prog: HMRSIM_MODE: no mode 'klient'; did you mean 'client'?\n"),
     ],
 )
 def test_an_invalid_variable_is_named(parser, monkeypatch, capsys, variable, value, error):
@@ -84,16 +84,16 @@ def test_an_invalid_variable_is_named(parser, monkeypatch, capsys, variable, val
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        ([], "prog: error: the following arguments are required: --names; see prog --help\n"),
-        ([*NEEDED, "--seed", "x"], "prog: error: argument --seed: 'x' is not a whole number; see prog --help\n"),
-        ([*NEEDED, "--sed", "1"], "prog: error: unrecognized arguments: --sed; did you mean --seed?\n"),
+        ([], "prog: the following arguments are required: --names; see prog --help\n"),
+        ([*NEEDED, "--seed", "x"], "prog: argument --seed: 'x' is not a whole number; see prog --help\n"),
+        ([*NEEDED, "--sed", "1"], "prog: unrecognized arguments: --sed; did you mean --seed?\n"),
         (
             [*NEEDED, "--mode", "x"],
-            "prog: error: argument --mode: no mode 'x'; there are peer, client; see prog --help\n",
+            "prog: argument --mode: no mode 'x'; there are peer, client; see prog --help\n",
         ),
         (
             [*NEEDED, "--seed", "1", "a", "--x\x1b[31m\n"],
-            "prog: error: unrecognized arguments: --x\\x1b[31m\\n; see prog --help\n",
+            "prog: unrecognized arguments: --x\\x1b[31m\\n; see prog --help\n",
         ),
     ],
 )
@@ -109,7 +109,7 @@ def test_a_command_rejects_unknown_arguments(capsys):
 
     with pytest.raises(SystemExit, match="2"):
         program.parse_args(["run", "--fast"])
-    assert "prog run: error: unrecognized arguments: --fast; see prog run --help\n" == capsys.readouterr().err
+    assert "prog: unrecognized arguments: --fast; see prog run --help\n" == capsys.readouterr().err
 
 
 def test_help_ignores_invalid_variables(parser, monkeypatch, capsys):
