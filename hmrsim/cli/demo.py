@@ -36,12 +36,14 @@ _WORLD: Final = "hospital"
 _TREE: Final = "bt_controller.examples.hospital:mission"
 _ANSWER_SECONDS: Final = 300.0
 """Wall seconds for an answer of the simulator, which a busy machine may take."""
-_MISSION_SECONDS: Final = 600.0
-"""Simulated seconds after which the simulator ends the mission; it takes about 200."""
+_MISSION_SECONDS: Final = 3600.0
+"""Simulated seconds after which the simulator ends the mission, which takes about 200 on a machine that is not busy."""
 _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
 _PATIENCE: Final = 2.0
 """Wall seconds that a line of one process waits for an earlier line of the other."""
+_HOLD: Final = 0.5
+"""Wall seconds that a line waits for earlier lines about other robots."""
 
 
 class _DemoFailed(HmrsimError):
@@ -151,7 +153,7 @@ class _Demo:
         self._screen = screen
         self._run_arguments, self._controller_options = run_arguments, controller_options
         self._secure = secure
-        self._order = CausalOrder(_PATIENCE)
+        self._order = CausalOrder(_PATIENCE, _HOLD)
 
     def run(self) -> int:
         """Start the processes, follow the mission to its end, and stop the processes.
@@ -190,6 +192,8 @@ class _Demo:
         for child in (simulator, controller) if code else ():
             if failure := child.code(_LOOK):
                 self._screen.note(f"the {child.name} ended with {failure}; it says:\n{child.errors}")
+        if "view" not in ready and code == 0:
+            self._screen.hint("`hmrsim demo --view` shows the mission in the browser")
         return ExitCode.DONE if code == 0 else ExitCode.FAILED
 
     def _ready(self, line: str | None) -> None:

@@ -42,6 +42,9 @@ class JsonLines:
         """Show a line of the log."""
         warn(text)
 
+    def hint(self, _text: str) -> None:
+        """Do nothing: a program does not look for what to try next."""
+
     def show(self, line: Line) -> None:
         """Print a line of the story."""
         show_json(line.to_json())
@@ -103,8 +106,14 @@ class Screen:
         else:
             self._table.print(text)
 
+    def hint(self, text: str) -> None:
+        """Show what to try next."""
+        self.note(text)
+
     def show(self, line: Line) -> None:
-        """Show a line of the story."""
+        """Show a line of the story, unless it is a detail."""
+        if line.detail:
+            return
         if self._table is None:
             print(line, file=self._out, flush=True)
         else:

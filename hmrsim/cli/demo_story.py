@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.cli.event_log import text_of
+from hmrsim.events import Severity
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
 from hmrsim.protocol.goal import GoalStatus
@@ -30,6 +32,7 @@ class Line(NamedTuple):
         sim_time: In simulated seconds; None if unknown.
         source: ``world`` for the simulator, ``tree`` for the controller.
         hands_over: Whether the robot's next line is expected from the other source.
+        detail: Whether a short log leaves it out.
     """
 
     sim_time: float | None
@@ -37,6 +40,7 @@ class Line(NamedTuple):
     robot: str
     text: str
     hands_over: bool = False
+    detail: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON values, the time in whole milliseconds."""
@@ -96,7 +100,8 @@ class Story:
             # The robot is not part of the mission.
             return
         if text := text_of(event):
-            yield Line(at, "world", name, text, hands_over=ended)
+            detail = not ended and event.severity in (Severity.DEBUG, Severity.INFO)
+            yield Line(at, "world", name, text, hands_over=ended, detail=detail)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
         """Process a tree of the controller; yield a line for each behavior that began or ended."""
@@ -112,7 +117,8 @@ class Story:
             if before.get(name) != status and status in _MARKS:
                 message = f": {node['message']}" if status == "FAILURE" and node["message"] else ""
                 text = f"{name} {_MARKS[status]}{message}"
-                yield Line(tree["sim_time"], "tree", tree["robot"], text, hands_over=status == "RUNNING")
+                begun, done = status == "RUNNING", status == "SUCCESS"
+                yield Line(tree["sim_time"], "tree", tree["robot"], text, hands_over=begun, detail=done)
             before[name] = status
         if tree["status"] in ("SUCCESS", "FAILURE"):
             robot.does = f"mission {_MARKS[tree['status']]}"
@@ -178,38 +184,48 @@ _OTHER: Final = {"tree": "world", "world": "tree"}
 
 
 class CausalOrder:
-    """Puts lines of the world and of the trees in the order of cause and effect.
+    """Puts lines of the world and of the trees in the order of cause and effect, and of time.
 
     The lines arrive over different paths, and the controller reads a clock that ticks, so neither arrival nor time
     gives the order. But a robot's behavior begins, then its goal executes, then the behavior ends: a line waits for
-    its source's turn.
+    its source's turn. Then it waits for earlier lines of other robots.
 
     Args:
-        patience: The maximum wall seconds that a line waits.
+        patience: The maximum wall seconds that a line waits for its turn.
+        hold: The wall seconds after its arrival that it waits for lines of earlier times. A line that arrives
+            even later has the time of the line before it.
     """
 
-    def __init__(self, patience: float) -> None:
-        self._patience = patience
+    def __init__(self, patience: float, hold: float) -> None:
+        self._patience, self._hold = patience, hold
         self._waiting: list[tuple[float, Line]] = []
         self._turns: dict[str, str] = {}
         self._times: dict[str, float] = {}
+        self._sorted: list[tuple[float, int, float, Line]] = []
+        self._count = 0
+        self._last = 0.0
 
     def add(self, line: Line, now: float) -> None:
         """Add a line that arrives *now*, in wall seconds."""
-        self._waiting.append((now + self._patience, line))
+        self._waiting.append((now, line))
 
     def ready(self, now: float) -> Iterator[Line]:
-        """Yield the lines whose turn it is *now*, in wall seconds; the times of a robot never decrease."""
+        """Yield the lines whose turn it is *now*, in wall seconds; the times never decrease."""
         while (i := self._next(now)) is not None:
-            _, line = self._waiting.pop(i)
+            arrival, line = self._waiting.pop(i)
             self._turns[line.robot] = _OTHER[line.source] if line.hands_over else line.source
-            time = max(line.sim_time or 0.0, self._times.get(line.robot, 0.0))
-            self._times[line.robot] = time
-            yield line._replace(sim_time=time or None)
+            time = self._times[line.robot] = max(line.sim_time or 0.0, self._times.get(line.robot, 0.0))
+            self._count += 1
+            heappush(self._sorted, (time, self._count, arrival + self._hold, line))
+        while self._sorted and self._sorted[0][2] <= now:
+            time, _, _, line = heappop(self._sorted)
+            self._last = max(self._last, time)
+            yield line._replace(sim_time=self._last or None)
 
     def _next(self, now: float) -> int | None:
-        """Return the index of the first line that need not wait; None if all have to."""
-        for i, (until, line) in enumerate(self._waiting):
-            if not line.robot or line.source == self._turns.get(line.robot, "tree") or until <= now:
+        """Return the index of the first line whose turn it is; None if all have to wait."""
+        for i, (arrival, line) in enumerate(self._waiting):
+            its_turn = not line.robot or line.source == self._turns.get(line.robot, "tree")
+            if its_turn or arrival + self._patience <= now:
                 return i
         return None

@@ -73,8 +73,11 @@ def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path
 
     out = capsys.readouterr().out
     assert 0 == code
-    assert " | world | wall_e   | picks up medicine\n" in out
-    assert " | tree  | wall_e   | Pick up medicine done\n" in out
+    assert " | tree  | wall_e   | Pick up medicine begun\n" in out
+    assert " | world | wall_e   | pickup SUCCEEDED\n" in out
+    times = [float(line.partition("|")[0]) for line in out.splitlines() if line.count(" | ") == 3]
+    assert sorted(times) == times
+    assert out.endswith("`hmrsim demo --view` shows the mission in the browser\n")
     assert "What the fleet did" in out
     assert "the mission succeeded: " in out
     assert told[-1].read_bytes() == trace.read_bytes()
@@ -124,7 +127,7 @@ def test_demo_with_a_failed_mission_exits_with_1_and_its_error(monkeypatch, caps
 def test_a_signal_ends_the_demo_and_both_processes(start, number, code):
     process = start("demo")
     for line in process.stdout:
-        if "accepted" in line:
+        if "begun" in line:
             break
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     descriptors = [os.pidfd_open(int(child)) for child in children]

@@ -145,8 +145,8 @@ ELSEWHERE = Line(9.0, "tree", "wall_e", "elsewhere")
 
 @pytest.fixture
 def tell():
-    """Return the function that adds lines at 10 s and returns the lines that are ready at a time."""
-    turns = CausalOrder(patience=0.5)
+    """Return the function that adds lines at 10 s and returns those that are ready at a time."""
+    turns = CausalOrder(patience=0.5, hold=0.0)
 
     def run(*lines, at=10.0):
         for line in lines:
@@ -187,7 +187,39 @@ def test_a_controller_without_a_clock_reports_no_time(tell):
 def test_robots_do_not_wait_for_each_other(tell):
     reported = [(line.text, line.sim_time) for line in tell(ACCEPTED, ELSEWHERE, BEGUN)]
 
-    assert [("elsewhere", 9.0), ("begun", 1.0), ("accepted", 1.1)] == reported
+    assert [("begun", 1.0), ("accepted", 1.1), ("elsewhere", 9.0)] == reported
+
+
+def test_lines_are_in_the_order_of_time():
+    """A line that arrives within the hold of a later one comes before it; one that arrives after it has its time."""
+    order = CausalOrder(patience=0.5, hold=0.5)
+    early, late = (Line(time, "tree", "hal", str(time)) for time in (1.0, 2.0))
+    order.add(ELSEWHERE, 10.0)
+    held = [*order.ready(10.0)]
+    order.add(early, 10.4)
+    told = [*order.ready(10.9)]
+    order.add(late, 11.0)
+    told += order.ready(12.0)
+
+    assert [] == held
+    assert [("1.0", 1.0), ("elsewhere", 9.0), ("2.0", 9.0)] == [(line.text, line.sim_time) for line in told]
+
+
+@pytest.mark.parametrize(
+    ("event", "detail"),
+    [
+        (GoalAccepted(*GOAL, {"time": {"sec": 5}}), True),
+        (GoalStatusChanged(*GOAL, 4), False),
+        (GoalStatusChanged(*GOAL, 6, {"error_msg": "no"}), False),
+        (ItemPicked(*LINEN), True),
+        (SimulationReset(255), True),
+    ],
+)
+def test_the_short_log_has_the_ends_of_goals(event, detail, story):
+    """Everything else of the world is a detail, except for warnings and errors."""
+    (line,) = story.on_event(2.5, event)
+
+    assert detail == line.detail
 
 
 def test_a_line_waits_only_for_a_limited_time(tell):
@@ -235,3 +267,14 @@ def test_log_lines_go_to_stderr(screen, capsys):
         screen.log("hello")
 
     assert ("", "hello\n") == capsys.readouterr()
+
+
+def test_details_are_only_in_json(capsys):
+    lines = [Line(1.0, "world", "wall_e", "accepted", detail=True), Line(2.0, "world", "wall_e", "SUCCEEDED")]
+    out = io.StringIO()
+    for screen in (Screen(out), JsonLines()):
+        for line in lines:
+            screen.show(line)
+
+    assert ["SUCCEEDED"] == [line.rpartition("| ")[2] for line in out.getvalue().splitlines()]
+    assert 2 == len(capsys.readouterr().out.splitlines())
