@@ -31,7 +31,7 @@ _END: Final = "<!-- end of settings -->"
 _NO_SETTINGS: Final = frozenset({"--help", "--json", "--settings"})
 """Options that say how a command answers, or where its settings are."""
 
-_Command = tuple["Callable[[argparse.ArgumentParser], None]", tuple[type, ...]]
+_Command = tuple["Callable[[CommandParser], None]", tuple[type, ...]]
 
 _COMMANDS: Final[dict[str, _Command]] = {
     "run": (run.configure, SERVED),
@@ -62,7 +62,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def strangers(
-    name: str, configure: Callable[[argparse.ArgumentParser], None], models: tuple[type, ...]
+    name: str, configure: Callable[[CommandParser], None], models: tuple[type, ...]
 ) -> Iterator[str]:
     """Yield the options of a command that do not derive from a setting of its models."""
     parser, made = CommandParser(), CommandParser()

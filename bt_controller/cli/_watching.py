@@ -120,6 +120,7 @@ def watching(
     Raises:
         OutputError: A file can't be opened.
         WriteError: The disk is full; also while a tick is written.
+        BadOptions: A port for Groot2 is taken, or its packages are missing.
     """
     with ExitStack() as ending:
         watchers: list[Watcher] = [ending.enter_context(Publisher(client.session, client.keys, missions))]
@@ -132,6 +133,15 @@ def watching(
             transitions = Transitions(out, missions)
             ending.callback(lambda: transitions.flush(clock.now))
             watchers.append(transitions)
+
+        if (port := getattr(args, "groot2", None)) is not None:
+            # Loads ZeroMQ.
+            from bt_controller.watching.groot2 import Groot2Publishers  # noqa: PLC0415
+
+            publishers = ending.enter_context(Groot2Publishers(missions, port))
+            watchers.append(publishers)
+            for robot, served in publishers.ports.items():
+                print(f"bt-controller: Groot2 can show the tree of {robot} at port {served}", file=sys.stderr)
 
         def ticked(mission: Mission, now: float | None) -> None:
             for watcher in watchers:

@@ -79,6 +79,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-resume", dest="resume", action="store_false", help="start over, even if the tree is resumable"
     )
+    parser.add_argument(
+        "--groot2",
+        nargs="?",
+        type=int,
+        const=1667,
+        metavar="PORT",
+        help="serve the running tree to Groot2 and `btview` on this machine (default PORT: 1667); the trees of further"
+        " robots at PORT + 2, PORT + 4, …; needs hmrsim[groot2]",
+    )
     add_watching_options(parser)
     add_session_options(parser)
     add_log_options(parser)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
     from hmrsim.cli.robot_table import TableDisplay
     from hmrsim.cli.view import View
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim.properties import MonitorSink, Violation
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world import World
@@ -58,7 +58,7 @@ _LOOK: Final = 0.1
 _log = logging.getLogger(__name__)
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the arguments of ``hmrsim run``."""
     parser.description = (
         "Serve a world over Zenoh until Ctrl-C. Prints `ready ENDPOINT …` once clients can connect; a table of the\n"
