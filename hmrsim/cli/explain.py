@@ -1,13 +1,15 @@
-"""``hmrsim explain``: the meaning of a code, its causes, and what to do."""
+"""``hmrsim explain``: the meaning of a code, or why a robot waits, and what to do."""
 
 from __future__ import annotations
 
 import argparse
+import json
 import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.exits import ExitCode, UnknownName
+from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
+from hmrsim.cli.options import add_connection_options
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
 
@@ -22,23 +24,30 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim explain 208
   hmrsim explain not_ready
-  hmrsim explain              # all codes, one per line"""
+  hmrsim explain              # all codes, one per line
+  hmrsim explain --robot eve  # why it waits, in a running simulation"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim explain``."""
     parser.description = (
         "Explain a code: the error code of a result, the reason of a rejection, the cause of an aborted goal, the "
-        "result of a service (result_4), or the exit code of a command (exit_3)."
+        "result of a service (result_4), or the exit code of a command (exit_3). With --robot, explain why a robot of "
+        "a running simulation waits: each cause, down to the one that starts it."
     )
     parser.epilog = _EXAMPLES
     parser.add_argument("code", metavar="CODE", nargs="?", help="such as 208, -19, not_ready or exit_3 (default: list)")
+    parser.add_argument("--robot", metavar="NAME", help="a robot of a running simulation, instead of a code")
     parser.add_argument("--json", action="store_true", help="print one JSON object, or a list")
     parser.set_defaults(function=_explain)
+    add_connection_options(parser)
 
 
 def _explain(args: argparse.Namespace) -> int:
     from hmrsim.explanations import explanations
+
+    if args.robot is not None:
+        return _explain_robot(args)
 
     known = explanations()
     if args.code is None:
@@ -52,6 +61,24 @@ def _explain(args: argparse.Namespace) -> int:
         other = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
         raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain` lists all")
     show_result(asdict(explanation), _lines(explanation), as_json=args.json)
+    return ExitCode.DONE
+
+
+def _explain_robot(args: argparse.Namespace) -> int:
+    from hmrsim.cli.connection import connected
+    from hmrsim.history.causes import standings, why_waits
+
+    if args.code is not None:
+        raise WrongUse("give a code or --robot, not both")
+    with connected(args) as (client, _):
+        places = {name: (at.position.x, at.position.y) for name, at in client.places.load().items()}
+        known = standings(json.loads(client.get(client.keys.world("scene"))), places)
+    if args.robot not in known:
+        raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, known)}")
+    chain = why_waits(args.robot, known)
+    lines = [f"{'  ' * depth}{link.text}" for depth, link in enumerate(chain.links)]
+    help_lines = textwrap.wrap(f"What would help: {chain.help}", _WIDTH)
+    show_result({**asdict(chain), "robot": args.robot}, [*lines, "", *help_lines], as_json=args.json)
     return ExitCode.DONE
 
 

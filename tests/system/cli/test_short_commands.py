@@ -44,6 +44,20 @@ def test_a_fault_is_injected_listed_and_cleared_by_name_or_type(run):
     assert (0, "no fault is active or scheduled\n", "") == run("fault", "list")
 
 
+def test_why_a_robot_stands_is_explained(run):
+    """A robot without a goal waits for its controller, and one with a fault for the end of the fault."""
+    code, idle, _ = run("explain", "--robot", "wall_e")
+    run("fault", "inject", "breakdown", "robot=wall_e", "duration=100000")
+    broken = json.loads(run("explain", "--robot", "wall_e", "--json")[1])
+    run("fault", "clear")
+
+    assert 0 == code
+    assert "without a goal" in idle
+    assert "What would help: it waits for nothing but a goal from its controller\n" in idle
+    assert [("wall_e", "disabled")] == [(link["robot"], link["kind"]) for link in broken["links"]]
+    assert (1, "hmrsim: no robot 'wally'; did you mean 'wall_e'?\n") == run("explain", "--robot", "wally")[::2]
+
+
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [
