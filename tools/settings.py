@@ -61,9 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1 if wrong else 0
 
 
-def strangers(
-    name: str, configure: Callable[[CommandParser], None], models: tuple[type, ...]
-) -> Iterator[str]:
+def strangers(name: str, configure: Callable[[CommandParser], None], models: tuple[type, ...]) -> Iterator[str]:
     """Yield the options of a command that do not derive from a setting of its models."""
     parser, made = CommandParser(), CommandParser()
     configure(parser)

@@ -136,7 +136,7 @@ def watching(
 
         if (port := getattr(args, "groot2", None)) is not None:
             # Loads ZeroMQ.
-            from bt_controller.watching.groot2 import Groot2Publishers  # noqa: PLC0415
+            from bt_controller.watching.groot2 import Groot2Publishers
 
             publishers = ending.enter_context(Groot2Publishers(missions, port))
             watchers.append(publishers)
