@@ -1,6 +1,6 @@
 """First fleets: orders served on small random fleets, as new users draw them, by one plain dispatcher.
 
-Fleets are those that `hmrsim world generate` writes; the dispatcher is that of `benchmarks/_dispatched.py`. Only fleets
+Fleets are those that `hmrsim map generate` writes; the dispatcher is that of `benchmarks/_dispatched.py`. Only fleets
 count whose orders can all be served: because a run under one of the policies did so, or as a search over configurations
 of robots shows.
 

@@ -30,7 +30,7 @@ _SURROUNDINGS: Final[tuple[tuple[int, Mapping[str, str]], ...]] = (
     (0o077, {"TZ": "Pacific/Kiritimati", "LC_ALL": "C", "PYTHONHASHSEED": "2"}),
 )
 """Of each build: the mask of new files' rights, and variables."""
-_NEEDED: Final = ("hmrsim/data/maps/cafe.yaml", "hmrsim/data/schemas/world.schema.json", "hmrsim/cli/world_new.yaml")
+_NEEDED: Final = ("hmrsim/data/maps/cafe.yaml", "hmrsim/data/schemas/world.schema.json", "hmrsim/cli/map_new.yaml")
 _TWINE: Final = "twine>=6.1,<8"
 _COMMANDS: Final = (
     ("hmrsim", "--version"),

@@ -22,7 +22,7 @@ _HEAD: Final = """\
 <!-- generated from the schema of worlds by `make schemas`, not to be edited -->
 
 This page lists each key of a world file with its type and default. [Worlds](worlds.md) explains how to use them.
-`hmrsim world schema` prints the schema, which editors use to complete keys.
+`hmrsim map schema` prints the schema, which editors use to complete keys.
 """
 
 _Schema = Mapping[str, Any]

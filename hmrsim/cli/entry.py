@@ -38,8 +38,7 @@ _COMMANDS: Final = {
         "explain": "explain an error code, a reason, a cause or an exit code",
     },
     "make worlds": {
-        "world": "list the shipped worlds, create a world, print the schema",
-        "map": "check, inspect, convert and draw world files; plan routes on them",
+        "map": "list, create, check, inspect, convert and draw worlds; plan routes on them",
     },
     "test controllers": {
         "check": "find the faults that break a controller, or apply properties to a trace",

@@ -1,11 +1,11 @@
-"""``hmrsim map``: check, inspect, convert and draw world files, and plan routes on them."""
+"""``hmrsim map``: list, create, check, inspect, convert and draw worlds, and plan routes on them."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_json, add_world_options, positive
@@ -18,12 +18,17 @@ if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
 
 
+_NEW: Final = "hmrsim.cli.map_new"
+
+
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim map``."""
-    parser.description = "Check, inspect, convert and draw world files; plan routes on them."
+    parser.description = "List, create, check, inspect, convert and draw worlds; plan routes on them."
     parser.epilog = """\
 examples:
-  hmrsim map validate my_world.yaml && hmrsim run my_world.yaml
+  hmrsim map list
+  hmrsim map new my_world.yaml && hmrsim run my_world.yaml
+  hmrsim map validate my_world.yaml
   hmrsim map info hospital
   hmrsim map plan hospital wall_e pharmacy
   hmrsim map convert drawing.drawio my_world.yaml
@@ -31,6 +36,10 @@ examples:
     add_commands(
         parser,
         {
+            "list": ("list the shipped worlds", Later(_NEW, "configure_list")),
+            "new": ("write a commented starter world", Later(_NEW, "configure_new")),
+            "generate": ("write a small random fleet with orders", Later(_NEW, "configure_generate")),
+            "schema": ("print the schema of world files, for editors", Later(_NEW, "configure_schema")),
             "validate": ("list all errors in a world file", _configure_validate),
             "info": ("show the contents of a world file", _configure_info),
             "plan": ("print the route between two points, and its travel time", _configure_plan),

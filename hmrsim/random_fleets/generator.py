@@ -36,7 +36,7 @@ def random_fleet(seed: int, robots: int | None = None) -> dict[str, Any]:
 
 def header(seed: int, robots: int | None = None) -> str:
     """Return the command that generates a world."""
-    return f"hmrsim world generate --seed {seed}" + ("" if robots is None else f" --robots {robots}")
+    return f"hmrsim map generate --seed {seed}" + ("" if robots is None else f" --robots {robots}")
 
 
 def to_text(data: dict[str, Any], command: str, *, schema: str | None = None) -> str:

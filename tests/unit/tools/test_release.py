@@ -36,7 +36,7 @@ def test_a_wheel_has_its_packages_and_its_bill_of_materials_and_nothing_else(tmp
 
     assert [
         "lacks hmrsim/data/schemas/world.schema.json",
-        "lacks hmrsim/cli/world_new.yaml",
+        "lacks hmrsim/cli/map_new.yaml",
         "lacks its bill of materials",
         "has tests",
     ] == wrong

@@ -1,23 +1,19 @@
-"""``hmrsim world``: list the shipped worlds, write new ones, and print the schema."""
+"""``hmrsim map list``, ``new``, ``generate`` and ``schema``: the shipped worlds, new ones, and their schema."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.options import add_json
 from hmrsim.cli.output import check_target, columns, show, show_result, warn, write_whole
-from hmrsim.program.command_line import add_commands
 from hmrsim.settings.option import MAX_COUNT, shortened
-
-if TYPE_CHECKING:
-    from hmrsim.program.command_line import LazyParser
 
 SCHEMA: Final = "world.schema.json"
 """The name of the schema's file beside a world."""
-_TEMPLATE: Final = Path(__file__).with_name("world_new.yaml")
+_TEMPLATE: Final = Path(__file__).with_name("map_new.yaml")
 
 _FEWEST: Final = 2
 _MOST: Final = 30
@@ -26,29 +22,10 @@ _SEEDS: Final = 25
 """Number of seeds that --solvable tries."""
 
 
-def configure(parser: LazyParser) -> None:
-    """Add the commands of ``hmrsim world``."""
-    parser.description = "List the shipped worlds, write new ones, and print the schema of world files."
-    parser.epilog = """\
-examples:
-  hmrsim world list
-  hmrsim world new my_world.yaml && hmrsim run my_world.yaml
-  hmrsim world generate fleet.yaml --seed 7
-  hmrsim world schema > world.schema.json"""
-    add_commands(
-        parser,
-        {
-            "list": ("list the shipped worlds", _configure_list),
-            "new": ("write a commented starter world", _configure_new),
-            "generate": ("write a small random fleet with orders", _configure_generate),
-            "schema": ("print the schema of world files, for editors", _configure_schema),
-        },
-    )
-
-
-def _configure_list(parser: argparse.ArgumentParser) -> None:
+def configure_list(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map list``."""
     parser.description = "List the shipped worlds, whose names can be used for WORLD in every command."
-    parser.epilog = "examples:\n  hmrsim world list\n  hmrsim world list --json | jq -r '.cafe.file'"
+    parser.epilog = "examples:\n  hmrsim map list\n  hmrsim map list --json | jq -r '.cafe.file'"
     add_json(parser, "print one JSON object: a world's text and file, by name")
     parser.set_defaults(function=_list)
 
@@ -68,14 +45,15 @@ def _first_sentence(path: Path) -> str:
     return " ".join(comment).strip().partition(". ")[0].removesuffix(".")
 
 
-def _configure_new(parser: argparse.ArgumentParser) -> None:
+def configure_new(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map new``."""
     parser.description = (
         "Write a starter world: two rooms, a robot that carries things, and a comment on each part. The schema "
         f"is written beside it, as {SCHEMA}, so that editors complete keys and mark errors."
     )
     parser.epilog = """\
 examples:
-  hmrsim world new my_world.yaml
+  hmrsim map new my_world.yaml
   hmrsim map validate my_world.yaml && hmrsim run my_world.yaml --view"""
     parser.add_argument("file", metavar="FILE", type=_world_file, help="the file to write")
     parser.add_argument("--force", action="store_true", help="overwrite FILE")
@@ -110,12 +88,13 @@ def _shipped_schema() -> Path:
     return folder("schemas") / SCHEMA
 
 
-def _configure_schema(parser: argparse.ArgumentParser) -> None:
+def configure_schema(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map schema``."""
     parser.description = (
         "Print the JSON Schema of world files. An editor with support for YAML finds it by the first line of a world: "
         "# yaml-language-server: $schema=world.schema.json"
     )
-    parser.epilog = "examples:\n  hmrsim world schema > world.schema.json"
+    parser.epilog = "examples:\n  hmrsim map schema > world.schema.json"
     parser.set_defaults(function=_schema)
 
 
@@ -124,7 +103,8 @@ def _schema(_args: argparse.Namespace) -> int:
     return ExitCode.DONE
 
 
-def _configure_generate(parser: argparse.ArgumentParser) -> None:
+def configure_generate(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim map generate``."""
     parser.description = (
         "Write a small random fleet with orders to deliver, to try a dispatcher on: single tracks, rings, dead ends, "
         "doors or a lift, robots of several types that start anywhere. With FILE, the schema is written beside it, "
@@ -134,8 +114,8 @@ def _configure_generate(parser: argparse.ArgumentParser) -> None:
 The same seed and number of robots give the same world in this version of hmrsim; another version may draw another one.
 
 examples:
-  hmrsim world generate fleet.yaml --seed 7 --solvable && hmrsim run fleet.yaml --view
-  hmrsim world generate --seed 3 --robots 6 | less"""
+  hmrsim map generate fleet.yaml --seed 7 --solvable && hmrsim run fleet.yaml --view
+  hmrsim map generate --seed 3 --robots 6 | less"""
     parser.add_argument("file", metavar="FILE", nargs="?", type=_world_file, help="the file to write (default: stdout)")
     parser.add_argument("--seed", metavar="N", type=_seed, default=0, help="the seed of all random choices (0)")
     parser.add_argument(
