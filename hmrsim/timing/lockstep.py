@@ -54,6 +54,9 @@ _ENDED: Final = "the simulation has ended"
 _FINAL: Final = (Refused, ResultResponse, bytes)
 """The answers to commands without an event to follow."""
 
+_NEAR: Final = 1e-8
+"""Times that are further apart, in simulated seconds, have different stamps."""
+
 
 class Lockstep(SelectiveSink):
     """Grants time to participants; a sink of the simulation, so that it receives the events they wait for.
@@ -135,7 +138,8 @@ class Lockstep(SelectiveSink):
     @property
     def over(self) -> bool:
         """Return whether the simulated time has reached the end of the run."""
-        return self._end < math.inf and stamp(self._env.now) >= stamp(self._end)
+        now = self._env.now
+        return now >= self._end - _NEAR and stamp(now) >= stamp(self._end)
 
     @property
     def _next(self) -> int:
