@@ -11,7 +11,7 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
@@ -52,7 +52,7 @@ class CommandParser(argparse.ArgumentParser):
     """
 
     def __init__(self, **options: Any) -> None:
-        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        options.setdefault("formatter_class", _Formatter)
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
         self._instead: Mapping[str, str] = {}
@@ -211,6 +211,18 @@ class LazyParser(CommandParser):
             super()._print_message(message, file)
 
 
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Shows subcommands below the headings of their groups."""
+
+    def _iter_indented_subactions(self, action: argparse.Action) -> Generator[argparse.Action, None, None]:
+        if not isinstance(action, _GroupedCommands):
+            yield from super()._iter_indented_subactions(action)
+            return
+        self._indent()
+        yield from action.headings()
+        self._dedent()
+
+
 class _GroupedCommands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: SLF001
     """Subcommands that the help lists in groups.
 
@@ -222,10 +234,11 @@ class _GroupedCommands(argparse._SubParsersAction):  # type: ignore[type-arg]  #
         super().__init__(**options)
         self._groups = groups
 
-    def _get_subactions(self) -> list[argparse.Action]:
-        """Return a heading for each group, which the help shows with the group's commands below it."""
-        commands = {command.dest: command for command in super()._get_subactions()}
-        return [_Heading(title, [commands[name] for name in names]) for title, names in self._groups.items()]
+    def headings(self) -> Iterator[argparse.Action]:
+        """Yield a heading for each group, with the group's commands as its subactions."""
+        commands = {command.dest: command for command in self._get_subactions()}
+        for title, names in self._groups.items():
+            yield _Heading(title, [commands[name] for name in names])
 
 
 class _Heading(argparse.Action):

@@ -93,7 +93,7 @@ def test_the_program_prints_only_words_when_completing(tmp_path, line, words):
     ("line", "words"),
     [
         ("hmrsim ma", ["map"]),
-        ("hmrsim map ", ["validate", "info", "plan", "convert", "render"]),
+        ("hmrsim map ", ["list", "new", "generate", "schema", "validate", "info", "plan", "convert", "render"]),
         ("hmrsim map info hosp", ["hospital", "hospital_fleet", "hospital_logistics"]),
         ("hmrsim run hosp", ["hospital", "hospital_fleet", "hospital_logistics"]),
         ("hmrsim map plan hospital wall", ["wall_e"]),

@@ -75,7 +75,7 @@ def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path
     assert 0 == code
     assert " | tree  | wall_e   | Pick up medicine begun\n" in out
     assert " | world | wall_e   | pickup SUCCEEDED\n" in out
-    times = [float(line.partition("|")[0]) for line in out.splitlines() if line.count(" | ") == 3]
+    times = [float(line.partition("|")[0].strip() or 0.0) for line in out.splitlines() if line.count(" | ") == 3]
     assert sorted(times) == times
     assert out.endswith("`hmrsim demo --view` shows the mission in the browser\n")
     assert "What the fleet did" in out
