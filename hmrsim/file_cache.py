@@ -53,12 +53,12 @@ class FileCache(Generic[T]):
 
 
 def _content(file: Path) -> bytes | None:
-    """Return the content of a regular file, or the beginning of a large one; None if the file is missing."""
+    """Return the content of a file, or the beginning of a large one; empty for a pipe or folder, None if missing."""
     try:
         # A named pipe might never end.
         if not stat.S_ISREG(file.stat().st_mode):
             return b""
         with file.open("rb") as stream:
             return stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError):  # ValueError: the name has a null character
+    except (OSError, ValueError):  # ValueError: the name is not a possible file name
         return None
