@@ -12,19 +12,19 @@ Path = tuple[str | int, ...]
 """Keys and indices that lead to a field, from the top of a world."""
 
 _LISTED = 8
-"""Names that a message lists when none is similar."""
+"""Maximum number of names in a list."""
 
 _SHOWN = 60
-"""Characters of a value that a message shows."""
+"""Maximum characters of a value in a message."""
 
 _COMPARED = 300
 """Maximum number of names that are compared to find a similar one, as comparing is slow."""
 
 _MIN_BEGINNING = 3
-"""Characters of a name that may be the beginning of the one that is meant."""
+"""Minimum characters of a name that is completed to a longer one."""
 
 _MAX_STEP = 200
-"""Characters of a name that a path shows; a longer one is not compared with others."""
+"""Maximum characters of a name in a path; a longer name is not compared with others."""
 
 MAX_FINDINGS = 1_000
 """Maximum number of findings that are reported."""
@@ -39,7 +39,7 @@ class Finding:
         message: The value and what is expected.
         value: The offending value.
         severity: ``error`` or ``warning``.
-        line: Where the reader that found it saw it; None when the path leads there.
+        line: The line, if the reader knows it; otherwise it follows from the path.
     """
 
     path: Path
@@ -53,7 +53,7 @@ def problems_of(findings: Iterable[Finding], file: str, line_of: Callable[[Path]
     """Return findings as problems of a file, in the order of its lines.
 
     Args:
-        findings: What a reader or a check has found.
+        findings: The findings of a reader or a check.
         file: The file as the user named it.
         line_of: Returns the line that a path leads to.
     """
@@ -77,17 +77,17 @@ def problem_of(finding: Finding, file: str, line_of: Callable[[Path], int | None
 
 
 def warning(path: Path, message: str, value: object = None) -> Finding:
-    """Return a finding that does not keep a world from being run."""
+    """Return a finding that does not prevent a world from running."""
     return Finding(path, message, value, "warning")
 
 
 def dotted(path: Path) -> str:
-    """Return a path as it is shown, such as ``lanes.1.to``."""
+    """Return a path as text, such as ``lanes.1.to``."""
     return ".".join(_cut(str(step), _MAX_STEP) for step in path)
 
 
 def shown(value: object) -> str:
-    """Return a value as it is shown: on one line, cut when it is long, in the words of YAML."""
+    """Return a value as text for a message: on one line, truncated if it is long, in YAML's terms."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -104,36 +104,36 @@ def shortened(text: str) -> str:
     return _cut(text, _SHOWN)
 
 
-def _cut(text: str, most: int) -> str:
-    return text if len(text) <= most else f"{text[:most]}…"
+def _cut(text: str, limit: int) -> str:
+    return text if len(text) <= limit else f"{text[:limit]}…"
 
 
-def meant(wanted: str, known: Iterable[str]) -> str | None:
-    """Return the most similar name, or the only one that begins so; None if there is none."""
-    if len(wanted) > _MAX_STEP:
+def meant(name: str, known: Iterable[str]) -> str | None:
+    """Return the most similar known name, or else the only one that begins with *name*; None if there is none."""
+    if len(name) > _MAX_STEP:
         return None
     names = list(known)
-    near = [name for name in names if abs(len(name) - len(wanted)) <= 3 and name[:1] == wanted[:1]]  # noqa: PLR2004
-    alike = difflib.get_close_matches(wanted, near[:_COMPARED] or names[:_COMPARED], n=1)
-    if alike:
-        return alike[0]
-    longer = [name for name in names if name.startswith(wanted)] if len(wanted) >= _MIN_BEGINNING else []
+    near = [other for other in names if abs(len(other) - len(name)) <= 3 and other[:1] == name[:1]]  # noqa: PLR2004
+    similar = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1)
+    if similar:
+        return similar[0]
+    longer = [other for other in names if other.startswith(name)] if len(name) >= _MIN_BEGINNING else []
     return longer[0] if len(longer) == 1 else None
 
 
-def instead(wanted: str, known: Iterable[str], *, verb: str = "there are") -> str:
-    """Return a suggestion, or the known names, as the end of a message."""
+def instead(name: str, known: Iterable[str], *, verb: str = "there are") -> str:
+    """Return the end of a message about an unknown name: the name probably meant, or the known names."""
     names = list(known)
-    if alike := meant(wanted, names):
-        return f"; did you mean {alike!r}?"
+    if similar := meant(name, names):
+        return f"; did you mean {similar!r}?"
     return f"; {verb} {listed(names)}"
 
 
 def known_name(what: str, name: str, known: Iterable[str]) -> str:
-    """Return a name of something that there is.
+    """Check that a name is known, and return it.
 
     Raises:
-        ValueError: There is no *what* of this name; the text has the one that may be meant, or those that there are.
+        ValueError: There is no *what* of this name; the message suggests another name, or lists the known ones.
     """
     names = list(known)
     if name not in names:

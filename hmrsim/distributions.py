@@ -1,7 +1,7 @@
 """The distributions that a world may have in place of seconds or factors.
 
-Each value is the quantile of one random number, so that two distributions that are sampled with the same number
-return values of the same rank: runs that differ in one parameter only stay as similar as possible.
+Each value is the quantile of one random number. Two distributions sampled with the same number thus return values of
+the same rank, so that runs that differ in a single parameter stay as similar as possible.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from hmrsim.interfaces.quantities import SECONDS
 _MAX: Final = 1e9
 _STANDARD: Final = NormalDist()
 _STEPS: Final = 1_000
-"""Number of the quantiles whose mean approximates that of a truncated distribution."""
+"""The number of quantiles whose mean approximates the mean of a truncated distribution."""
 
 Number = Annotated[float, Field(strict=True, ge=-_MAX, le=_MAX)]
 NotNegative = Annotated[float, Field(strict=True, ge=0, le=_MAX)]
@@ -67,7 +67,7 @@ class _Continuous(_Kind, ABC):
 
     @cached_property
     def _span(self) -> tuple[float, float]:
-        """The range of random numbers whose values are within the bounds."""
+        """The range of probabilities whose quantiles are within the bounds."""
         return self._cdf(self.min), 1.0 if self.max is None else self._cdf(self.max)
 
     @property
@@ -331,7 +331,7 @@ _NAMES: Final = frozenset(Distribution.model_fields)
 
 
 def is_distribution(value: object) -> bool:
-    """Return whether a value of a file is a distribution."""
+    """Return whether a value, or its form in a file, is a distribution."""
     return isinstance(value, Distribution) or (isinstance(value, dict) and len(value) == 1 and value.keys() <= _NAMES)
 
 
@@ -339,16 +339,17 @@ def _number_or_distribution(value: Any) -> str:
     return "distribution" if isinstance(value, (dict, Distribution)) else "number"
 
 
-def _at_most(most: float) -> Callable[[Distribution], Distribution]:
+def _at_most(limit: float) -> Callable[[Distribution], Distribution]:
     def check(value: Distribution) -> Distribution:
-        if value.greatest > most and (most <= 1.0 or value.greatest < math.inf):
-            raise ValueError(f"values up to {value.greatest:g} are possible; expected at most {most:g}, as with max")
+        # Seconds may be unbounded, although their limit is finite; factors may not.
+        if value.greatest > limit and (limit <= 1.0 or value.greatest < math.inf):
+            raise ValueError(f"values up to {value.greatest:g} are possible; expected at most {limit:g}, as with max")
         return value
 
     return check
 
 
-Chance: TypeAlias = float | Distribution
+RandomValue: TypeAlias = float | Distribution
 """A number, or a distribution that is sampled for each occurrence."""
 
 RandomSeconds = Annotated[
@@ -359,7 +360,7 @@ RandomSeconds = Annotated[
 """Seconds, or a distribution of seconds that is sampled for each occurrence."""
 
 
-SomeRandomSeconds = Annotated[
+PositiveRandomSeconds = Annotated[
     Annotated[float, Field(strict=True, gt=0, le=SECONDS.greatest), Tag("number")]
     | Annotated[Distribution, AfterValidator(_at_most(SECONDS.greatest)), Tag("distribution")],
     Discriminator(_number_or_distribution),
@@ -369,7 +370,7 @@ SomeRandomSeconds = Annotated[
 
 def _positive(value: Distribution) -> Distribution:
     if value.least <= 0.0:
-        raise ValueError("values down to 0 are possible; expected none but those above, as with min: 0.1")
+        raise ValueError("values down to 0 are possible; expected positive values only, as with min: 0.1")
     return value
 
 
@@ -381,11 +382,11 @@ RandomFactor = Annotated[
 """A factor above 0 and at most 1, or a distribution of such factors."""
 
 
-def mean(value: Chance) -> float:
+def mean(value: RandomValue) -> float:
     """Return a number, or the mean of a distribution."""
     return value.mean if isinstance(value, Distribution) else value
 
 
-def latest(value: Chance) -> float:
+def latest(value: RandomValue) -> float:
     """Return a number, or the maximum of a distribution, which may be infinite."""
     return value.greatest if isinstance(value, Distribution) else value

@@ -1,4 +1,4 @@
-"""What was read from files, kept while the files stay the same."""
+"""A cache of values read from files, valid while the files stay the same."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Final, Generic, NamedTuple, TypeVar
 T = TypeVar("T")
 
 MAX_BYTES: Final = 2**20
-"""Files of more than so much, together, are read each time: what is kept of them would fill the memory."""
+"""Maximum size of the files of a value; larger ones are read each time, as caching them would fill the memory."""
 
 
 class _Entry(NamedTuple, Generic[T]):
@@ -20,24 +20,24 @@ class _Entry(NamedTuple, Generic[T]):
 
 
 class FileCache(Generic[T]):
-    """Values that follow from the contents of files; a file that has changed is noticed by its content.
+    """A cache of values read from files; compares the contents of the files to detect a change.
 
     Args:
-        most: The number of values that are kept: those that were asked for last.
+        max_entries: The maximum number of values; the least recently used one is dropped.
     """
 
-    def __init__(self, most: int = 64) -> None:
-        self._most = most
+    def __init__(self, max_entries: int = 64) -> None:
+        self._max_entries = max_entries
         self._entries: dict[Hashable, _Entry[T]] = {}
         self._lock = threading.Lock()
 
     def get(self, key: Hashable, read: Callable[[], T], files: Callable[[T], Iterable[str | Path]]) -> T:
-        """Return the value of a key.
+        """Return the value of a key; read it if it is not cached or a file has changed.
 
         Args:
-            key: It must tell apart all that *read* depends on beside the contents of the files.
-            read: Returns the value anew; an error that it raises is passed on, and is not kept.
-            files: Returns the files from which a value was read, and those that were looked for and are absent.
+            key: Identifies everything but the files that *read* depends on.
+            read: Reads the value; its errors are not cached.
+            files: Returns the files from which a value was read, and those that *read* found missing.
         """
         entry = self._entries.get(key)
         if entry is None or any(_content(file) != content for file, content in entry.contents.items()):
@@ -47,18 +47,18 @@ class FileCache(Generic[T]):
             self._entries.pop(key, None)
             if sum(len(content or b"") for content in entry.contents.values()) <= MAX_BYTES:
                 self._entries[key] = entry
-                if len(self._entries) > self._most:
+                if len(self._entries) > self._max_entries:
                     del self._entries[next(iter(self._entries))]
         return entry.value
 
 
 def _content(file: Path) -> bytes | None:
-    """Return the content of a file, or its beginning if it is large; nothing if it is none, None if it is absent."""
+    """Return the content of a file, or the beginning of a large one; empty for a pipe or folder, None if missing."""
     try:
         # A named pipe might never end.
         if not stat.S_ISREG(file.stat().st_mode):
             return b""
         with file.open("rb") as stream:
             return stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError):  # ValueError: of a name that can't be one
+    except (OSError, ValueError):  # ValueError: the name is not a possible file name
         return None

@@ -1,4 +1,4 @@
-"""The poses of the world's places, on the blackboard."""
+"""A behavior that writes the poses of the world's places to the blackboard."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class ToBlackboard(Behaviour):
-    """Writes poses of places on the blackboard, as PoseStamped.
+    """Writes the poses of places to the blackboard, as PoseStamped.
 
     Args:
-        places: The names of waypoints, places or docks, by key.
+        places: The names of waypoints, places or docks, by blackboard key.
     """
 
     def __init__(self, name: str, places: Mapping[str, str]) -> None:
@@ -33,7 +33,7 @@ class ToBlackboard(Behaviour):
         """Look up the poses of the places.
 
         Raises:
-            NotServed: There is no such place.
+            NotServed: The world has no place of a given name.
             SimulatorNotFound: No simulator answers.
         """
         try:

@@ -28,19 +28,19 @@ examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bt-controller coverage``."""
     parser.description = (
-        "Show what happened to the nodes of trees in runs with --coverage, and what never did although it can; several"
-        " files are counted together."
+        "Show which outcomes the nodes of trees had in runs with --coverage, and which possible ones never occurred;"
+        " several files are merged."
     )
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a file written by --coverage FILE.json")
-    parser.add_argument("--missing", action="store_true", help="show only nodes of which something never happened")
+    parser.add_argument("--missing", action="store_true", help="show only nodes with outcomes that never occurred")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
         "-o",
         "--output",
         type=Path,
         metavar="FILE",
-        help="write it to FILE instead: .json, or .info for LCOV's tracefile",
+        help="write the coverage to FILE instead: .json, or .info for an LCOV tracefile",
     )
     parser.set_defaults(command=coverage)
 
@@ -104,8 +104,8 @@ def _table(tree: str, nodes: list[NodeCoverage]) -> Table:
         table.add_row(
             Text(f"{' ' * _INDENT * len(node.place)}{printable(node.name)}", style="" if node.ticks else "dim"),
             _count(node.ticks),
-            *(_count(node.counts[each]) if each in node.points else Text(_IMPOSSIBLE, "dim") for each in ENDINGS),
-            Text(", ".join(f"{count:,} {_words(end)}" for end, count in goal_ends(node).items())),
+            *(_count(node.counts[ending]) if ending in node.points else Text(_IMPOSSIBLE, "dim") for ending in ENDINGS),
+            Text(", ".join(f"{count:,} {_goal_end(end)}" for end, count in goal_ends(node).items())),
             *([Text(printable(node.origin.removeprefix(f"{tree}:")))] if origins else []),
         )
     return table
@@ -117,8 +117,8 @@ def _count(count: int) -> Text:
     return Text(f"{count:,}") if count else Text(_NEVER, style="red")
 
 
-def _words(end: str) -> str:
-    """Return the end of a goal in words."""
+def _goal_end(end: str) -> str:
+    """Return the end of a goal as text."""
     from bt_controller.coverage.node_coverage import ABORTED
 
     code = end.removeprefix(ABORTED)

@@ -1,8 +1,8 @@
 """The possible outcomes of a node at its place in a tree, as far as they are known without running it.
 
-The outcomes of leaves of py_trees and of this package are known; other leaves may return any status. The outcomes of a
-composite follow from those of its children. A node can be canceled if one above it halts running children. A failure
-can be recovered if a node above it tries something else, or the same again.
+The outcomes of the leaves of py_trees and of this package are known; other leaves may return any status. The outcomes
+of a composite follow from those of its children. A node can be canceled if a node above it halts running children. A
+failure can be recovered if a node above it tries something else, or retries.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
 Outcomes: TypeAlias = frozenset[str]
-_Which: TypeAlias = Callable[[int, int], bool]
-"""Which children something is true of: by index and number of children."""
+_Children: TypeAlias = Callable[[int, int], bool]
+"""A predicate on the children of a node, by index and number of children."""
 
 
 def _none(_index: int, _count: int) -> bool:
@@ -52,12 +52,12 @@ def _but_last(index: int, count: int) -> bool:
     return index < count - 1
 
 
-def _siblings(_index: int, count: int) -> bool:
+def _any_with_siblings(_index: int, count: int) -> bool:
     return count > 1
 
 
 def _first_of_three(index: int, count: int) -> bool:
-    return index == 0 and count > 2  # noqa: PLR2004 - with an else branch
+    return index == 0 and count > 2  # noqa: PLR2004 - the third child is the else branch
 
 
 _S: Final = frozenset({SUCCESS})
@@ -68,24 +68,26 @@ _NOTHING: Final[Outcomes] = frozenset()
 _ANY: Final = _S | _F | _R
 
 
-def _whole(children: Sequence[Outcomes]) -> Outcomes:
+def _union(children: Sequence[Outcomes]) -> Outcomes:
     return _NOTHING.union(*children)
 
 
 def _sequence(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if all children have to succeed that are not skipped."""
-    return _whole(children) if all(each & (_S | _SKIPPED) for each in children) else _whole(children) - _S
+    """Return the outcomes of a node that succeeds if all children succeed or are skipped."""
+    may_succeed = all(outcomes & (_S | _SKIPPED) for outcomes in children)
+    return _union(children) if may_succeed else _union(children) - _S
 
 
 def _fallback(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if one child has to succeed, and all fail that are not skipped."""
-    return _whole(children) if all(each & (_F | _SKIPPED) for each in children) else _whole(children) - _F
+    """Return the outcomes of a node that fails if all children fail or are skipped."""
+    may_fail = all(outcomes & (_F | _SKIPPED) for outcomes in children)
+    return _union(children) if may_fail else _union(children) - _F
 
 
 def _parallel(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if some children have to succeed, or to be skipped."""
-    found = _whole(children)
-    return found | _S if found & _SKIPPED else found
+    """Return the outcomes of a node that counts skipped children as successful."""
+    union = _union(children)
+    return union | _S if union & _SKIPPED else union
 
 
 def _anything(_children: Sequence[Outcomes]) -> Outcomes:
@@ -93,34 +95,35 @@ def _anything(_children: Sequence[Outcomes]) -> Outcomes:
 
 
 def _first_and_running(children: Sequence[Outcomes]) -> Outcomes:
-    """Return what is possible if the first child decides, and the others may take time."""
-    return children[0] | (_whole(children) & _R)
+    """Return the outcomes of a node that ends as its first child does, and runs while any child runs."""
+    return children[0] | (_union(children) & _R)
 
 
 def _also(more: Outcomes) -> Callable[[Sequence[Outcomes]], Outcomes]:
-    return lambda children: _whole(children) | more
+    """Return a function that adds outcomes to those of the children."""
+    return lambda children: _union(children) | more
 
 
 def _becomes(**statuses: str) -> Callable[[Sequence[Outcomes]], Outcomes]:
-    """Return what is possible if statuses of the child become others."""
-    return lambda children: frozenset(statuses.get(each, each) for each in _whole(children))
+    """Return a function that maps the outcomes of the child to others."""
+    return lambda children: frozenset(statuses.get(outcome, outcome) for outcome in _union(children))
 
 
 @dataclass(frozen=True)
 class Kind:
-    """The effects of a composite or a decorator on its children.
+    """A kind of composite or decorator: its outcomes, and its effects on its children.
 
     Attributes:
-        returns: Its possible outcomes, given those of its children.
-        halts: Which children it may halt while they run.
-        recovers: Of which children it makes up for a failure.
-        swallows: For which children a failure does not let it fail.
+        returns: Returns its possible outcomes, given those of its children.
+        halts: The children that it may halt while they run.
+        recovers: The children from whose failure it recovers, by a retry or an alternative.
+        swallows: The children whose failure does not make it fail.
     """
 
     returns: Callable[[Sequence[Outcomes]], Outcomes] = _anything
-    halts: _Which = _none
-    recovers: _Which = _none
-    swallows: _Which = _none
+    halts: _Children = _none
+    recovers: _Children = _none
+    swallows: _Children = _none
 
 
 _UNKNOWN: Final = Kind(halts=_all)
@@ -162,7 +165,7 @@ _LEAVES: Final[Mapping[str, Outcomes]] = MappingProxyType(
         for name in names.split()
     }
 )
-"""What leaves can return, by class."""
+"""The possible outcomes of leaves, by class."""
 
 _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
     {
@@ -170,8 +173,8 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
         for module, kind, names in (
             ("py_trees.composites", Kind(_sequence), "Sequence"),
             ("py_trees.composites", Kind(_fallback, recovers=_but_last), "Selector"),
-            ("py_trees.composites", Kind(_whole, halts=_siblings), "Parallel"),
-            ("py_trees.decorators", Kind(_whole), "PassThrough Count OneShot"),
+            ("py_trees.composites", Kind(_union, halts=_any_with_siblings), "Parallel"),
+            ("py_trees.decorators", Kind(_union), "PassThrough Count OneShot"),
             ("py_trees.decorators", Kind(_also(_R)), "Repeat"),
             ("py_trees.decorators", Kind(_also(_R), recovers=_all), "Retry"),
             ("py_trees.decorators", Kind(_also(_F), halts=_all), "Timeout EternalGuard"),
@@ -182,14 +185,14 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("py_trees.decorators", Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
-            ("bt_controller.loading.builder", Kind(_whole), "SubTree"),
+            ("bt_controller.loading.builder", Kind(_union), "SubTree"),
             ("bt_controller.behaviours.charging", Kind(halts=_all), "BatteryGuard"),
             ("bt_controller.nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
             ("bt_controller.nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
             ("bt_controller.nodes.controls.nav2", Kind(_sequence), "PersistentSequence"),
             (
                 "bt_controller.nodes.controls.nav2",
-                Kind(_sequence, halts=_siblings),
+                Kind(_sequence, halts=_any_with_siblings),
                 "NonblockingSequence PipelineSequence",
             ),
             ("bt_controller.nodes.controls.sequences", Kind(_fallback, recovers=_but_last), "Fallback"),
@@ -199,25 +202,25 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
                 "ReactiveFallback",
             ),
             ("bt_controller.nodes.controls.nav2", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
-            ("bt_controller.nodes.controls.nav2", Kind(_whole, recovers=_all), "RoundRobin"),
+            ("bt_controller.nodes.controls.nav2", Kind(_union, recovers=_all), "RoundRobin"),
             ("bt_controller.nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
             (
                 "bt_controller.nodes.controls.branches",
                 Kind(_also(_F), halts=_later, swallows=_first_of_three),
                 "WhileDoElse",
             ),
-            ("bt_controller.nodes.controls.branches", Kind(_whole, halts=_all), "Switch"),
-            ("bt_controller.nodes.controls.branches", Kind(_whole, swallows=_last), "TryCatch"),
-            ("bt_controller.nodes.controls.parallel", Kind(_parallel, halts=_siblings), "Parallel"),
+            ("bt_controller.nodes.controls.branches", Kind(_union, halts=_all), "Switch"),
+            ("bt_controller.nodes.controls.branches", Kind(_union, swallows=_last), "TryCatch"),
+            ("bt_controller.nodes.controls.parallel", Kind(_parallel, halts=_any_with_siblings), "Parallel"),
             ("bt_controller.nodes.controls.parallel", Kind(_also(_S)), "ParallelAll"),
             ("bt_controller.nodes.decorators.nav2", Kind(_also(_R)), "_Controller"),
-            ("bt_controller.nodes.decorators.nav2", Kind(_whole), "GoalUpdater"),
+            ("bt_controller.nodes.decorators.nav2", Kind(_union), "GoalUpdater"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_F)), "SingleTrigger"),
             ("bt_controller.nodes.decorators.gates", Kind(_also(_SKIPPED)), "RunOnce"),
             ("bt_controller.nodes.decorators.nav2", Kind(_also(_S)), "PathLongerOnApproach"),
             ("bt_controller.nodes.decorators.gates", Kind(), "Precondition"),
-            ("bt_controller.nodes.decorators.repetition", Kind(_whole), "Repeat"),
-            ("bt_controller.nodes.decorators.repetition", Kind(_whole, recovers=_all), "RetryUntilSuccessful"),
+            ("bt_controller.nodes.decorators.repetition", Kind(_union), "Repeat"),
+            ("bt_controller.nodes.decorators.repetition", Kind(_union, recovers=_all), "RetryUntilSuccessful"),
             ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
             (
                 "bt_controller.nodes.decorators.gates",
@@ -232,38 +235,40 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
         for name in names.split()
     }
 )
-"""What is known of composites and decorators, by class."""
+"""The kinds of composites and decorators, by class."""
 
 
-_CLASSES: Final = 1024
-"""How many classes are remembered: trees in XML make some of their own."""
+_MAX_CLASSES: Final = 1024
+"""Maximum number of classes to cache, as trees in XML define classes of their own."""
 
 
-@lru_cache(_CLASSES)
+@lru_cache(_MAX_CLASSES)
 def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
-    """Return what a leaf of a class can return."""
-    for each in kind.__mro__:
-        if (found := _LEAVES.get(f"{each.__module__}.{each.__name__}")) is not None:
-            return found
+    """Return the possible outcomes of a leaf of a class."""
+    for base in kind.__mro__:
+        if (outcomes := _LEAVES.get(f"{base.__module__}.{base.__name__}")) is not None:
+            return outcomes
     return _ANY
 
 
 def kind_of(node: Behaviour) -> Kind:
-    """Return what is known of a node with children."""
-    found, forgets = _known(type(node))
-    if found is _UNKNOWN and isinstance(node, ScriptConditions):
+    """Return the kind of a node with children."""
+    kind, may_lack_memory = _kind_of_class(type(node))
+    if kind is _UNKNOWN and isinstance(node, ScriptConditions):
         ends = {"_successIf": _S, "_failureIf": _F, "_skipIf": _SKIPPED, "_while": _SKIPPED}
         more = [outcome for attribute, outcome in ends.items() if attribute in node.scripts]
-        return Kind(_also(_whole(more)), halts=_all if "_while" in node.scripts else _none)
-    return Kind(found.returns, _later, found.recovers) if forgets and not getattr(node, "memory", True) else found
+        return Kind(_also(_union(more)), halts=_all if "_while" in node.scripts else _none)
+    if may_lack_memory and not getattr(node, "memory", True):
+        return Kind(kind.returns, _later, kind.recovers)
+    return kind
 
 
-@lru_cache(_CLASSES)
-def _known(kind: type[Behaviour]) -> tuple[Kind, bool]:
-    """Return what is known of a class, and whether its nodes may have no memory."""
-    for each in kind.__mro__:
-        if (found := _PARENTS.get(f"{each.__module__}.{each.__name__}")) is not None:
-            return found, issubclass(kind, (SequenceOfPyTrees, Selector))
+@lru_cache(_MAX_CLASSES)
+def _kind_of_class(cls: type[Behaviour]) -> tuple[Kind, bool]:
+    """Return the kind of a class, and whether its nodes may lack a memory, as in py_trees."""
+    for base in cls.__mro__:
+        if (kind := _PARENTS.get(f"{base.__module__}.{base.__name__}")) is not None:
+            return kind, issubclass(cls, (SequenceOfPyTrees, Selector))
     return _UNKNOWN, False
 
 
@@ -272,48 +277,49 @@ _RECOVERED: Final = frozenset({RECOVERED})
 
 
 def possible_outcomes(root: Behaviour) -> dict[Behaviour, Outcomes]:
-    """Return what can happen to each node of a tree; parents come first."""
+    """Return the possible outcomes of each node of a tree; parents come first."""
     returned: dict[Behaviour, Outcomes] = {}
-    _returns(root, returned)
-    found: dict[Behaviour, Outcomes] = {}
-    _mark(root, returned, found, halted=False, recovered=False)
-    return found
+    _collect_returned(root, returned)
+    possible: dict[Behaviour, Outcomes] = {}
+    _collect_possible(root, returned, possible, halted=False, recovered=False)
+    return possible
 
 
 def recovers(node: Behaviour) -> bool:
-    """Return whether a node makes up for a failure of one of its children."""
+    """Return whether a node recovers from the failure of one of its children."""
     count = len(node.children)
     return count > 0 and any(map(kind_of(node).recovers, range(count), repeat(count)))
 
 
-def _mark(
+def _collect_possible(
     node: Behaviour,
     returned: Mapping[Behaviour, Outcomes],
-    found: dict[Behaviour, Outcomes],
+    possible: dict[Behaviour, Outcomes],
     *,
     halted: bool,
     recovered: bool,
 ) -> None:
-    """Find what can happen to a node and those below it, by what can happen above it."""
+    """Add the possible outcomes of a node, which a node above may halt or recover, and of those below it."""
     outcomes = returned[node]
     if halted and RUNNING in outcomes:
         outcomes |= _CANCELED
     if recovered and FAILURE in outcomes:
         outcomes |= _RECOVERED
-    found[node] = outcomes
+    possible[node] = outcomes
     if not (count := len(node.children)):
         return
     kind = kind_of(node)
     for index, child in enumerate(node.children):
         may_halt = halted or kind.halts(index, count)
         may_recover = kind.recovers(index, count) or (recovered and not kind.swallows(index, count))
-        _mark(child, returned, found, halted=may_halt, recovered=may_recover)
+        _collect_possible(child, returned, possible, halted=may_halt, recovered=may_recover)
 
 
-def _returns(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
+def _collect_returned(node: Behaviour, returned: dict[Behaviour, Outcomes]) -> Outcomes:
+    """Add the statuses that a node and those below it can return."""
     if node.children:
-        found = kind_of(node).returns([_returns(child, returned) for child in node.children])
+        outcomes = kind_of(node).returns([_collect_returned(child, returned) for child in node.children])
     else:
-        found = outcomes_of_leaf(type(node))
-    returned[node] = found
-    return found
+        outcomes = outcomes_of_leaf(type(node))
+    returned[node] = outcomes
+    return outcomes

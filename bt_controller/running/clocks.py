@@ -1,4 +1,4 @@
-"""A runner's clock until the next tick: it waits for events in its mailbox, or it advances a simulator in lockstep."""
+"""The clocks of a runner: between ticks they wait for the mailbox, or advance a simulator in lockstep."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.participant import Kind
 
-_LOOK_AROUND: Final = 0.5
+_CHECK_SECONDS: Final = 0.5
 """Wall seconds after which an idle runner checks its connection."""
 
-_LAST_WORDS: Final = 0.5
-"""Wall seconds that the other participants have to grant the advance that cancels the goals."""
+_CANCEL_SECONDS: Final = 0.5
+"""Wall seconds that the advance that cancels the goals may take; it depends on the other participants."""
 
-_FIRST_TIME: Final = 1.0
-"""Wall seconds within which a simulator's first clock message arrives."""
+_FIRST_CLOCK_SECONDS: Final = 1.0
+"""Wall seconds to wait for a simulator's first clock message."""
 
-
-_OVERTAKEN: Final = 0.05
-"""Wall seconds in which clock messages may arrive that are older than the first, queried time."""
+_STALE_CLOCK_SECONDS: Final = 0.05
+"""Wall seconds in which clock messages may arrive that are older than the time queried first."""
 
 
 class Clock(Protocol):
-    """Simulated time, and the events that wake a runner."""
+    """Simulated time, and the wait for the events that wake a runner."""
 
     @property
     def now(self) -> float | None:
@@ -41,34 +40,34 @@ class Clock(Protocol):
 
     @property
     def elapsed(self) -> float | None:
-        """Simulated seconds that never go back: those before a reset count."""
+        """Simulated seconds that never go back: a reset does not set them to 0."""
 
     def wait(self, until: float | None) -> frozenset[str]:
-        """Wait for the mailbox and return its reasons; none at the time *until*, or earlier.
+        """Wait for the mailbox and return its reasons; none if the wait ended at the time *until*, or earlier.
 
         Args:
             until: The value of `elapsed` to wait for; None for no limit.
 
         Raises:
-            SimulatorGone: The simulator sends no further events.
-            Idle, Dropped, SimulatorNotFound: The same, in lockstep.
+            SimulatorGone, SimulatorNotFound: The simulator sends no further events.
+            Idle, Dropped: Lockstep can't continue.
         """
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
-        """Wait for the end of goals that were canceled; at most some wall seconds, or until `STOP`."""
+        """Wait until canceled goals have ended, `STOP` arrives, or some wall seconds have passed."""
 
     def close(self) -> None:
         """Stop following time."""
 
 
 def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float) -> Clock:
-    """Return the clock that a client has.
+    """Return the clock that fits a client's connection: lockstep, or real time.
 
     Args:
         client: The connection to the simulator.
-        mailbox: Where goals and signals say that something has happened.
-        feedback: Whether trees are to know their goals' feedback whenever they are ticked, also in lockstep.
-        grace: Wall seconds for which a simulator whose time moves by itself may be out of reach.
+        mailbox: The mailbox for events of goals and for signals.
+        feedback: Whether to request the feedback of goals in lockstep, so that trees know it at each tick.
+        grace: Wall seconds for which the simulator may be unreachable, except in lockstep.
 
     Raises:
         RequestError: The simulator refuses this participant.
@@ -81,12 +80,12 @@ def clock_for(client: Client, mailbox: Mailbox, *, feedback: bool, grace: float)
 
 
 class RealtimeClock:
-    """Simulated time that moves by itself.
+    """Simulated time that advances by itself.
 
     Args:
-        mailbox: Where goals, signals and the clock say that something has happened.
-        grace: Wall seconds for which the simulator may be out of reach.
-        set_back: By how many seconds it was set back already.
+        mailbox: The mailbox for events of goals and of the clock, and for signals.
+        grace: Wall seconds for which the simulator may be unreachable.
+        set_back: The seconds by which earlier resets set time back.
     """
 
     def __init__(self, client: Client, mailbox: Mailbox, grace: float, *, set_back: float = 0.0) -> None:
@@ -94,24 +93,25 @@ class RealtimeClock:
         self._mailbox = mailbox
         self._grace = grace
         self._absent_since: float | None = None
-        self._heard = threading.Event()
-        self._before = 0.0
+        self._received_first = threading.Event()
+        self._last = 0.0
         self._set_back = set_back
         self._elapsed: float | None = None
-        self._believes_from = 0.0
+        # The wall time from which an older clock message means a reset.
+        self._stale_until: float | None = None
         self._until: float | None = None
         self._clock = SimClock(client, self._on_time)
-        # Timers that begin at the first tick need to know when that is.
-        self._heard.wait(_FIRST_TIME)
+        # Timers that begin at the first tick need the time of it.
+        self._received_first.wait(_FIRST_CLOCK_SECONDS)
 
     @property
     def now(self) -> float | None:
-        """Simulated seconds; None until a clock message was received."""
+        """Simulated seconds; None before the first clock message."""
         return self._clock.now
 
     @property
     def elapsed(self) -> float | None:
-        """Simulated seconds that never go back; None until a clock message was received."""
+        """Simulated seconds that never go back; None before the first clock message."""
         return self._elapsed
 
     def wait(self, until: float | None) -> frozenset[str]:
@@ -119,17 +119,17 @@ class RealtimeClock:
         self._until = until
         if until is not None and self._elapsed is not None and self._elapsed >= until:
             return self._mailbox.wait(0.0)
-        woken = self._mailbox.wait(_LOOK_AROUND)
-        if self._gone():
+        reasons = self._mailbox.wait(_CHECK_SECONDS)
+        if self._is_gone():
             raise SimulatorGone("the simulator is gone")
-        return woken
+        return reasons
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
-        """Wait until the goals have ended: a session closed too soon could lose a cancel on its way."""
+        """Wait until canceled goals have ended: closing the session earlier could lose a cancel request."""
         until = time.monotonic() + seconds
         while not done():
-            left = until - time.monotonic()
-            if left <= 0 or STOP in self._mailbox.wait(left):
+            remaining = until - time.monotonic()
+            if remaining <= 0 or STOP in self._mailbox.wait(remaining):
                 return
 
     def close(self) -> None:
@@ -137,21 +137,22 @@ class RealtimeClock:
         self._clock.close()
 
     def _on_time(self, now: float) -> None:
-        if now < self._before:
-            if time.monotonic() < self._believes_from:
+        if self._stale_until is None:
+            self._stale_until = time.monotonic() + _STALE_CLOCK_SECONDS
+        if now < self._last:
+            if time.monotonic() < self._stale_until:
                 return
-            self._set_back += self._before - now
+            self._set_back += self._last - now
             self._mailbox.put(RESET)
-        self._before = now
-        self._believes_from = self._believes_from or time.monotonic() + _OVERTAKEN
+        self._last = now
         self._elapsed = now + self._set_back
-        self._heard.set()
+        self._received_first.set()
         until = self._until
         if until is not None and self._elapsed >= until:
             self._until = None
             self._mailbox.put(CLOCK)
 
-    def _gone(self) -> bool:
+    def _is_gone(self) -> bool:
         """Return whether the simulator has been unreachable for longer than a router takes to restart."""
         if self._client.alive:
             self._absent_since = None
@@ -171,8 +172,9 @@ class LockstepClock:
         self._mailbox = mailbox
         self._report: tuple[Kind, ...] = ("feedback",) if feedback else ()
         self._grace = grace
-        self._before = lockstep.now
+        self._last = lockstep.now
         self._set_back = 0.0
+        # Follows time after the simulator has left lockstep.
         self._successor: RealtimeClock | None = None
 
     @property
@@ -186,7 +188,7 @@ class LockstepClock:
         if self._successor is not None:
             return self._successor.elapsed
         # A tree's own request may have reset the simulation since the last grant.
-        return max(self._lockstep.now, self._before) + self._set_back
+        return max(self._lockstep.now, self._last) + self._set_back
 
     def wait(self, until: float | None) -> frozenset[str]:
         """Send the trees' requests, advance, and return the reasons to tick."""
@@ -194,19 +196,19 @@ class LockstepClock:
             self._successor = RealtimeClock(self._client, self._mailbox, self._grace, set_back=self._set_back)
         if self._successor is not None:
             return self._successor.wait(until)
-        self._look_back()
-        if woken := self._mailbox.wait(0.0):
-            return woken
+        self._detect_reset()
+        if reasons := self._mailbox.wait(0.0):
+            return reasons
         limit = None if until is None else until - self._set_back
-        self._lockstep.advance(until=limit, report=self._report, timeout=_LOOK_AROUND)
-        self._look_back()
+        self._lockstep.advance(until=limit, report=self._report, timeout=_CHECK_SECONDS)
+        self._detect_reset()
         return self._mailbox.wait(0.0)
 
-    def _look_back(self) -> None:
-        """Request a reset if time has gone back."""
-        before, self._before = self._before, self._lockstep.now
-        if self._before < before:
-            self._set_back += before - self._before
+    def _detect_reset(self) -> None:
+        """Report a reset to the mailbox if time has gone back."""
+        before, self._last = self._last, self._lockstep.now
+        if self._last < before:
+            self._set_back += before - self._last
             self._mailbox.put(RESET)
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:
@@ -214,7 +216,7 @@ class LockstepClock:
         if self._successor is not None:
             self._successor.settle(done, seconds)
             return
-        until = time.monotonic() + min(seconds, _LAST_WORDS)
+        until = time.monotonic() + min(seconds, _CANCEL_SECONDS)
         with suppress(HmrsimError):
             # A pending advance has to be granted first, which depends on the other participants.
             for _ in range(2):
@@ -222,7 +224,7 @@ class LockstepClock:
                     self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
 
     def close(self) -> None:
-        """Leave the lockstep, so that the others go on."""
+        """Leave lockstep, so that the other participants continue."""
         self._lockstep.close()
         if self._successor is not None:
             self._successor.close()
@@ -239,19 +241,19 @@ STOP: Final = "/stop"
 class Mailbox:
     """Collects the reasons to wake: a robot's name, `CLOCK`, `RESET` or `STOP`.
 
-    Any thread may put, and so may a signal handler that interrupts the thread which waits.
+    Any thread may put a reason, even a signal handler that interrupts the waiting thread.
     """
 
     def __init__(self) -> None:
-        # A condition would do for threads; but a signal between its test and its wait would be lost.
+        # Not a threading.Condition: it would lose a signal that arrives between its test and its wait.
         self._queue: SimpleQueue[str] = SimpleQueue()
 
     def put(self, reason: str) -> None:
-        """Wake the waiting thread; returns at once."""
+        """Wake the waiting thread; return at once."""
         self._queue.put(reason)
 
     def wait(self, timeout: float) -> frozenset[str]:
-        """Return the reasons that came, as soon as there is one; none after *timeout* wall seconds."""
+        """Return the reasons, as soon as there is one; none after *timeout* wall seconds."""
         if timeout <= 0.0 and self._queue.empty():
             return frozenset()
         try:

@@ -1,4 +1,4 @@
-"""``hmrsim completion``: shell scripts, and the completers of ``hmrsim``'s arguments."""
+"""``hmrsim completion``: completion scripts for shells, and the completers of ``hmrsim``'s arguments."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def _running(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _as_typed(prefix: str, names: Iterable[str]) -> Iterable[str]:
-    """Return names without their first slash if the user did not type it."""
+    """Return names without the leading slash if the user is typing one without."""
     return names if prefix.startswith("/") or not prefix else [name.removeprefix("/") for name in names]
 
 

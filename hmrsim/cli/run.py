@@ -50,9 +50,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
 
 _MAX_WARNINGS: Final = 5
-"""Traffic warnings to print; in a large fleet, further warnings have the same cause."""
+"""Maximum number of traffic warnings to print; in a large fleet, further ones have the same cause."""
 
-_LOOK: Final = 0.1
+_WAIT_SECONDS: Final = 0.1
 """Wall seconds of one wait: Python handles signals only between waits."""
 
 _log = logging.getLogger(__name__)
@@ -87,7 +87,7 @@ examples:
         metavar="FILE",
         help="a settings file, YAML or JSON; options and environment variables override it",
     )
-    add_json(parser, "print that it is ready as one JSON object")
+    add_json(parser, "print the ready message as one JSON object")
     parser.set_defaults(function=_run)
 
 
@@ -131,7 +131,7 @@ def _run(args: argparse.Namespace) -> int:
     )
     show_warnings(loaded)
     if obstructions.left_out:
-        warn(f"and {obstructions.left_out} more warnings of traffic; `hmrsim map validate --traffic WORLD` lists all")
+        warn(f"and {obstructions.left_out} more traffic warnings; `hmrsim map validate --traffic WORLD` lists all")
     monitor = None if settings.monitor is None else RunMonitor(settings.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
@@ -153,7 +153,7 @@ def _run(args: argparse.Namespace) -> int:
             preparations=screen.preparations,
         )
         for endpoint in exposed(settings.session, host.endpoints):
-            warn(f"{endpoint} is open: all who reach it can drive the robots; encrypt it with --secure DIR")
+            warn(f"{endpoint} is open: anyone who can reach it can drive the robots; encrypt it with --secure DIR")
         with host, trace.opened(host.simulator), screen.shown(host) as refresh:
             if run.strict:
                 plugins.check()
@@ -189,7 +189,7 @@ def _display(world: str, level: int) -> TableDisplay | LogDisplay:
 
 
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:
-    """Return the context of the sink that records a run, or of no sink if there is no path."""
+    """Return a context that provides the sinks that record a run; none without a path."""
     if path is None:
         from hmrsim_zenoh.hosting.served_simulation import unwatched
 
@@ -209,7 +209,7 @@ def _serve(host: Host, periodic_tasks: Iterable[Callable[[], None]], on_ready: C
         collect_rarely()
         host.start()
         on_ready()
-        while not signals and not host.wait(_LOOK):
+        while not signals and not host.wait(_WAIT_SECONDS):
             for task in periodic_tasks:
                 task()
         host.stop()
@@ -258,14 +258,14 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
 
 
 class RunMonitor:
-    """Monitors the properties of a file during a run, and publishes each violation as an event of the world.
+    """Monitors properties during a run, and publishes each violation as an event of the world.
 
     Args:
-        path: The file.
+        path: The properties file.
         world: The world of the run.
 
     Raises:
-        PropertyError: The file is not valid, or refers to something that the world lacks.
+        PropertyError: The file is invalid, or refers to something that the world lacks.
     """
 
     def __init__(self, path: Path, world: World) -> None:

@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
 _ACTION: Final = "/_action/"
-_LOOK: Final = 0.5
-_FOREVER: Final = 1e6
+_CHECK_SECONDS: Final = 0.5
+"""Wall seconds after which a waiting command checks that the simulator is still running."""
+_NO_TIMEOUT: Final = 1e6
+"""Wall seconds that no call takes."""
 
 
 def configure(parser: LazyParser) -> None:
@@ -140,7 +142,7 @@ def _call(args: argparse.Namespace) -> int:
         if ros_type is not None and known.get(name, ros_type) != ros_type:
             raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")
         try:
-            answer = _answer(client, f"{client.keys.prefix}{name}", payload)
+            answer = _query(client, f"{client.keys.prefix}{name}", payload)
         except Denied:
             raise
         except RequestError as error:
@@ -173,8 +175,8 @@ def _payload(data: object) -> bytes:
         raise WrongUse("request: NaN and infinity are not valid JSON; expected finite numbers") from None
 
 
-def _answer(client: Client, key: str, payload: bytes) -> bytes:
-    """Return the response of a service, however long that takes.
+def _query(client: Client, key: str, payload: bytes) -> bytes:
+    """Return the response of a service, no matter how long it takes.
 
     Raises:
         SimulatorGone: The simulator has been unreachable for too long.
@@ -183,17 +185,17 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
 
     def ask() -> None:
         try:
-            answers.put(client.get(key, _FOREVER, payload=payload))
+            answers.put(client.get(key, _NO_TIMEOUT, payload=payload))
         except (HmrsimError, ValueError) as error:
             answers.put(error)
 
     threading.Thread(target=ask, name="hmrsim call", daemon=True).start()
-    look = look_for_simulator(client)
+    check_simulator = look_for_simulator(client)
     while True:
         try:
-            answer = answers.get(timeout=_LOOK)
+            answer = answers.get(timeout=_CHECK_SECONDS)
         except queue.Empty:
-            look()
+            check_simulator()
             continue
         if isinstance(answer, Exception):
             raise answer
@@ -201,7 +203,7 @@ def _answer(client: Client, key: str, payload: bytes) -> bytes:
 
 
 def _request_type(name: str, info: Info) -> type[BaseModel] | None:
-    """Return the request message of an action's service; None for other services."""
+    """Return the request model of an action's service; None for other services."""
     from hmrsim.actions import registry
     from hmrsim.cli.names import find_action
     from hmrsim_zenoh.wire.envelopes import CancelGoalRequest, ExecuteRequest, GetResultRequest, SendGoalRequest
@@ -210,7 +212,7 @@ def _request_type(name: str, info: Info) -> type[BaseModel] | None:
     envelopes: dict[str, type[BaseModel]] = {Verb.SEND_GOAL.value: SendGoalRequest, Verb.EXECUTE.value: ExecuteRequest}
     if verb in envelopes:
         known = registry().get(find_action(info, owner).action)
-        return envelopes[verb][known.goal] if known else None  # type: ignore[index]  # generic; made as it runs
+        return envelopes[verb][known.goal] if known else None  # type: ignore[index]  # a generic model, specialized at run time
     others: dict[str, type[BaseModel]] = {
         Verb.CANCEL_GOAL.value: CancelGoalRequest,
         Verb.GET_RESULT.value: GetResultRequest,
@@ -219,7 +221,7 @@ def _request_type(name: str, info: Info) -> type[BaseModel] | None:
 
 
 def _unknown(name: str, known: Iterable[str], info: Info, answer: str = "") -> UnknownName:
-    """Return the error for an unknown service; *answer* is the simulator's reply to it."""
+    """Return the error for an unknown service; *answer* is the simulator's error reply, if it sent one."""
     from hmrsim.cli.names import find_action
 
     owner, is_action, _ = name.rpartition(_ACTION)

@@ -71,7 +71,7 @@ examples:
     group.add_argument("--open", action="store_true", help="open the page in the browser")
     add_session_options(parser)
     add_log_options(parser)
-    add_json(parser, "print that it is ready as one JSON object")
+    add_json(parser, "print the ready message as one JSON object")
     parser.set_defaults(function=_view)
 
 

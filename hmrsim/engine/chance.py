@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.distributions import Distribution
 
 if TYPE_CHECKING:
-    from hmrsim.distributions import Chance as Value
+    from hmrsim.distributions import RandomValue
 
 _BITS: Final = 53
 """Bits of a random number: those of a float's mantissa."""
@@ -40,7 +40,7 @@ class Chance:
         self._seed = seed
         self._occurrences.clear()
 
-    def draw(self, value: Value, subject: str, use: str) -> float:
+    def draw(self, value: RandomValue, subject: str, use: str) -> float:
         """Return the value of the next occurrence; a number stands for itself.
 
         Args:
@@ -62,7 +62,7 @@ class Chance:
         """Return one of so many indices, each with the same probability."""
         return 0 if count == 1 else int(self._number(subject, use, occurrence) * count)
 
-    def drawn(self, value: Value, subject: str, use: str, occurrence: int) -> float:
+    def drawn(self, value: RandomValue, subject: str, use: str, occurrence: int) -> float:
         """Return the value of an occurrence by its number; it is the same each time."""
         if not isinstance(value, Distribution):
             return value

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Protocol, Se
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from hmrsim.distributions import RandomSeconds, SomeRandomSeconds, latest
+from hmrsim.distributions import PositiveRandomSeconds, RandomSeconds, latest
 from hmrsim.events.faults import FaultEvent
 from hmrsim.faults._anchor import Anchor, Seconds
 from hmrsim.plugins import discover
@@ -90,7 +90,7 @@ class Spell(Occurrence):
     """The settings of a fault that lasts for a while; without an end it lasts forever."""
 
     until: Seconds | None = Field(default=None, description="When the fault ends, in simulated seconds.")
-    duration: Annotated[SomeRandomSeconds, _IN_SECONDS] | None = Field(
+    duration: Annotated[PositiveRandomSeconds, _IN_SECONDS] | None = Field(
         default=None, description="How long the fault lasts, in seconds."
     )
     mean_duration: MeanSeconds | None = Field(

@@ -1,4 +1,4 @@
-"""The item is lost: taken away by a person, or fallen where no robot finds it."""
+"""The item is lost: a person took it, or it fell where no robot finds it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Nav2's actions and their error codes, as of kilted.
 
-A lower code is a deeper cause: a navigator passes on the planner's or controller's code.
+A navigator passes on the code of the planner or controller that failed, which is lower than its own codes.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class WaypointStatus(Message):
 
 
 class TrackingFeedback(Message):
-    """The deviation of a robot from its path: positive to the left of it, and where it has to turn left.
+    """The deviation of a robot from its path: positive if it is to the left of the path, or has to turn left.
 
-    It is of lyrical. The index is that of the pose after which the robot is nearest to the path.
+    Nav2 has this message since lyrical. The robot is nearest to the path after the pose with *current_path_index*.
     """
 
     header: Header = Field(default_factory=Header)
@@ -383,7 +383,7 @@ class FollowPath:
         error_msg: String = ""
 
     class Feedback(Message):
-        """The distance to the end of the path, the speed and, as of lyrical, the deviation from the path."""
+        """The distance to the end of the path, the speed and, since lyrical, the deviation from the path."""
 
         distance_to_goal: Float32 = 0.0
         speed: Float32 = 0.0
@@ -435,7 +435,7 @@ class ComputePathThroughPoses:
         use_start: Bool = False
 
     class Result(Codes, Message):
-        """The path and the planning time, or why there is no path; *last_reached_index* is of lyrical."""
+        """The path and the planning time, or why there is no path; *last_reached_index* exists since lyrical."""
 
         ALL_GOALS: ClassVar[int] = -1
 

@@ -11,7 +11,7 @@ from hmrsim.distributions import Distribution
 from hmrsim.world.model import PlainLanes
 
 if TYPE_CHECKING:
-    from hmrsim.distributions import Chance as Value
+    from hmrsim.distributions import RandomValue
     from hmrsim.engine.chance import Chance
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.route import Leg
@@ -26,7 +26,7 @@ class Delays:
 
     def __init__(self, world: World, chance: Chance) -> None:
         self._chance = chance
-        self._factors: dict[Lane, tuple[Value, float]] = {}
+        self._factors: dict[Lane, tuple[RandomValue, float]] = {}
         self._rides: dict[Lane, tuple[str, Lift, int, int]] = {}
         for lane in () if isinstance(world.lanes, PlainLanes) else world.lanes:
             if lane.speed_factor != 1.0:

@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from hmrsim.random_fleets.relaxation import Relaxation
 
 _WEIGHT = 3
-"""The weight of the remaining moves against the moves made, so that a plan is found soon, if not the shortest one."""
+"""The weight of the remaining moves relative to the moves made: higher finds a plan sooner, but a longer one."""
 
 _LEAP = 100
-"""The number of others' moves that count as one move of the relaxed problem: more than ever precede one."""
+"""The weight of a move of the relaxed problem relative to moves of others, of which fewer precede each such move."""
 
-_SHARE = 4
-"""Every so many expansions is complete; the others omit the moves of robots that are in no one's way."""
+_COMPLETE_EVERY = 4
+"""The interval of complete expansions; the others omit moves of robots that are not in the way."""
 
 _MAX_HOLES = 8
-"""Maximum free places into which a robot in the way is pushed."""
+"""Maximum free places to try for a robot in the way."""
 
 
 class Step(NamedTuple):
-    """A robot's part of a step: start, end and class."""
+    """A robot's part of a step: start, end and class, which is -1 for the robot of the search."""
 
     start: int
     end: int
@@ -34,7 +34,7 @@ class Step(NamedTuple):
 
 
 class Distances:
-    """The number of moves to a place from everywhere, by class, without robots in the way."""
+    """The numbers of moves to a place from all places, by class, without robots in the way."""
 
     def __init__(self, lanes: Lanes, target: int) -> None:
         self._lanes = lanes
@@ -71,7 +71,10 @@ class Search:
 
     Args:
         kind: The robot's class.
-        target: The place. It alone may be off the waypoints: other robots leave such places, and do not come back.
+        target: The place. Only this place may be off the waypoints: other robots only leave such places.
+
+    Attributes:
+        expanded: The number of expanded configurations.
     """
 
     def __init__(self, lanes: Lanes, kind: int, target: int, max_states: int) -> None:
@@ -80,11 +83,11 @@ class Search:
         self._target = target
         self._max_states = max_states
         self._away = Distances(lanes, target).all(kind)
-        self._relaxation: Relaxation | None = None
-        self._before: dict[State, tuple[State, list[list[Step]]] | None] = {}
+        self._predecessors: dict[State, tuple[State, list[list[Step]]] | None] = {}
         self._cost: dict[State, int] = {}
-        self._first: list[tuple[float, int, State]] = []
-        self._rest: list[tuple[float, int, State]] = []
+        # Heaps of the configurations to expand, promising steps first and all others later.
+        self._promising: list[tuple[float, int, State]] = []
+        self._complete: list[tuple[float, int, State]] = []
         self._number = 0
         self.expanded = 0
         self._counts: list[int] = []
@@ -100,51 +103,51 @@ class Search:
             return False
         if start[0] == self._target:
             return []
-        self._relaxation = self._lanes.relaxation(self._kind, self._target, start)
-        self._before[start], self._cost[start] = None, 0
-        self._push(start)
-        while self._first or self._rest:
+        relaxation = self._lanes.relaxation(self._kind, self._target, start)
+        self._predecessors[start], self._cost[start] = None, 0
+        self._push(start, relaxation)
+        while self._promising or self._complete:
             if self.expanded >= self._max_states:
                 return None
             self.expanded += 1
-            complete = not self._first or (self._rest and self.expanded % _SHARE == 0)
-            rank, _, state = heapq.heappop(self._rest if complete else self._first)
-            self._look(state)
-            found = self._complete_steps(state) if complete else self._promising_steps(state)
-            for after, steps in found:
-                if after in self._before:
+            complete = not self._promising or (self._complete and self.expanded % _COMPLETE_EVERY == 0)
+            rank, _, state = heapq.heappop(self._complete if complete else self._promising)
+            self._count_robots(state)
+            for after, steps in self._complete_steps(state) if complete else self._promising_steps(state):
+                if after in self._predecessors:
                     continue
-                self._before[after] = state, steps
+                self._predecessors[after] = state, steps
                 self._cost[after] = self._cost[state] + sum(map(len, steps))
                 if after[0] == self._target:
                     return self._plan(after)
-                self._push(after)
+                self._push(after, relaxation)
             if not complete:
                 self._number += 1
-                heapq.heappush(self._rest, (rank, self._number, state))
+                heapq.heappush(self._complete, (rank, self._number, state))
         return False
 
-    def _push(self, state: State) -> None:
+    def _push(self, state: State, relaxation: Relaxation) -> None:
+        """Push a configuration, unless the target can't be reached from it."""
         count = self._lanes.count
-        if self._relaxation is None:
-            raise AssertionError
-        left, effort = self._relaxation.moves(state[0], [code // count for code in state[1]])
-        if left == math.inf:
+        moves, others_moves = relaxation.moves(state[0], [code // count for code in state[1]])
+        if moves == math.inf:
             return
         self._number += 1
-        heapq.heappush(self._first, (self._cost[state] + _WEIGHT * (_LEAP * left + effort), self._number, state))
+        rank = self._cost[state] + _WEIGHT * (_LEAP * moves + others_moves)
+        heapq.heappush(self._promising, (rank, self._number, state))
 
     def _plan(self, state: State) -> list[list[Step]]:
+        """Return the steps from the start to a configuration."""
         steps: list[list[Step]] = []
-        before = self._before[state]
-        while before is not None:
-            state, more = before
+        predecessor = self._predecessors[state]
+        while predecessor is not None:
+            state, more = predecessor
             steps = [*more, *steps]
-            before = self._before[state]
+            predecessor = self._predecessors[state]
         return steps
 
-    def _look(self, state: State) -> None:
-        """Count the robots at each place."""
+    def _count_robots(self, state: State) -> None:
+        """Count the robots at each place, and mark their classes."""
         count = self._lanes.count
         counts, masks = [0] * len(self._lanes.room), [0] * len(self._lanes.room)
         counts[state[0]], masks[state[0]] = 1, 1 << self._kind
@@ -155,7 +158,7 @@ class Search:
         self._counts, self._masks = counts, masks
 
     def _promising_steps(self, state: State) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the robot's steps, and chains of moves by which those in its way make room in free places."""
+        """Yield the robot's steps, and chains of moves by which robots in its way move to free places."""
         lanes, (here, others) = self._lanes, state
         for end, blocks in lanes.moves[self._kind][here]:
             if not (lanes.is_waypoint[end] or end == self._target):
@@ -173,57 +176,60 @@ class Search:
     def _complete_steps(self, state: State) -> Iterator[tuple[State, list[list[Step]]]]:
         """Yield the moves of all other robots to waypoints."""
         lanes, (here, others) = self._lanes, state
-        before = -1
         for i, code in enumerate(others):
-            if code == before:
+            # Robots of one class at one place are interchangeable.
+            if i and code == others[i - 1]:
                 continue
-            before = code
             place, kind = divmod(code, lanes.count)
             for end, blocks in lanes.moves[kind][place]:
-                if lanes.is_waypoint[end] and self._is_open(end, blocks, self._counts, self._masks):
+                if lanes.is_waypoint[end] and self._is_open(end, blocks):
                     after = sorted((*others[:i], end * lanes.count + kind, *others[i + 1 :]))
                     yield (here, tuple(after)), [[Step(place, end, kind)]]
 
-    def _is_open(
-        self, end: int, blocks: Sequence[tuple[int, int]], counts: Sequence[int], masks: Sequence[int]
-    ) -> bool:
-        return counts[end] < self._lanes.room[end] and not any(masks[number] & kinds for number, kinds in blocks)
+    def _is_open(self, end: int, blocks: Sequence[tuple[int, int]]) -> bool:
+        """Return whether there is room at the end of a move, and no robot blocks it."""
+        return self._counts[end] < self._lanes.room[end] and not any(self._masks[at] & kinds for at, kinds in blocks)
 
-    def _chains(self, state: State, blocker: int, wanted: int) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the steps in which the robot at a place moves along waypoints to free ones, after those in its way."""
+    def _chains(self, state: State, blocker: int, cleared: int) -> Iterator[tuple[State, list[list[Step]]]]:
+        """Yield chains of moves in which the robot at a place moves to a free waypoint, after those in its way.
+
+        The waypoint *cleared* stays free.
+        """
         lanes, here = self._lanes, state[0]
         if blocker == here:
             return
         kind = self._kind_at(blocker)
-        came: dict[int, int] = {blocker: -1, here: -1}
+        predecessors: dict[int, int] = {blocker: -1, here: -1}
         todo, holes = deque([blocker]), 0
         while todo and holes < _MAX_HOLES:
             place = todo.popleft()
             for end, _ in lanes.moves[kind][place]:
-                if end in came or not lanes.is_waypoint[end]:
+                if end in predecessors or not lanes.is_waypoint[end]:
                     continue
-                came[end] = place
+                predecessors[end] = place
                 todo.append(end)
-                if self._counts[end] < lanes.room[end] and end != wanted:
+                if self._counts[end] < lanes.room[end] and end != cleared:
                     holes += 1
-                    yield from self._shift(state, came, end)
+                    yield from self._shift(state, predecessors, end)
 
     def _kind_at(self, place: int) -> int:
-        """Return the class of a robot at a place."""
+        """Return the lowest class of the robots at a place."""
         mask = self._masks[place]
         return (mask & -mask).bit_length() - 1
 
-    def _shift(self, state: State, came: Mapping[int, int], hole: int) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the configuration after a chain of moves, if all of them are possible."""
+    def _shift(
+        self, state: State, predecessors: Mapping[int, int], hole: int
+    ) -> Iterator[tuple[State, list[list[Step]]]]:
+        """Yield the configuration after all robots on the path to a hole have moved up, if that is possible."""
         path = [hole]
-        while came[path[-1]] >= 0:
-            path.append(came[path[-1]])
+        while predecessors[path[-1]] >= 0:
+            path.append(predecessors[path[-1]])
         codes, steps, to = [*state[1]], list[list[Step]](), 0
         for i in range(1, len(path)):
             code = self._code_at(path[i], codes)
             if code is None:
                 continue
-            # It drives from lane to lane to where the one before it was.
+            # It drives lane by lane to the place that the robot ahead has left.
             for j in range(i, to, -1):
                 kind = code % self._lanes.count
                 if not self._can_move(state[0], codes, kind, path[j], path[j - 1]):
@@ -239,7 +245,7 @@ class Search:
         return next((code for code in codes if code // self._lanes.count == place), None)
 
     def _can_move(self, here: int, codes: Sequence[int], kind: int, start: int, end: int) -> bool:
-        """Return whether a robot of a class can move while the others are at these places."""
+        """Return whether a robot of a class can move while the others are at the places of *codes*."""
         lanes = self._lanes
         blocks = next((blocks for to, blocks in lanes.moves[kind][start] if to == end), None)
         if blocks is None or sum(code // lanes.count == end for code in codes) + (here == end) >= lanes.room[end]:
@@ -250,7 +256,7 @@ class Search:
         return not any(around.get(code // lanes.count, 0) >> code % lanes.count & 1 for code in codes)
 
     def _ring_steps(self, state: State) -> Iterator[tuple[State, list[list[Step]]]]:
-        """Yield the configurations after all robots of a full ring move at once."""
+        """Yield the configurations after all robots of a full ring have moved at once."""
         lanes, (here, others) = self._lanes, state
         for ring in lanes.rings:
             if any(self._counts[place] < lanes.room[place] for place in ring):

@@ -24,7 +24,7 @@ from hmrsim.robots.power import EMPTY, Energy, Level
 if TYPE_CHECKING:
     from simpy import Event
 
-    from hmrsim.distributions import Chance as Value
+    from hmrsim.distributions import RandomValue
     from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
@@ -302,7 +302,7 @@ class Robot(MobileBase):
         if self.energy is not None:
             self.energy.carry(handled=False)
 
-    def draw(self, value: Value, use: str) -> float:
+    def draw(self, value: RandomValue, use: str) -> float:
         """Return the value of the next occurrence of something that this robot does; a number stands for itself."""
         return self._chance.draw(value, self.name, use)
 

@@ -31,9 +31,9 @@ class VehicleState(Enum):
 
     Attributes:
         stands: Whether it goes nowhere.
-        moves: Whether it is on its way, and nothing is in it.
-        waits: Whether it stands on its way.
-        yields: Whether it is on its way aside.
+        moves: Whether it is in motion.
+        waits: Whether it has stopped before the end of its route or motion.
+        yields: Whether it drives aside for another vehicle, or waits on the way there.
         maneuvers: Whether it carries out one motion, or waits to begin it.
         needs_admission: Whether it asks for the right of way before each lane.
     """
@@ -53,11 +53,11 @@ class VehicleState(Enum):
     BLOCKED = "blocked"
     """It waits for the right of way."""
     MANEUVER_BLOCKED = "maneuver_blocked"
-    """It was stopped at the instant at which it began a maneuver, and waits."""
+    """It was stopped at the instant at which it began a maneuver."""
     YIELD_BLOCKED = "yield_blocked"
     """It waits for the right of way to the place where it yields."""
     YIELDED = "yielded"
-    """It waits aside until traffic lets it resume its way."""
+    """It waits aside until traffic lets it resume its route."""
 
     stands: bool
     moves: bool
@@ -67,7 +67,7 @@ class VehicleState(Enum):
     needs_admission: bool
 
     __hash__ = object.__hash__
-    """Enum's own is written in Python, and is most of what a transition costs."""
+    """Enum's own hash is written in Python and would dominate the cost of a transition."""
 
     def __init__(self, name: str) -> None:
         # Attributes of the members: each is looked up several times a lane.
@@ -97,19 +97,19 @@ class VehicleEvent(Enum):
     REROUTE = "reroute"
     """It takes another route from where it waits."""
     REDIRECT = "redirect"
-    """It is given another route, on which it sets out when it has yielded."""
+    """It gets another route, to follow after it has yielded."""
     RESCALE = "rescale"
     """It goes on at another speed."""
     ARRIVE = "arrive"
-    """It is at the end of its way; of one that has yielded this says that it has no further way."""
+    """It reaches the end of its route; a vehicle that has yielded has no route to resume."""
     HALT = "halt"
     """It stops where it is, for good."""
     WORK = "work"
     """Its goal needs it to stand still."""
     FINISH_WORK = "finish_work"
-    """Its goal does not need that any more."""
+    """Its goal no longer needs it to stand still."""
     DISABLE = "disable"
-    """It stands and can do nothing from now on."""
+    """It can do nothing from now on."""
     ENABLE = "enable"
     """It can be used again."""
 
@@ -161,7 +161,7 @@ TRANSITIONS: Final[Mapping[tuple[VehicleState, VehicleEvent], VehicleState]] = {
     (VehicleState.YIELDED, VehicleEvent.ARRIVE): VehicleState.IDLE,
     (VehicleState.YIELDED, VehicleEvent.HALT): VehicleState.IDLE,
 }
-"""All legal transitions; an event that is not here is illegal in that state."""
+"""All legal transitions; any other event is illegal in that state."""
 
 
 class IllegalTransition(RuntimeError):
@@ -172,7 +172,7 @@ def next_state(state: VehicleState, event: VehicleEvent) -> VehicleState:
     """Return the state that *event* leads to.
 
     Raises:
-        IllegalTransition: The table does not have it, which is a bug of the caller.
+        IllegalTransition: The event is illegal in this state, which is a bug of the caller.
     """
     try:
         return TRANSITIONS[state, event]

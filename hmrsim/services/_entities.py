@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 _MAX_CHARACTERS: Final = 256
 _MAX_BYTES: Final = 256 * 1024
 """Memory for a compiled pattern and its search, which also limits their time."""
+_FRAMES: Final = ("", "map", "world")
+"""The frames of poses in the world's coordinates."""
+_CORNERS: Final = 2
 
 
 class PatternError(ValueError):
@@ -50,7 +53,7 @@ def compiled(pattern: str) -> Callable[[str], bool]:
     if not pattern:
         return lambda _text: True
     if len(pattern) > _MAX_CHARACTERS:
-        raise PatternError(f"it has {len(pattern)} characters; at most {_MAX_CHARACTERS} are taken")
+        raise PatternError(f"it has {len(pattern)} characters; at most {_MAX_CHARACTERS} are allowed")
     # The library takes 15 ms to load, and few simulations filter entities by name.
     import re2  # noqa: PLC0415
 
@@ -63,12 +66,8 @@ def compiled(pattern: str) -> Callable[[str], bool]:
     except re2.error as error:
         raise PatternError(error.args[0].decode()) from None
     except UnicodeEncodeError:
-        raise PatternError("it has half of a surrogate pair") from None
+        raise PatternError("it has an unpaired surrogate") from None
     return lambda text: expression.search(text) is not None
-
-
-_FRAMES = ("", "map", "world")
-_CORNERS = 2
 
 
 class BadPose(ValueError):
@@ -131,12 +130,12 @@ def info_of(simulator: Simulator, entity: Entity) -> EntityInfo:
 
 def has_tags(tags: Collection[str], tags_filter: TagsFilter) -> bool:
     """Return whether tags pass a filter; an empty filter passes all."""
-    how = all if tags_filter.filter_mode == TagsFilter.FILTER_MODE_ALL else any
-    return not tags_filter.tags or how(tag in tags for tag in tags_filter.tags)
+    quantifier = all if tags_filter.filter_mode == TagsFilter.FILTER_MODE_ALL else any
+    return not tags_filter.tags or quantifier(tag in tags for tag in tags_filter.tags)
 
 
 def matching(simulator: Simulator, filters: EntityFilters) -> list[Entity] | Result:
-    """Return the entities that pass all filters, or the error of a filter."""
+    """Return the entities that pass all filters, or an error if a filter is invalid."""
     categories = {category.category for category in filters.categories}
     entities = []
     try:
@@ -158,7 +157,7 @@ def matching(simulator: Simulator, filters: EntityFilters) -> list[Entity] | Res
 
 
 def _is_inside(entity: Entity, bounds: Bounds) -> bool:
-    """Return whether an entity is inside bounds; entities are points in the plane."""
+    """Return whether an entity, as a point in the plane, is inside bounds."""
     if bounds.type == Bounds.TYPE_EMPTY:
         return True
     if bounds.type not in (Bounds.TYPE_BOX, Bounds.TYPE_SPHERE):
@@ -175,10 +174,10 @@ def _is_inside(entity: Entity, bounds: Bounds) -> bool:
 
 
 def read_pose(header: Header, pose: PoseMessage) -> Pose:
-    """Return the pose in the plane of a message.
+    """Return the pose in the plane that a message describes.
 
     Raises:
-        BadPose: It is in another frame, or its orientation is tilted or all zero.
+        BadPose: The message has another frame, or its orientation is tilted or all zero.
     """
     if header.frame_id not in _FRAMES:
         raise BadPose(f"unknown frame_id {header.frame_id!r}; use 'map' or leave it empty")
@@ -187,14 +186,14 @@ def read_pose(header: Header, pose: PoseMessage) -> Pose:
     if length <= SAME_PLACE:
         raise BadPose("the orientation is all zero, which is invalid; (0, 0, 0, 1) is straight ahead")
     if math.hypot(facing.x, facing.y) > SAME_PLACE * length:
-        raise BadPose("the orientation is tilted; on a plane x and y of it are 0")
+        raise BadPose("the orientation is tilted; in the plane, its x and y are 0")
     return Pose(pose.position.x, pose.position.y, yaw_of(facing.z, facing.w))
 
 
 def check_placement(simulator: Simulator, pose: Pose, base: Base | None, name: str = "") -> None:
-    """Check that a robot with this base, or an item if the base is None, fits at a pose.
+    """Check that there is room at a pose for a robot with a base, or for an item if the base is None.
 
-    Items may lie inside of obstacles, such as shelves, and next to anything.
+    Items may lie inside obstacles, such as shelves, and next to anything.
 
     Raises:
         BadPose: The point is invalid, or the footprint overlaps that of a robot other than *name*.

@@ -20,7 +20,7 @@ def _set_door_state(simulator: Simulator, name: str, state: str) -> Result:
     if name not in doors:
         return failed(f"no door {name!r}{instead(name, doors)}", Result.RESULT_NOT_FOUND)
     if state not in ORDERS:
-        return failed(f"no state {state!r} of a door{instead(state, ORDERS)}")
+        return failed(f"no door state {state!r}{instead(state, ORDERS)}")
     why_not = doors[name].set(state)
     return failed(why_not, Result.RESULT_INCORRECT_STATE) if why_not else OK
 

@@ -29,7 +29,7 @@ from pydantic import (
     model_validator,
 )
 
-from hmrsim.distributions import RandomFactor, RandomSeconds, SomeRandomSeconds, mean
+from hmrsim.distributions import PositiveRandomSeconds, RandomFactor, RandomSeconds, mean
 from hmrsim.geometry import MAX_COORDINATE, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Way, as_networkx, levels, nearest
@@ -301,7 +301,7 @@ class Lift(Model):
 
     stops: Annotated[tuple[Name, ...], Field(min_length=2), AfterValidator(_few_stops)]
     at: Name | None = None
-    travel_time: SomeRandomSeconds = 5.0
+    travel_time: PositiveRandomSeconds = 5.0
     door_time: RandomSeconds = 2.0
     capacity: Capacity = 1
 
@@ -419,9 +419,9 @@ class Demand(Model):
     item: RosName | None = None
     at: Places
     to: Places
-    arrives: SomeRandomSeconds
+    arrives: PositiveRandomSeconds
     first: RandomSeconds | None = None
-    within: SomeRandomSeconds | None = None
+    within: PositiveRandomSeconds | None = None
     priority: Annotated[int, Field(strict=True, ge=-1_000_000, le=1_000_000)] = 0
     weight: Annotated[float, Field(strict=True, ge=0, le=1e9, description="kg")] = 0.0
     count: Capacity | None = None

@@ -218,7 +218,7 @@ class Requests:
         if not latched:
             query.drop()
         shared = SharedQuery(query)
-        return [item.reading(PendingReply(shared.one_more(), str(item.key))) for item in latched]
+        return [item.reading(PendingReply(shared.add_share(), str(item.key))) for item in latched]
 
     @cached_property
     def _latched(self) -> list[_Latched]:

@@ -1,4 +1,4 @@
-"""Replies to queries: the queries that await them, and the answers to requests about time as JSON."""
+"""Replies to queries: the queries that await them, and the JSON answers to time requests."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ TIME_STATE: Final = f"{encoding.JSON};hmrsim/TimeState"
 
 
 class SharedQuery:
-    """A query with several answers; it is dropped after the last one."""
+    """A query with several answers, which is dropped after the last one."""
 
     def __init__(self, query: zenoh.Query) -> None:
         self.query = query
         self.open = 0
 
-    def one_more(self) -> _Share:
-        """Return a part of the query for one more answer."""
+    def add_share(self) -> _Share:
+        """Return the part of the query for one more answer."""
         self.open += 1
         return _Share(self)
 
 
 class _Share:
-    """One answer's part of a shared query; it has the interface of a query."""
+    """The part of a shared query for one answer, with the interface of a query."""
 
     def __init__(self, shared: SharedQuery) -> None:
         self._shared = shared
@@ -54,7 +54,7 @@ class _Share:
         self._shared.query.reply(key, payload, encoding=encoding, attachment=attachment)
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        """Drop the error: a query with wildcards gets the values that exist."""
+        """Ignore the error: a query with wildcards gets the values that exist."""
 
     def drop(self) -> None:
         self._shared.open -= 1
@@ -77,21 +77,21 @@ class PendingReply:
     action: AnyAction | None = None
 
     def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send a reply after which there may be others."""
+        """Send a reply; others may follow."""
         try:
             self.query.reply(self.key, payload, encoding=mime, attachment=attachment)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
 
     def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send the one answer, or the last one."""
+        """Send the only or last reply."""
         try:
             self.send(payload, mime, attachment)
         finally:
             self.query.drop()
 
     def refuse(self, payload: bytes) -> None:
-        """Send the one answer as Zenoh's error reply."""
+        """Send the only reply, an error reply."""
         try:
             self.query.reply_err(payload, encoding=encoding.JSON)
         except zenoh.ZError as error:
@@ -102,15 +102,15 @@ class PendingReply:
 
 @dataclass(frozen=True, slots=True)
 class PendingExecution(PendingReply):
-    """A query that has a goal executed: it awaits the acceptance, maybe feedback, and at last the result.
+    """A query that executes a goal: it awaits the acceptance, feedback on request, and finally the result.
 
-    All its replies have one key, and each has a later timestamp than the one before. So Zenoh's default consolidation
-    leaves the last one alone, the result or the rejection, and a querier without consolidation gets each as it is sent.
+    All its replies have the same key and increasing timestamps. So Zenoh's default consolidation keeps only the last
+    reply, the result or the rejection; a querier without consolidation gets each reply as it is sent.
 
     Attributes:
         robot: The robot that executes the goal.
-        feedback: Whether feedback is awaited.
-        timestamp: Returns a timestamp later than all those before.
+        feedback: Whether the query awaits feedback.
+        timestamp: Returns a timestamp later than all earlier ones.
     """
 
     query: zenoh.Query
@@ -119,7 +119,7 @@ class PendingExecution(PendingReply):
     timestamp: Callable[[], zenoh.Timestamp] = field(kw_only=True)
 
     def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send one of the replies, with the time."""
+        """Send a reply with a timestamp; others may follow."""
         try:
             self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp(), attachment=attachment)
         except zenoh.ZError as error:
@@ -127,7 +127,7 @@ class PendingExecution(PendingReply):
 
 
 def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
-    """Return an answer as JSON, and its encoding."""
+    """Return an answer to a time request as JSON, and its encoding."""
     match answer:
         case Granted():
             return _granted(answer), GRANTED
@@ -146,7 +146,7 @@ def state(answer: TimeState) -> bytes:
 
 
 def _granted(answer: Granted) -> bytes:
-    accepted = b",".join([_WRITERS[type(each)](each) for each in answer.accepted])
+    accepted = b",".join([_ENCODERS[type(response)](response) for response in answer.accepted])
     events = b",".join(starmap(_event, answer.events))
     head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
     met = b',"met":%b' % to_json(answer.met) if answer.met else b""
@@ -154,7 +154,7 @@ def _granted(answer: Granted) -> bytes:
     return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
 
 
-_WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
+_ENCODERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
     {
         GoalResponse: encoding.goal_response,
         CancelResponse: encoding.cancel_response,
@@ -165,7 +165,7 @@ _WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
         type(None): lambda _answer: b"null",
     }
 )
-"""The functions that encode the answer to a command, by its type."""
+"""The functions that encode the response to a command, by its type."""
 
 
 def _event(kind: str, at: int, event: Any) -> bytes:

@@ -1,4 +1,4 @@
-"""The bridge between one page's WebSocket and Zenoh: it forwards subscriptions and queries of any keys."""
+"""The bridge between one page's WebSocket and Zenoh: it forwards subscriptions and queries for any keys."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.view.access import May
     from hmrsim_zenoh.view.feeds import Feeds
 
-_MAX_REPLIED: Final = 32 * 2**20
-"""The largest number of bytes of the replies to one query."""
+_MAX_REPLY_BYTES: Final = 32 * 2**20
+"""Maximum size of the replies to one query, in total."""
 
 
 @dataclass(frozen=True)
@@ -33,37 +33,37 @@ class Replies:
     """The replies to a query.
 
     Attributes:
-        ok: Keys and payloads.
+        ok: Keys, without the prefix, and payloads.
         errors: The payloads of Zenoh's error replies.
-        cut: Whether the replies were too large.
+        too_large: Whether replies are missing from *ok*, as they exceeded the maximum size.
     """
 
     ok: list[tuple[str, bytes]]
     errors: list[bytes]
-    cut: bool
+    too_large: bool
 
 
 class Gets:
     """Sends queries below a prefix.
 
     Args:
-        later: Schedules a call in the event loop's thread.
+        call_soon: Schedules a call in the event loop's thread.
     """
 
-    def __init__(self, session: zenoh.Session, prefix: str, later: Callable[[Callable[[], None]], None]) -> None:
+    def __init__(self, session: zenoh.Session, prefix: str, call_soon: Callable[[Callable[[], None]], None]) -> None:
         self.prefix = prefix
         self._session = session
-        self._later = later
+        self._call_soon = call_soon
 
     def get(self, key: str, payload: bytes | None, timeout: float, then: Callable[[Replies], None]) -> None:
-        """Send a query; *then* receives all replies after the last one has arrived.
+        """Send a query; call *then* with all replies after the last one has arrived.
 
         Raises:
             zenoh.ZError: The session is closed.
         """
         ok: list[tuple[str, bytes]] = []
         errors: list[bytes] = []
-        room = _MAX_REPLIED
+        room = _MAX_REPLY_BYTES
 
         def on_reply(reply: zenoh.Reply) -> None:
             nonlocal room
@@ -75,25 +75,27 @@ class Gets:
                 ok.append((str(reply.ok.key_expr)[len(self.prefix) + 1 :], reply.ok.payload.to_bytes()))
 
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
-            on_reply, lambda: self._later(lambda: then(Replies(ok, errors, cut=room < 0))), indirect=False
+            on_reply, lambda: self._call_soon(lambda: then(Replies(ok, errors, too_large=room < 0))), indirect=False
         )
-        # Zenoh's best match would be the simulator alone, but each robot's controller answers for its tree.
+        # With wildcards, Zenoh's best match would be the simulator alone, without the controllers.
         target = zenoh.QueryTarget.ALL if "*" in key else zenoh.QueryTarget.BEST_MATCHING
-        where = f"{self.prefix}/{key}"
-        self._session.get(where, handler, payload=payload, encoding="application/json", timeout=timeout, target=target)
+        selector = f"{self.prefix}/{key}"
+        self._session.get(
+            selector, handler, payload=payload, encoding="application/json", timeout=timeout, target=target
+        )
 
 
 MAX_SUBSCRIPTIONS: Final = 64
 MAX_GETS: Final = 64
 _TIMED_OUT: Final = b"Timeout"
-"""Zenoh's own error reply upon a timeout; those of a simulator are JSON."""
+"""Zenoh's own error reply upon a timeout; error replies of a simulator are JSON."""
 
 
 class Bridge:
     """Serves one page, in the event loop's thread.
 
     Args:
-        may: Checks which keys its visitor may query.
+        may: Returns why the page's visitor may not query a key; empty if the visitor may.
     """
 
     def __init__(self, gets: Gets, feeds: Feeds, may: May, *, alive: bool) -> None:
@@ -104,10 +106,10 @@ class Bridge:
         self._outbox = Outbox()
         # The function that ends each subscription.
         self._subscriptions: dict[int, Callable[[], None]] = {}
-        self._asked: set[int] = set()
-        self._news = asyncio.Event()
-        self._room = asyncio.Event()
-        self._gone = False
+        self._pending_gets: set[int] = set()
+        self._has_frames = asyncio.Event()
+        self._has_room = asyncio.Event()
+        self._disconnected = False
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve the page until it disconnects."""
@@ -129,7 +131,7 @@ class Bridge:
     def put(self, frame: str) -> None:
         """Send a frame to the page."""
         self._outbox.put(frame)
-        self._news.set()
+        self._has_frames.set()
 
     def share(self, pages: int) -> None:
         """Limit the page's waiting samples to its share of the memory for all pages."""
@@ -142,25 +144,25 @@ class Bridge:
 
     def _send_samples(self, id_: int, entries: Sequence[tuple[str, str]], lost: bool) -> None:  # noqa: FBT001 - a callback
         self._outbox.add(id_, entries, lost=lost)
-        self._news.set()
+        self._has_frames.set()
 
     async def _send(self, socket: WebSocket) -> None:
-        """Send the frames in the outbox, as fast as the page reads them, until it disconnects."""
+        """Send the frames in the outbox as fast as the page reads them, until it disconnects."""
         try:
-            while await self._news.wait():
-                self._news.clear()
+            while await self._has_frames.wait():
+                self._has_frames.clear()
                 for frame in self._outbox.drain():
                     await socket.send_text(frame)
-                self._room.set()
+                self._has_room.set()
         finally:
-            self._gone = True
-            self._room.set()
+            self._disconnected = True
+            self._has_room.set()
 
     async def _until_there_is_room(self) -> None:
-        """Wait until the page has read most of its answers: a page that never reads gets no further ones."""
-        while self._outbox.crowded and not self._gone:
-            self._room.clear()
-            await self._room.wait()
+        """Wait until the page has read most of its answers, so that it can't make the outbox grow."""
+        while self._outbox.crowded and not self._disconnected:
+            self._has_room.clear()
+            await self._has_room.wait()
 
     def _handle(self, text: str | None) -> None:
         """Process a request of the page, or send the error."""
@@ -195,10 +197,10 @@ class Bridge:
         self._outbox.close(id_)
 
     def _get(self, request: frames.Get) -> None:
-        if request.id in self._asked:
+        if request.id in self._pending_gets:
             raise ValueError(f"get {request.id} is pending already")
         try:
-            if len(self._asked) >= MAX_GETS:
+            if len(self._pending_gets) >= MAX_GETS:
                 raise ValueError(f"{MAX_GETS} gets are pending already")  # noqa: TRY301 - one place handles errors
             self._check_key(request.key)
             if denial := self._may(request.key):
@@ -208,10 +210,10 @@ class Bridge:
         except (ValueError, zenoh.ZError) as error:
             self.put(frames.failure(request.id, str(error)))
             return
-        self._asked.add(request.id)
+        self._pending_gets.add(request.id)
 
     def _reply(self, request: frames.Get, replies: Replies) -> None:
-        self._asked.discard(request.id)
+        self._pending_gets.discard(request.id)
         if self._outbox.full:
             self.put(frames.failure(request.id, "the page does not read its answers"))
         else:
@@ -234,9 +236,9 @@ class Bridge:
 def _answer(request: frames.Get, replies: Replies) -> str:
     """Return the frame with the answer to a get."""
     id_, key = request.id, request.key
-    if replies.cut:
+    if replies.too_large:
         return frames.failure(id_, f"the answers on {key!r} are too long")
-    texts = [frames.embedded(*one) for one in replies.ok]
+    texts = [frames.embedded(*reply) for reply in replies.ok]
     json_texts = [text for text in texts if text is not None]
     if json_texts or (not replies.errors and not texts and "*" in key):
         return frames.replies(id_, json_texts)

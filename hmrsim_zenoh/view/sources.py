@@ -33,13 +33,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.keys import Keys
 
 MAX_PAGES: Final = 64
-_LOOK_AGAIN: Final = 1.0
+_RECHECK_SECONDS: Final = 1.0
+"""Wall seconds after which the token of a simulator that is gone is queried again, and of that query."""
 _POLICY_VIOLATION: Final = 1008
 _TRY_AGAIN_LATER: Final = 1013
 
 
 class Live:
-    """Serves a simulator to pages, within `opened` and in the event loop's thread only.
+    """Serves a simulator to pages; only within `opened`, in the event loop's thread.
 
     Args:
         session: An open session, which the caller closes.
@@ -57,14 +58,14 @@ class Live:
         self.prefix = keys.prefix
         self.alive = False
         self._session = session
-        self._gets = Gets(session, keys.prefix, self._later)
+        self._gets = Gets(session, keys.prefix, self._call_soon)
         self._log_key = keys.world("log")
         self._token = keys.alive()
         self._pages: set[Bridge] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def routes(self) -> list[BaseRoute]:
-        """Return the routes of the source beside the page's files."""
+        """Return the routes of the source, besides the page's files."""
         return [Route("/source", self._source), Route("/log", self._events), WebSocketRoute("/ws", self._serve)]
 
     @asynccontextmanager
@@ -74,7 +75,7 @@ class Live:
         self.feeds = Feeds(self._session, self.prefix, self._loop)
         self._log = EventLog(self._session, self._log_key)
         handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(
-            lambda sample: self._later(self._saw, sample.kind == zenoh.SampleKind.PUT), indirect=False
+            lambda sample: self._call_soon(self._set_alive, sample.kind == zenoh.SampleKind.PUT), indirect=False
         )
         subscriber = self._session.liveliness().declare_subscriber(self._token, handler, history=True)
         try:
@@ -85,32 +86,32 @@ class Live:
             self._log.close()
             self._loop = None
 
-    def _saw(self, alive: bool) -> None:  # noqa: FBT001 - call_soon_threadsafe passes positions
-        """Notify the pages that the simulator came or went; `alive` twice in a row means another simulator."""
+    def _set_alive(self, alive: bool) -> None:  # noqa: FBT001 - call_soon_threadsafe passes positions
+        """Notify the pages that the simulator came or went; coming twice in a row means another simulator."""
         self.alive = alive
         if alive:
             self._log.clear()
         for page in self._pages:
             page.set_alive(alive)
         if not alive and self._loop is not None:
-            self._loop.call_later(_LOOK_AGAIN, self._look_again)
+            self._loop.call_later(_RECHECK_SECONDS, self._recheck)
 
-    def _look_again(self) -> None:
-        """Query the token again: Zenoh may have reordered the notifications of a token that came back."""
+    def _recheck(self) -> None:
+        """Query the token again, as Zenoh may have reordered the notifications of a restart."""
         if self.alive or self._loop is None:
             return
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
-            lambda _reply: self._later(self._came_back), indirect=False
+            lambda _reply: self._call_soon(self._on_recheck), indirect=False
         )
         with suppress(zenoh.ZError):
-            self._session.liveliness().get(self._token, handler, timeout=_LOOK_AGAIN)
+            self._session.liveliness().get(self._token, handler, timeout=_RECHECK_SECONDS)
 
-    def _came_back(self) -> None:
+    def _on_recheck(self) -> None:
         if not self.alive:
-            self._saw(True)
+            self._set_alive(True)
 
-    def _later(self, call: Callable[..., None], *arguments: object) -> None:
-        """Schedule a call in the event loop; from Zenoh's threads, also after the loop has ended."""
+    def _call_soon(self, call: Callable[..., None], *arguments: object) -> None:
+        """Schedule a call in the event loop, from any thread; ignore it after the loop has ended."""
         loop = self._loop
         if loop is not None:
             with suppress(RuntimeError):
@@ -132,10 +133,10 @@ class Live:
         page = Bridge(self._gets, self.feeds, may, alive=self.alive)
         self._pages.add(page)
         self._share()
-        left = None if visitor.expires == math.inf else max(0.0, visitor.expires - time.time())
+        remaining = None if visitor.expires == math.inf else max(0.0, visitor.expires - time.time())
         try:
             # Subscriptions end when the certificate expires, as queries do.
-            async with asyncio.timeout(left):
+            async with asyncio.timeout(remaining):
                 await page.serve(socket)
         except TimeoutError:
             await socket.close(_POLICY_VIOLATION, f"the certificate of {visitor.name!r} has expired")
@@ -149,9 +150,9 @@ class Live:
 
 
 _CHUNK: Final = 256 * 1024
-_GZIP: Final = 31
+_GZIP_WBITS: Final = 31
 """zlib's number for a window of 32 kB with a gzip header."""
-_LEVEL: Final = 5
+_GZIP_LEVEL: Final = 5
 
 _log = logging.getLogger(__name__)
 
@@ -178,13 +179,13 @@ class Recording(Protocol):
 
 
 class Recorded:
-    """Serves a recording to pages, as a whole: the page does the playback."""
+    """Serves a whole recording to pages, which play it back."""
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
 
     def routes(self) -> list[BaseRoute]:
-        """Return the routes of the source beside the page's files."""
+        """Return the routes of the source, besides the page's files."""
         return [Route("/source", self._source), Route("/recording", self._samples)]
 
     @asynccontextmanager
@@ -217,11 +218,12 @@ class Recorded:
         """Yield a line for each sample, up to the first unreadable one."""
         samples = self._recording.samples()
         try:
-            for time, key, payload in samples:
-                known = (
-                    ("_world/view", shown(World.model_validate(payload))) if key == "_world/world" else (key, payload)
-                )
-                yield to_json((time, *known), inf_nan_mode="null") + b"\n"
+            for at, key, payload in samples:
+                if key == "_world/world":
+                    sample = (at, "_world/view", shown(World.model_validate(payload)))
+                else:
+                    sample = (at, key, payload)
+                yield to_json(sample, inf_nan_mode="null") + b"\n"
         except (ValidationError, KeyError) as error:
             _log.warning("a world can't be read: %s; only earlier samples are shown", str(error).partition("\n")[0])
         except HmrsimError as error:
@@ -229,7 +231,7 @@ class Recorded:
 
 
 def _in_chunks(lines: Iterable[bytes]) -> Iterator[bytes]:
-    """Join lines to chunks: each chunk passes through a thread, which takes longer than encoding a line."""
+    """Join lines into chunks, as each chunk passes through a thread, which takes longer than encoding a line."""
     chunk = bytearray()
     for line in lines:
         chunk += line
@@ -240,7 +242,7 @@ def _in_chunks(lines: Iterable[bytes]) -> Iterator[bytes]:
 
 
 def _gzip(chunks: Iterable[bytes]) -> Iterator[bytes]:
-    packer = zlib.compressobj(_LEVEL, wbits=_GZIP)
+    packer = zlib.compressobj(_GZIP_LEVEL, wbits=_GZIP_WBITS)
     for chunk in chunks:
         yield packer.compress(chunk)
     yield packer.flush()

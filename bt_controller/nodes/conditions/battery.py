@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.conditions import Operator
 
 _TOPIC = "battery_state"
-_NAV2S = "battery_status"
-"""The topic that Nav2's own trees name."""
+_NAV2_TOPIC = "battery_status"
+"""The name of the topic in Nav2's own trees."""
 
 
 def _owner(topic: str) -> str:
-    """Return whose battery a topic is about, empty for that of the robot itself.
+    """Return the robot whose battery state is on a topic; empty for the tree's own robot.
 
     Raises:
-        ValueError: It is no such topic.
+        ValueError: The topic is not that of a battery state.
     """
     robot, _, name = topic.strip().removeprefix("/").rpartition("/")
-    if name not in (_TOPIC, _NAV2S) or "/" in robot:
+    if name not in (_TOPIC, _NAV2_TOPIC) or "/" in robot:
         raise ValueError(
-            f"no topic {topic!r}; the battery state is on {_TOPIC!r}, or {_NAV2S!r} as in Nav2's trees, that of another"
-            f" robot on 'ROBOT/{_TOPIC}'"
+            f"no topic {topic!r}; the battery state is on {_TOPIC!r}, or {_NAV2_TOPIC!r} as in Nav2's trees, that of"
+            f" another robot on 'ROBOT/{_TOPIC}'"
         )
     return robot
 
@@ -46,18 +46,18 @@ def _read_topic(text: str, _places: Places | None) -> str:
 
 _BATTERY_TOPIC = input_port(
     Kind(STRING.name, str, _read_topic),
-    f"Topic of the battery state: {_TOPIC}, or {_NAV2S} as in Nav2's trees; of another robot: ROBOT/{_TOPIC}",
+    f"Topic of the battery state: {_TOPIC}, or {_NAV2_TOPIC} as in Nav2's trees; of another robot: ROBOT/{_TOPIC}",
     default=_TOPIC,
 )
 
 
 class _Battery(Condition):
-    """A condition on the battery, which is ticked again when its verdict is another one."""
+    """A condition on the battery, which is ticked again when its verdict changes."""
 
     INPUTS: ClassVar = {"battery_topic": _BATTERY_TOPIC}
 
     def setup(self, **kwargs: Any) -> None:
-        """Watch the topic of the robot's battery.
+        """Subscribe to the battery state.
 
         Raises:
             NotServed: The robot has no battery.
@@ -69,28 +69,28 @@ class _Battery(Condition):
         except ValueError as error:
             raise PortError(f"{self._whose('battery_topic')}: {error}") from None
         self._topics: Topics = kwargs["topics"]
-        self._robots_name: str = robot or kwargs["robot"]
-        self._topics.watch(self._robots_name, _TOPIC)
+        self._battery_owner: str = robot or kwargs["robot"]
+        self._topics.watch(self._battery_owner, _TOPIC)
 
     def next_tick_time(self) -> float:
-        """Return that the battery has to be polled, unless time stops for it."""
+        """Poll the battery, unless time stops when the verdict changes."""
         return math.inf if self.awaited() else super().next_tick_time()
 
     def awaited(self) -> Sequence[TopicCondition]:
-        """Return the other verdict, if there is one by now."""
-        when = self._other_verdict() if self.status in (Status.SUCCESS, Status.FAILURE) else None
-        if when is None or not self._topics.stop_time(self._robots_name, _TOPIC):
+        """Return the condition under which the verdict changes, if time can stop for it."""
+        change = self._verdict_change() if self.status in (Status.SUCCESS, Status.FAILURE) else None
+        if change is None or not self._topics.stop_time(self._battery_owner, _TOPIC):
             return ()
-        return (TopicCondition(f"{self._robots_name}/{_TOPIC}", (when,)),)
+        return (TopicCondition(f"{self._battery_owner}/{_TOPIC}", (change,)),)
 
-    def _other_verdict(self) -> tuple[str, Operator, float] | None:
-        """Return the comparison that holds as soon as the verdict changes; None if there is none."""
+    def _verdict_change(self) -> tuple[str, Operator, float] | None:
+        """Return the comparison that holds as soon as the verdict changes; None if the topic can't be compared."""
         raise NotImplementedError
 
     @property
     def battery(self) -> BatteryState:
         """The latest state of the battery."""
-        latest: BatteryState = self._topics.latest(self._robots_name, _TOPIC)
+        latest: BatteryState = self._topics.latest(self._battery_owner, _TOPIC)
         return latest
 
 
@@ -105,12 +105,12 @@ class IsBatteryLow(_Battery):
 
     def update(self) -> Status:
         """Check the battery."""
-        left = self.battery.voltage if self.read("is_voltage") else self.battery.percentage
-        self.feedback_message = f"at {left:g}"
-        return Status.SUCCESS if left <= self.read("min_battery") else Status.FAILURE
+        level = self.battery.voltage if self.read("is_voltage") else self.battery.percentage
+        self.feedback_message = f"at {level:g}"
+        return Status.SUCCESS if level <= self.read("min_battery") else Status.FAILURE
 
-    def _other_verdict(self) -> tuple[str, Operator, float] | None:
-        # The level is a formula of time, the voltage is known with each message.
+    def _verdict_change(self) -> tuple[str, Operator, float] | None:
+        # Time can stop for the percentage, which is a formula of time; the voltage is known only with each message.
         if self.read("is_voltage"):
             return None
         return "/percentage", ">" if self.status is Status.SUCCESS else "<=", self.read("min_battery")
@@ -124,7 +124,7 @@ class IsBatteryCharging(_Battery):
         charging = self.battery.power_supply_status == BatteryState.POWER_SUPPLY_STATUS_CHARGING
         return Status.SUCCESS if charging else Status.FAILURE
 
-    def _other_verdict(self) -> tuple[str, Operator, float] | None:
+    def _verdict_change(self) -> tuple[str, Operator, float] | None:
         operator: Operator = "!=" if self.status is Status.SUCCESS else "=="
         return "/power_supply_status", operator, BatteryState.POWER_SUPPLY_STATUS_CHARGING
 

@@ -1,4 +1,4 @@
-"""Stopping rules: replicate until an interval is narrow, and stays narrow for some more runs."""
+"""Stopping rules: replicate until a confidence interval is narrow, and stays narrow for some more runs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hmrsim.experiments.statistics.intervals import CONFIDENCE, checked_share, p
 from hmrsim.experiments.statistics.summaries import distributions, prefixes
 
 MEAN: Final = "mean"
-"""A rule of a mean: its interval has to be narrow enough."""
+"""A rule on the mean of the values."""
 PROPORTION: Final = "proportion"
-"""A rule of a share of runs, such as of those that succeed."""
+"""A rule on a share of runs, such as the successful ones."""
 
-_SHORT: Final = 100
-"""Replications up to which the look-ahead is *look_ahead*; from there on it grows with their number."""
+_CONSTANT_UP_TO: Final = 100
+"""The number of replications from which the look-ahead grows in proportion to it."""
 
 
 @dataclass(frozen=True)
@@ -24,14 +24,14 @@ class StoppingRule:
     """A rule for when to stop replicating.
 
     Attributes:
-        error: The half-width of the interval that is small enough: relative to the mean, or absolute for a proportion,
-            such as 0.05 for five percentage points.
+        error: The maximum half-width of the interval: relative to the mean, or absolute for a proportion, such as
+            0.05 for five percentage points.
         of: ``mean``, or ``proportion`` of values that are 0 or 1.
         confidence: The confidence of the interval.
-        minimum: The minimum number of replications; at least 3, since the spread of fewer is hardly known.
+        minimum: The minimum number of replications; at least 3, since fewer hardly show the spread.
         maximum: The maximum number of replications; None for no maximum.
-        look_ahead: The number of further replications for which the interval has to stay narrow (kLimit), since a
-            narrow interval is often chance; from 100 replications on, a percentage. 0 for none.
+        look_ahead: The number of further replications for which the interval has to stay narrow (kLimit), since it
+            is often narrow by chance; from 100 replications on, a percentage of them. 0 for none.
     """
 
     error: float
@@ -59,25 +59,25 @@ class StoppingRule:
 def enough(values: Sequence[float], rule: StoppingRule) -> bool:
     """Return whether the replications done so far are enough.
 
-    They are if after some number n of them, *minimum* at least, the interval was narrow and stayed so up to n + f,
-    where f is *look_ahead* for n up to 100 and *look_ahead* n / 100 from there on; and if there are *maximum*. More
-    values never make it too few.
+    They are enough if the interval was narrow after n of them, where n is *minimum* or more, and stayed narrow up to
+    n + f, where f is *look_ahead* for n up to 100 and *look_ahead* n / 100 above. *maximum* replications are always
+    enough. Once the replications are enough, further ones don't change that.
 
-    The interval of a number of runs that was chosen by looking at it covers the true value a little less often than
-    it says.
+    Since the number of runs depends on the interval, the final interval covers the true value a little less often than
+    its confidence.
 
     Source: Hoad, Robinson and Davies, Automated selection of the number of replications for a discrete-event
     simulation, Journal of the Operational Research Society 61 (2010), the algorithm with its look-ahead, kLimit = 5;
     Law, Simulation Modeling and Analysis, 5th edition (2015), section 9.4.1 (the sequential procedure).
 
     Raises:
-        ValueError: A value is not finite, or not 0 or 1 where the rule is of a proportion.
+        ValueError: A value is not finite, or not 0 or 1 for a proportion.
     """
     if rule.maximum is not None and len(values) >= rule.maximum:
         return True
     since = None
-    for n, error in enumerate(_errors(values, rule), 1):
-        if n < rule.minimum or error > rule.error:
+    for n, half_width in enumerate(_half_widths(values, rule), 1):
+        if n < rule.minimum or half_width > rule.error:
             since = None
             continue
         since = n if since is None else since
@@ -87,11 +87,11 @@ def enough(values: Sequence[float], rule: StoppingRule) -> bool:
 
 
 def replications_needed(values: Sequence[float], rule: StoppingRule) -> int | None:
-    """Return the total number of replications that will be enough, if further ones resemble those so far.
+    """Return an estimate of the total number of replications that will be enough, for progress displays.
 
-    An estimate for progress displays: the least n for which t(n - 1) s / √n is small enough, with the mean and the
-    standard deviation s so far, plus the look-ahead; for proportions with Wilson's interval. None if there is no
-    estimate: there are fewer than two values, or the mean is 0 while values differ, and the rule has no maximum.
+    It is the least n for which t(n - 1) s / √n is small enough, with the mean and the standard deviation s so far, plus
+    the look-ahead; for proportions, with Wilson's interval. None if the rule has no maximum and there is no estimate,
+    because there are fewer than two values, or the mean is 0 while values differ.
 
     Source: Law, Simulation Modeling and Analysis, 5th edition (2015), section 9.4.1, the approximate n*; the error is
     relative to the sample mean, as Hoad, Robinson and Davies (2010) have it.
@@ -102,26 +102,26 @@ def replications_needed(values: Sequence[float], rule: StoppingRule) -> int | No
     done = len(values)
     if enough(values, rule):
         return done
-    found = _least(values, rule)
-    if found is None:
+    narrow_from = _narrow_from(values, rule)
+    if narrow_from is None:
         return rule.maximum
-    needed = max(done + 1, found + _look_ahead(found, rule))
+    needed = max(done + 1, narrow_from + _look_ahead(narrow_from, rule))
     return needed if rule.maximum is None else min(needed, rule.maximum)
 
 
-def _errors(values: Sequence[float], rule: StoppingRule) -> list[float]:
-    """Return the half-widths after each value, relative for means; infinite where there is no bound."""
+def _half_widths(values: Sequence[float], rule: StoppingRule) -> list[float]:
+    """Return the half-width of the interval after each value, relative for means; infinite if it is unbounded."""
     means, deviations = prefixes(values)
     if rule.of == PROPORTION:
         counts = _successes(values)
         return [
             proportion_interval(count, n, confidence=rule.confidence).half_width for n, count in enumerate(counts, 1)
         ]
-    n = range(1, len(values))
-    quantiles = [math.inf, *map(float, distributions().t.isf((1 - rule.confidence) / 2, list(n)))] if values else []
+    freedoms = list(range(1, len(values)))
+    quantiles = [math.inf, *map(float, distributions().t.isf((1 - rule.confidence) / 2, freedoms))] if values else []
     return [
-        _relative(quantile, deviation, mean, number)
-        for number, (quantile, deviation, mean) in enumerate(zip(quantiles, deviations, means, strict=True), 1)
+        _relative_half_width(quantile, deviation, mean, n)
+        for n, (quantile, deviation, mean) in enumerate(zip(quantiles, deviations, means, strict=True), 1)
     ]
 
 
@@ -136,38 +136,39 @@ def _successes(values: Sequence[float]) -> list[int]:
     return counts
 
 
-def _relative(quantile: float, deviation: float, mean: float, n: int) -> float:
+def _relative_half_width(quantile: float, deviation: float, mean: float, n: int) -> float:
     if n == 1:
         return math.inf
-    half = quantile * deviation / math.sqrt(n)
-    if half == 0:
+    half_width = quantile * deviation / math.sqrt(n)
+    if half_width == 0:
         return 0.0
-    return half / abs(mean) if mean else math.inf
+    return half_width / abs(mean) if mean else math.inf
 
 
 def _look_ahead(n: int, rule: StoppingRule) -> int:
-    return rule.look_ahead if n <= _SHORT else rule.look_ahead * n // _SHORT
+    return rule.look_ahead if n <= _CONSTANT_UP_TO else rule.look_ahead * n // _CONSTANT_UP_TO
 
 
-def _least(values: Sequence[float], rule: StoppingRule) -> int | None:
-    """Return the smallest number of replications whose interval would be narrow."""
+def _narrow_from(values: Sequence[float], rule: StoppingRule) -> int | None:
+    """Return the estimated number of replications from which the interval is narrow; None if there is no estimate."""
     if len(values) < 2:  # noqa: PLR2004
         return None
     means, deviations = prefixes(values)
     mean, deviation, share = means[-1], deviations[-1], sum(values) / len(values)
 
-    def error(n: int) -> float:
+    def half_width(n: int) -> float:
         if rule.of == PROPORTION:
             return proportion_interval(round(share * n), n, confidence=rule.confidence).half_width
-        return _relative(float(distributions().t.isf((1 - rule.confidence) / 2, n - 1)), deviation, mean, n)
+        quantile = float(distributions().t.isf((1 - rule.confidence) / 2, n - 1))
+        return _relative_half_width(quantile, deviation, mean, n)
 
-    if math.isinf(error(2)):
+    if math.isinf(half_width(2)):
         return None
     high = rule.minimum
-    while error(high) > rule.error:
+    while half_width(high) > rule.error:
         high *= 2
     low = rule.minimum
     while low < high:
         middle = (low + high) // 2
-        low, high = (low, middle) if error(middle) <= rule.error else (middle + 1, high)
+        low, high = (low, middle) if half_width(middle) <= rule.error else (middle + 1, high)
     return high

@@ -26,27 +26,26 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.outputs import Output
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.trials.disturbances import Acted
     from hmrsim.world.model import World
 
 DISTURBED: Final = "disturbance"
-"""Begins the line of a disturbance."""
+"""The first word of the line of a disturbance."""
 _MAX_NTH: Final = 6
-"""Of the same change of the same action only the first ones are noted: a retry without a limit makes thousands."""
+"""Maximum number of moments with the same key: a controller that retries without a limit makes thousands."""
 
 
 class Observer(SelectiveSink):
     """A sink that records features and moments of a run.
 
     Args:
-        story: Whether to keep all events in words.
+        story: Whether to keep all events as text.
 
     Attributes:
         moments: The moments to which injections may be anchored, in order.
-        begun: When faults have begun, in simulated seconds, by kind and subject.
-        lines: The events in words, each with its time in seconds.
+        begun: When faults began, in simulated seconds, by kind and subject.
+        lines: The events as text, each with its time in seconds.
     """
 
     def __init__(self, *, story: bool = False) -> None:
@@ -57,8 +56,8 @@ class Observer(SelectiveSink):
         self._features: dict[str, None] = {}
         self._aborts: dict[str, None] = {}
         self._counts: Counter[tuple[str, str, str]] = Counter()
-        self._last: dict[str, str] = {}
-        self._fault = ""
+        self._last_labels: dict[str, str] = {}
+        self._last_fault = ""
         self._began: dict[str, float] = {}
 
     @property
@@ -81,7 +80,7 @@ class Observer(SelectiveSink):
         return handlers.get(kind)
 
     def note_disturbance(self, acted: Acted) -> None:
-        """Note a disturbance, which is no event of the simulation."""
+        """Add a disturbance, which is not an event of the simulation, to the lines."""
         if self._story:
             self.lines.append((acted.at / NANOSECONDS, f"{DISTURBED}: {acted.disturbance.what}"))
 
@@ -91,16 +90,16 @@ class Observer(SelectiveSink):
             self._began[change.goal_id] = at
             self._note_moment(at, "executing", "", change.robot, change.action)
         elif status.terminal:
-            self._exercise(change.robot, f"{change.action}:{status.name}")
+            self._add_features(change.robot, f"{change.action}:{status.name}")
             if status is GoalStatus.ABORTED:
                 why = f"{change.action}:{change.cause}/{code_of(change.result)}"
                 self._features[why] = self._aborts[why] = None
-            lasted = at - self._began.pop(change.goal_id, at)
-            self._note_moment(at, "ended", "", change.robot, change.action, lasted)
+            duration = at - self._began.pop(change.goal_id, at)
+            self._note_moment(at, "ended", "", change.robot, change.action, duration)
         elif status is GoalStatus.CANCELING:
-            self._exercise(change.robot, f"{change.action}:CANCELING")
+            self._add_features(change.robot, f"{change.action}:CANCELING")
         if change.cause == Cause.ENDED:
-            # The end of the simulation ends it, after the run is complete.
+            # The goal ended with the simulation, when the story was over.
             return
         if self._story and (status.terminal or status is GoalStatus.ACCEPTED):
             event = change.accepted() if status is GoalStatus.ACCEPTED else change.event()
@@ -114,7 +113,7 @@ class Observer(SelectiveSink):
             self.lines.append((at, event.describe()))
         if isinstance(event, (FaultBegan, FaultEnded, FaultMissed)):
             if isinstance(event, FaultBegan):
-                self._fault = event.fault
+                self._last_fault = event.fault
                 self.begun.setdefault((event.fault, event.subject), []).append(at)
             return
         if isinstance(event, ParticipantEvent):
@@ -122,27 +121,28 @@ class Observer(SelectiveSink):
         if isinstance(event, SendGoalRejected):
             self._aborts[f"{event.action}:rejected/{event.reason}"] = None
         robot = getattr(event, "robot", "")
-        self._exercise(robot, event.kind)
+        self._add_features(robot, event.kind)
         self._note_moment(at, "", event.kind, robot, "")
 
-    def _exercise(self, robot: str, label: str) -> None:
-        before, self._last[robot] = self._last.get(robot, ""), label
+    def _add_features(self, robot: str, label: str) -> None:
+        """Add a change by itself, after the robot's previous one, and after the last fault."""
+        before, self._last_labels[robot] = self._last_labels.get(robot, ""), label
         features = self._features
         features[f"{robot}/{label}"] = None
         features[f"{robot}/{before}>{label}"] = None
-        if self._fault:
-            features[f"{self._fault}>{label}"] = None
+        if self._last_fault:
+            features[f"{self._last_fault}>{label}"] = None
 
-    def _note_moment(self, at: float, goal: str, event: str, robot: str, action: str, lasted: float = 0.0) -> None:
+    def _note_moment(self, at: float, goal: str, event: str, robot: str, action: str, duration: float = 0.0) -> None:
         key = (goal or event, robot, action)
         self._counts[key] += 1
         nth = self._counts[key]
         if nth <= _MAX_NTH:
-            self.moments.append(Moment(at, goal, event, robot, action, nth, lasted))
+            self.moments.append(Moment(at, goal, event, robot, action, nth, duration))
 
 
 def code_of(result: Message | None) -> Any:
-    """Return the error code of an action's result: Nav2's number, or the value of MoveIt's; 0 if there is none."""
+    """Return the error code of an action's result, of Nav2 or MoveIt; 0 if it has none."""
     code = getattr(result, "error_code", 0)
     return getattr(code, "val", code)
 
@@ -158,8 +158,9 @@ class BatteryDraws(SelectiveSink):
     def __init__(self, simulator: Simulator, world: World) -> None:
         self._simulator = simulator
         batteries = ((name, battery_of(world, name)) for name in world.robots)
+        # The state of charge of each robot after its last charge, and at the start of each goal.
         self._charged = {name: share_at_start(battery) for name, battery in batteries if battery is not None}
-        self._begun: dict[str, tuple[str, float]] = {}
+        self._at_start: dict[str, float] = {}
         self._draws: dict[str, Draw] = {}
 
     def wants(self, topic: Topic) -> bool:
@@ -168,57 +169,55 @@ class BatteryDraws(SelectiveSink):
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self.emit if kind in (EventStamped, GoalChanged) else None
+        handlers: dict[type, Callable[[Any], object]] = {GoalChanged: self._note_goal, EventStamped: self._note_event}
+        return handlers.get(kind)
 
-    def emit(self, output: Output) -> None:
-        """Note how full a battery is when a goal or charging begins and ends."""
-        if isinstance(output, GoalChanged):
-            self._note_goal(output)
-        elif isinstance(output, EventStamped):
-            event = output.event
-            if isinstance(event, ChargingBegan):
-                self._note(event.robot, event.percentage)
-            elif isinstance(event, ChargingEnded):
-                self._charged[event.robot] = event.percentage
-
-    def at_the_end(self) -> tuple[tuple[str, Draw], ...]:
-        """Return what each robot with a battery has taken from it at most."""
+    def finish(self) -> tuple[tuple[str, Draw], ...]:
+        """End the run; return the largest draws of each robot with a battery."""
         for name in self._charged:
-            self._note(name, self._share(name))
+            self._note_draw(name, self._share(name))
         return tuple(self._draws.items())
+
+    def _note_event(self, output: EventStamped) -> None:
+        event = output.event
+        if isinstance(event, ChargingBegan):
+            self._note_draw(event.robot, event.percentage)
+        elif isinstance(event, ChargingEnded):
+            self._charged[event.robot] = event.percentage
 
     def _note_goal(self, change: GoalChanged) -> None:
         if change.robot not in self._charged:
             return
         share = self._share(change.robot)
         if change.status is GoalStatus.EXECUTING:
-            self._begun[change.goal_id] = change.robot, share
-        elif change.status.terminal and change.goal_id in self._begun:
-            robot, before = self._begun.pop(change.goal_id)
-            draw = self._draws.get(robot, Draw())
-            self._draws[robot] = draw._replace(goal=max(draw.goal, before - share))
+            self._at_start[change.goal_id] = share
+        elif change.status.terminal and change.goal_id in self._at_start:
+            drawn = self._at_start.pop(change.goal_id) - share
+            draw = self._draws.get(change.robot, Draw())
+            self._draws[change.robot] = draw._replace(goal=max(draw.goal, drawn))
 
     def _share(self, name: str) -> float:
         robot = self._simulator.robots.get(name)
         return 0.0 if robot is None or robot.energy is None else robot.energy.battery.share(robot.now)
 
-    def _note(self, robot: str, share: float) -> None:
+    def _note_draw(self, robot: str, share: float) -> None:
+        """Note the draw since the last charge, at the end of which *share* is left."""
         draw = self._draws.get(robot, Draw())
         self._draws[robot] = draw._replace(whole=max(draw.whole, self._charged.get(robot, 1.0) - share))
 
 
-FILE: Final = "coverage.json"
+_FILE: Final = "coverage.json"
 """The name of the file in the folder of results."""
 
 
 class Novelty:
-    """Keeps back the coverage of runs that have ticked nothing that was not ticked before, in this process."""
+    """A filter that drops the coverage of runs that add nothing to the earlier runs of this process."""
 
     def __init__(self) -> None:
         self._seen: dict[str, None] = {}
 
     def new_in(self, coverage: TreeCoverage) -> bytes:
-        """Return the coverage of a run in few bytes; empty if it has nothing new."""
+        """Return the packed coverage of a run; empty if it adds nothing."""
         keys = coverage.keys()
         if self._seen.keys() >= keys:
             return b""
@@ -227,25 +226,25 @@ class Novelty:
 
 
 class TotalCoverage:
-    """The coverage of all runs together; only runs with new coverage are counted."""
+    """The merged coverage of all runs that `Novelty` let pass."""
 
     def __init__(self) -> None:
         self._all = TreeCoverage()
 
     def take(self, coverages: Iterable[bytes]) -> None:
-        """Add what some runs have covered; an empty one has nothing new."""
+        """Merge the results of `Novelty.new_in`."""
         for coverage in coverages:
             if coverage:
                 self._all.merge(unpacked(coverage))
 
     @property
     def share(self) -> str:
-        """The covered share of the trees, in words; empty without a tree."""
+        """The covered share of the trees, as text; empty without a tree."""
         nodes = [node for tree in self._all.trees for node in self._all.nodes(tree)]
         return str(share_of(nodes)) if nodes else ""
 
     def never(self) -> tuple[str, ...]:
-        """Return what no run has made the nodes of the trees do, a line for each node."""
+        """Return the outcomes that occurred in no run, a line for each node."""
         return tuple(
             f"{node.path}: never {' or '.join(words)}"
             for tree in self._all.trees
@@ -254,10 +253,10 @@ class TotalCoverage:
         )
 
     def write(self, folder: Path) -> None:
-        """Write it as a file that ``bt-controller coverage`` reads, if there is a tree.
+        """Write the file that ``bt-controller coverage`` reads, if there is a tree.
 
         Raises:
-            OutputError: It can't be written.
+            OutputError: The file can't be written.
         """
         if self._all.trees:
-            write_coverage("coverage", folder / FILE, self._all)
+            write_coverage("coverage", folder / _FILE, self._all)

@@ -139,7 +139,7 @@ class _Run:
             story=tuple(observer.lines),
             output=self._output,
             coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
-            draws=self._battery_draws.at_the_end() if self._battery_draws else (),
+            draws=self._battery_draws.finish() if self._battery_draws else (),
             items=reference_of(scene(compared)) if compared else None,
         )
 

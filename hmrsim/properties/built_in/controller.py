@@ -1,4 +1,4 @@
-"""Properties of the controller: it lives, ends, and does not give up needlessly."""
+"""Properties of the controller: it survives, ends, and does not give up needlessly."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _DEATHS: Final = {
     "died": "the controller died",
 }
 _ERROR: Final = re.compile(r"^(GoalRejectedError: \w+|\w+)\b.*?(?:\((?:[^()]*[/\\])?([^()/\\]+:\d+)\))?$", re.DOTALL)
-"""The name of an exception, and the place that raised it, in a line such as ``KeyError: 'eve' (/x/mission.py:12)``.
+"""The name and place of an exception in a line such as ``KeyError: 'eve' (/x/mission.py:12)``.
 
-Why a goal was rejected is a part of the name: a robot that has broken down is not one that does not exist.
+The name includes the reason of a rejected goal: a broken robot is another cause than an unknown one.
 """
 
 
@@ -33,30 +33,30 @@ class ControllerLives(Watcher):
 
     def __init__(self, timeline: Timeline, tell: Tell) -> None:
         super().__init__("controller_lives", tell)
-        self._known = False
-        timeline.on(ParticipantDropped, self._dropped)
+        self._end_known = False
+        timeline.on(ParticipantDropped, self._on_dropped)
 
-    def _dropped(self, at: int, event: ParticipantDropped) -> None:
+    def _on_dropped(self, at: int, event: ParticipantDropped) -> None:
         why = f": {event.why}" if event.why else ""
         self.violate(at, event.participant, "dropped", f"{event.participant} was dropped from lockstep{why}")
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report a controller that has not lived to the end."""
-        self._known = ended is not None and not cut_off(ended)
+        """Report a controller that did not survive to the end."""
+        self._end_known = ended is not None and not cut_off(ended)
         if ended is not None and ended.ending in _DEATHS:
             death = _DEATHS[ended.ending]
             text = f"{death}: {ended.cause}" if ended.cause else death
             self.violate(at, "", _reason(ended), text, fatal=True)
 
     def unless_violated(self) -> Verdict:
-        """Return whether the controller lived to the end."""
-        if not self._known:
-            return self._is("undecided", 0.0, "it is not known how the controller has ended")
+        """Return the verdict: undecided if the end of the controller is unknown."""
+        if not self._end_known:
+            return self._is("undecided", 0.0, "it is unknown how the controller ended")
         return self._is("holds", 1.0, "the controller lived to the end")
 
 
 def _reason(ended: Ended) -> str:
-    """Return the ending with the kind of error and its place, without its message."""
+    """Return the ending, with the name and place of an exception but without its message."""
     match = _ERROR.match(ended.cause) if ended.ending == "crashed" else None
     if match is None:
         return ended.ending
@@ -73,27 +73,26 @@ class MissionEnds(Watcher):
         self._ending = ""
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report a run that has come to its limit."""
+        """Report a run that reached its time limit."""
         self._at, self._ending = at, ended.ending if ended else ""
         if self._ending == "timeout":
             self.violate(at, "", "timeout", f"the controller had not ended by {at / NANOSECONDS:g} s")
 
     def unless_violated(self) -> Verdict:
-        """Return whether the controller has ended by itself."""
+        """Return the verdict: undecided if the run was stopped."""
         if self._ending in {"", "stopped"}:
             return self._is("undecided", 0.0, "the run was stopped before the controller ended")
         return self._is("holds", 1.0, f"the controller ended after {self._at / NANOSECONDS:.1f} s")
 
 
 class Recovers(Watcher):
-    """The controller does not give up its mission needlessly, after faults that are transient.
+    """The controller does not give up its mission needlessly after transient faults.
 
-    It has to bear a single fault that hits one goal or is soon over. After several faults, it has to succeed if all
-    have been over for some time when it gives up. Off by default, as a controller may report a failure by design.
+    Giving up is needless after a single fault that hits one goal or is short, and after several faults that have been
+    over for some time. Off by default, as a controller may report a failure by design.
 
     Args:
-        within: Simulated seconds: how long a single fault may last that has to be borne, and how long several faults
-            have to be over.
+        within: Simulated seconds: the maximum duration of a short fault, and the minimum time since several faults.
     """
 
     def __init__(self, within: float, timeline: Timeline, tell: Tell) -> None:
@@ -101,8 +100,8 @@ class Recovers(Watcher):
         self._within = round(within * NANOSECONDS)
         self._active: dict[str, FaultBegan] = {}
         self._begun: list[FaultBegan] = []
-        self._last = 0
-        self._excused = "the run is not over"
+        self._last_end = 0
+        self._excuse = "the run is not over"
         timeline.on(FaultBegan, self._begin)
         timeline.on(FaultEnded, self._end)
 
@@ -112,36 +111,36 @@ class Recovers(Watcher):
 
     def _end(self, at: int, event: FaultEnded) -> None:
         self._active.pop(event.name, None)
-        self._last = at
+        self._last_end = at
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report a mission that has failed although its faults were transient."""
+        """Report a mission that failed although its faults were transient."""
         if ended is None or ended.ending not in {"succeeded", "failed"}:
-            self._excused = "the controller has not ended by itself"
+            self._excuse = "the controller did not end by itself"
             return
-        self._excused = ""
+        self._excuse = ""
         if ended.ending == "succeeded" or not self._begun:
             return
-        only = self._begun[0]
-        if len(self._begun) == 1 and self._is_short(only):
-            text = f"the mission failed after a single transient fault, {only.fault}"
-            self.violate(at, "", f"gave up after {only.fault}", text)
-        elif not self._active and at - self._last >= self._within:
-            seconds = (at - self._last) / NANOSECONDS
+        first = self._begun[0]
+        if len(self._begun) == 1 and self._is_transient(first):
+            text = f"the mission failed after a single transient fault, {first.fault}"
+            self.violate(at, "", f"gave up after {first.fault}", text)
+        elif not self._active and at - self._last_end >= self._within:
+            seconds = (at - self._last_end) / NANOSECONDS
             text = f"the mission failed although all faults had been over for {seconds:.1f} s"
             self.violate(at, "", "gave up when all faults were over", text)
 
-    def _is_short(self, fault: FaultBegan) -> bool:
-        """Return whether a fault hits one goal, or is over within the time."""
+    def _is_transient(self, fault: FaultBegan) -> bool:
+        """Return whether a fault hits one goal or is short."""
         duration = fault.settings.get("duration")
         if duration is not None:
             return float(duration) * NANOSECONDS <= self._within
         return fault.settings.get("count") == 1
 
     def unless_violated(self) -> Verdict:
-        """Return whether the controller has borne its faults."""
-        if self._excused:
-            return self._is("undecided", 0.0, self._excused)
+        """Return the verdict: undecided if the controller did not end by itself."""
+        if self._excuse:
+            return self._is("undecided", 0.0, self._excuse)
         if not self._begun:
             return self._is("never_exercised", 1.0, "there was no fault")
         return self._is("holds", 1.0, "the controller did not give up needlessly")

@@ -1,4 +1,4 @@
-"""Where robots are: near which places, also while they pass them."""
+"""The positions of robots: which places they are near, even while driving past."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def point_of(world: World, place: str) -> Point | None:
-    """Return where a place, dock or waypoint is; None if there is none, as an event may name anything."""
+    """Return the position of a place, dock or waypoint; None if the world has none of this name."""
     try:
         return world.point(place)
     except KeyError:
@@ -32,18 +32,26 @@ def point_of(world: World, place: str) -> Point | None:
 
 
 class _Near:
-    """Whether a robot is near a place, now and as it is going to drive."""
+    """The nearness of a robot to a place, now and during its current motions.
+
+    Attributes:
+        place: The position of the place.
+        signal: Whether the robot is near.
+        spans: When it is near, from now on.
+        alarm: Rings at the next change of the signal; None if no change is known.
+        closest: The least distance so far.
+    """
 
     def __init__(self, place: Point) -> None:
         self.place = place
         self.signal = Signal()
-        self.coming: list[Span] = []
+        self.spans: list[Span] = []
         self.alarm: Alarm | None = None
         self.closest = math.inf
 
 
 class Positions:
-    """Follows the robots of a world."""
+    """Follows the positions of the robots of a world."""
 
     def __init__(self, world: World, timeline: Timeline) -> None:
         self._world, self._timeline = world, timeline
@@ -51,33 +59,34 @@ class Positions:
         self._at: dict[str, Point | None] = {}
         self._motions: dict[str, Sequence[Motion]] = {}
         self._near: dict[str, dict[str, _Near]] = {}
-        self._told: dict[str, tuple[int, MotionBegan]] = {}
-        self._begin_anew(0)
-        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._begin_anew)
-        timeline.on(MotionBegan, self._move)
-        for stops in (Stopped, Waiting):
-            timeline.on(stops, lambda at, event: self._stand(at, event.robot, event.at))
-        timeline.on(MadeRoom, lambda at, event: self._stand(at, event.robot, event.from_))
-        for put in (Teleported, Spawned):
-            timeline.on(put, self._put)
-        timeline.on(Deleted, lambda at, event: self._stand(at, event.entity, None))
-        timeline.on(SceneSeen, self._see)
+        # The last motion of each robot for which no place has been requested yet.
+        self._deferred: dict[str, tuple[int, MotionBegan]] = {}
+        self._reset(0)
+        timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._reset)
+        timeline.on(MotionBegan, self._on_motion)
+        for stop in (Stopped, Waiting):
+            timeline.on(stop, lambda _at, event: self._stand(event.robot, event.at))
+        timeline.on(MadeRoom, lambda _at, event: self._stand(event.robot, event.from_))
+        for placement in (Teleported, Spawned):
+            timeline.on(placement, self._on_placement)
+        timeline.on(Deleted, lambda _at, event: self._stand(event.entity, None))
+        timeline.on(SceneSeen, self._on_scene)
 
     def near(self, robot: str, place: str) -> Signal:
-        """Return whether a robot is at a place."""
+        """Return the signal that holds while a robot is near a place."""
         places = self._near.setdefault(robot, {})
         if place not in places:
-            where = point_of(self._world, place)
-            if where is None:
+            position = point_of(self._world, place)
+            if position is None:
                 return Signal()
-            if robot in self._told:
-                self._go(robot, Motion.all_of(*self._told.pop(robot)))
-            near = places[place] = _Near(where)
-            self._look(robot, near)
+            if robot in self._deferred:
+                self._move(robot, Motion.all_of(*self._deferred.pop(robot)))
+            near = places[place] = _Near(position)
+            self._predict(robot, near)
         return places[place].signal
 
     def clearance(self, robot: str, place: str) -> float:
-        """Return how far from being at a place a robot was at least, in radii of the circle around it."""
+        """Return the least distance of a robot from the circle around a place so far, in radii; negative inside."""
         near = self._near.get(robot, {}).get(place)
         if near is None:
             return math.inf
@@ -85,89 +94,90 @@ class Positions:
         return (near.closest - self._radius) / self._radius
 
     def _measure(self, robot: str, near: _Near) -> None:
-        """Take note of how near a robot has come since it was last looked at."""
-        motions, where = self._motions.get(robot), self._at.get(robot)
+        """Update the least distance of a robot to a place."""
+        motions, position = self._motions.get(robot), self._at.get(robot)
         if motions is not None:
             near.closest = min(near.closest, closest(near.place, motions, self._timeline.now))
-        elif where is not None:
-            near.closest = min(near.closest, distance(where, near.place))
+        elif position is not None:
+            near.closest = min(near.closest, distance(position, near.place))
 
-    def _begin_anew(self, now: int) -> None:
+    def _reset(self, _now: int) -> None:
         """Return all robots to their initial positions."""
         for name in [*self._at]:
             if name not in self._world.robots:
-                self._stand(now, name, None)
+                self._stand(name, None)
         for name, robot in self._world.robots.items():
-            self._stand(now, name, self._world.point(robot.at))
+            self._stand(name, self._world.point(robot.at))
 
-    def _put(self, at: int, event: Teleported | Spawned) -> None:
+    def _on_placement(self, _at: int, event: Teleported | Spawned) -> None:
         if event.entity in self._at or (isinstance(event, Spawned) and event.type != "item"):
-            self._stand(at, event.entity, event.at)
+            self._stand(event.entity, event.at)
 
-    def _stand(self, _at: int, robot: str, where: Point | None) -> None:
+    def _stand(self, robot: str, position: Point | None) -> None:
+        """Record that a robot stands at a position, or at none if it was deleted."""
         for near in self._near.get(robot, {}).values():
             self._measure(robot, near)
-        self._at[robot] = where
+        self._at[robot] = position
         self._motions.pop(robot, None)
-        self._told.pop(robot, None)
+        self._deferred.pop(robot, None)
         for near in self._near.get(robot, {}).values():
-            self._look(robot, near)
+            self._predict(robot, near)
 
-    def _move(self, at: int, event: MotionBegan) -> None:
+    def _on_motion(self, at: int, event: MotionBegan) -> None:
         if event.robot in self._near:
-            self._go(event.robot, Motion.all_of(at, event))
+            self._move(event.robot, Motion.all_of(at, event))
         else:
-            # Nobody has asked where it is yet.
-            self._told[event.robot] = at, event
+            self._deferred[event.robot] = at, event
 
-    def _go(self, robot: str, motions: Sequence[Motion]) -> None:
+    def _move(self, robot: str, motions: Sequence[Motion]) -> None:
+        """Record that a robot is carrying out some motions."""
         for near in self._near.get(robot, {}).values():
             self._measure(robot, near)
         self._motions[robot] = motions
         self._at[robot] = motions[-1].end
         for near in self._near.get(robot, {}).values():
-            self._look(robot, near)
+            self._predict(robot, near)
 
-    def _look(self, robot: str, near: _Near) -> None:
-        """Work out whether a robot is at a place now, and when that changes."""
+    def _predict(self, robot: str, near: _Near) -> None:
+        """Find out when a robot is near a place from now on, and set the signal."""
         if near.alarm is not None:
             near.alarm.cancel()
-        motions, where = self._motions.get(robot), self._at.get(robot)
+        motions, position = self._motions.get(robot), self._at.get(robot)
         if motions is not None:
-            near.coming = spans_near(near.place, self._radius, motions)
+            near.spans = spans_near(near.place, self._radius, motions)
         else:
-            there = where is not None and distance(where, near.place) <= self._radius
-            near.coming = [(self._timeline.now, None)] if there else []
-        self._follow(near)
+            inside = position is not None and distance(position, near.place) <= self._radius
+            near.spans = [(self._timeline.now, None)] if inside else []
+        self._set_signal(near)
 
-    def _follow(self, near: _Near) -> None:
-        """Set the signal for now, and wait for its next change."""
+    def _set_signal(self, near: _Near) -> None:
+        """Set the signal for now, and an alarm for its next change."""
         now = self._timeline.now
-        while near.coming and (ended := near.coming[0][1]) is not None and ended < now:
-            near.coming.pop(0)
+        while near.spans and (leaves := near.spans[0][1]) is not None and leaves < now:
+            near.spans.pop(0)
         near.alarm = None
-        if not near.coming:
+        if not near.spans:
             near.signal.set(FAILS)
             return
-        began, ended = near.coming[0]
-        inside = began <= now
+        enters, leaves = near.spans[0]
+        inside = enters <= now
         near.signal.set(HOLDS if inside else FAILS)
-        due = (None if ended is None else ended + 1) if inside else began
+        due = (None if leaves is None else leaves + 1) if inside else enters
         if due is not None:
-            near.alarm = self._timeline.alarm(due, Phase.CHANGE, lambda _at: self._follow(near))
+            near.alarm = self._timeline.alarm(due, Phase.CHANGE, lambda _at: self._set_signal(near))
 
-    def _see(self, at: int, scene: SceneSeen) -> None:
-        said = records(scene.fields, "robots")
-        there = {text(robot, "name") for robot in said}
+    def _on_scene(self, at: int, scene: SceneSeen) -> None:
+        robots = records(scene.fields, "robots")
+        names = {text(robot, "name") for robot in robots}
         for name in [*self._at]:
-            if name not in there:
-                self._stand(at, name, None)
-        for robot in said:
-            self._see_robot(at, robot)
+            if name not in names:
+                self._stand(name, None)
+        for robot in robots:
+            self._on_robot(at, robot)
 
-    def _see_robot(self, at: int, robot: Mapping[str, Any]) -> None:
-        moving = motion_in(robot, at, self._timeline.offset)
-        if moving is None:
-            self._stand(at, text(robot, "name"), point(robot, "pose"))
+    def _on_robot(self, at: int, robot: Mapping[str, Any]) -> None:
+        motion = motion_in(robot, at, self._timeline.offset)
+        if motion is None:
+            self._stand(text(robot, "name"), point(robot, "pose"))
         else:
-            self._go(text(robot, "name"), Motion.all_of(*moving))
+            self._move(text(robot, "name"), Motion.all_of(*motion))

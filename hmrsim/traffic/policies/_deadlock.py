@@ -1,14 +1,13 @@
-"""Resolution of deadlocks: two searches over the places of vehicles find moves, which they make one after the other.
+"""Resolution of deadlocks: two searches over the places of vehicles find moves to make one after the other.
 
-Vehicles that are only in the way are interchangeable: whichever of them is where makes no difference to the one that
-is to go on, as long as they are of one size and may drive the same lanes. So the searches tell places apart by kind,
-not by vehicle.
+Vehicles in the way are interchangeable if they have the same size and may drive the same lanes: it does not matter
+which of them is where. So the searches distinguish such kinds, not vehicles.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Protocol
 
@@ -26,40 +25,41 @@ if TYPE_CHECKING:
     from hmrsim.traffic.rules import Vehicle
 
 _MAX_SEARCHED = 6
-"""Vehicles whose places are searched exhaustively: each more makes that longer by as many times as there are places."""
+"""Maximum vehicles in an exhaustive search: each further one multiplies its duration by the number of places."""
 
 _MAX_CLEARING = 24
-"""Vehicles that may be moved, one after the other, to clear a route."""
+"""Maximum vehicles to move, one after the other, to clear a route."""
 
 _MAX_AROUND = 80
-"""Places, the nearest first, where vehicles are looked for that may have to be moved."""
+"""Maximum places, the nearest first, to examine for vehicles that may have to move."""
 
 _FEW_STEPS = 4
-"""Steps that are taken without a look at other ones."""
+"""Maximum length of a solution that is taken without searching for another one."""
 
 _PAIR = 2
 
 _Drive = tuple[int, "Way"]
-"""A vehicle, by its number in the group, and the way that it drives."""
+"""A vehicle, by its number in the group, and the way that it takes."""
 _Drives = tuple[_Drive, ...]
-_Before = dict[object, tuple["Places", object, _Drives]]
+_Predecessors = dict[object, tuple["Places", object, _Drives]]
+"""The places of a reached combination, with its predecessor and the drives from there, by key."""
 
 
 class Movable(Protocol):
     """Predicate: the first vehicle may be moved for the second."""
 
     def __call__(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
-        """Return whether it may; if *soon*, also one that has to come to a stand or to finish its work first."""
+        """Return whether it may move now, or if *soon*, after it has stopped or finished its work."""
 
 
 class DeadlockResolver:
-    """Searches for moves that let a vehicle go on.
+    """Searches for moves that let a vehicle continue.
 
     Args:
         slots: The places of the vehicles.
         ways: Where they can go.
-        resolutions: The resolutions that need slots.
-        movable: Whether the first vehicle may be moved for the second.
+        resolutions: The resolutions in progress, which need slots.
+        movable: Returns whether the first vehicle may be moved for the second.
     """
 
     def __init__(
@@ -82,31 +82,32 @@ class DeadlockResolver:
     def find_steps(
         self, robot: Vehicle, target: int, max_states: int, *, patient: bool
     ) -> tuple[list[Step] | None, bool]:
-        """Return steps after which a vehicle is at a slot, None if none are found, and whether that is sure.
+        """Return steps that bring a vehicle to a slot, None if none are found, and whether that result is final.
 
-        First the places of the vehicles in its way are searched exhaustively, with one more vehicle at a time, the
-        nearest first: that finds the fewest steps for these. Where there are none, or many, a *patient* search goes on:
-        vehicles that are about to stand, or at work, count as well; and it is tried to clear a route for the vehicle,
-        from where it is or from where it gets out of the way first. The shorter moves are taken.
+        First an exhaustive search over the vehicles in the way, adding one at a time, the nearest first, finds the
+        fewest steps. If it finds no steps, or many, a *patient* search continues with two further attempts: with the
+        vehicles that will soon be movable, and by clearing a route for the vehicle, which may get out of the way
+        itself first. The steps with the shortest total length win.
 
-        *max_states* is how many combinations of places are searched each time; it is not sure if there are more.
+        Each exhaustive search visits at most *max_states* combinations of places; a search cut short is not final.
+        Unless *patient*, only found steps are final.
         """
-        nearest = list(islice(self._around(robot, target, soon=False), _MAX_SEARCHED))
-        steps, sure = self._search_nearest(robot, nearest, target, max_states)
+        nearest = list(islice(self._movable_around(robot, target, soon=False), _MAX_SEARCHED))
+        steps, final = self._search_nearest(robot, nearest, target, max_states)
         if not patient or (steps is not None and len(steps) <= _FEW_STEPS):
             return steps, steps is not None
-        around = list(islice(self._around(robot, target, soon=True), _MAX_CLEARING - 1))
+        around = list(islice(self._movable_around(robot, target, soon=True), _MAX_CLEARING - 1))
         others = around[:_MAX_SEARCHED]
-        found = [steps, None if sure and others == nearest else self._clear_route(robot, around, target)]
+        solutions = [steps, None if final and others == nearest else self._clear_route(robot, around, target)]
         if others != nearest:
-            more, sure = self._search_nearest(robot, others, target, max_states)
-            found.append(more)
-        return min((each for each in found if each), key=_length, default=None), sure
+            more, final = self._search_nearest(robot, others, target, max_states)
+            solutions.append(more)
+        return min(filter(None, solutions), key=_length, default=None), final
 
     def _search_nearest(
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
     ) -> tuple[list[Step] | None, bool]:
-        """Search the places of the nearest vehicles; it is sure that there are no steps if all take part."""
+        """Search the places of the nearest vehicles; finding no steps is final if all of them took part."""
         group = self._group(robot, target)
         for other in nearest[: _MAX_SEARCHED - 1]:
             group.add(other)
@@ -126,14 +127,14 @@ class DeadlockResolver:
         drives = Clearing(group).find()
         if drives is None:
             return None
-        at = [*group.start]
+        places = [*group.start]
         steps: list[Step] = []
         for i, way in drives:
-            steps.append([Move(group.robots[i], way, at[i])])
-            at[i] = way.end
+            steps.append([Move(group.robots[i], way, places[i])])
+            places[i] = way.end
         return steps
 
-    def _around(self, robot: Vehicle, target: int, *, soon: bool) -> Iterator[Vehicle]:
+    def _movable_around(self, robot: Vehicle, target: int, *, soon: bool) -> Iterator[Vehicle]:
         """Yield the vehicles that may be moved now, or *soon*, in breadth-first order from the target."""
         slots = self._slots
         seen, todo = {target: None}, deque([target])
@@ -153,54 +154,54 @@ class DeadlockResolver:
                     todo.append(slot)
 
     def _next_to(self, place: int) -> list[int]:
-        """Return the places next to one: along the lanes, in their middle if someone stands there, and beside."""
+        """Return the places next to one: along the lanes, in the middle of occupied lanes, and beside the lanes."""
         slots, near = self._slots, self._slots.near
         ends, around = self._around_place(place)
-        found = [*ends]
+        places = [*ends]
         for slot in around:
             if slot != place and slots.holders[slot] and slots.is_lane(slot):
-                found.append(slot)
+                places.append(slot)
             if slot in near:
-                found += [at for at in near[slot] if not slots.is_lane(at) or slots.holders[at]]
-        return found
+                places += [other for other in near[slot] if not slots.is_lane(other) or slots.holders[other]]
+        return places
 
     def _around_place(self, place: int) -> tuple[Sequence[int], Sequence[int]]:
-        """Return the places to which one gets from a place along the lanes, and the slots around it, with its own."""
+        """Return the places that lanes lead to from a place, and the slots on these lanes and of the place itself."""
         slots, lanes = self._slots, self._admission.graph.lanes
         if place in slots.points:
             ways = self._ways.from_spot(place)
             return [way.end for way in ways], [slot for way in ways for slot in way.slots]
         if slots.is_lane(place):
             return [edge.end for edge in lanes.leading_to(place)], [place]
-        known = self._around_waypoint.get(place)
-        if known is None:
+        cached = self._around_waypoint.get(place)
+        if cached is None:
             edges = lanes.out[place]
-            known = [edge.end for edge in edges], [place, *(edge.leg.slots[0] for edge in edges)]
-            self._around_waypoint[place] = known
-        return known
+            cached = [edge.end for edge in edges], [place, *(edge.leg.slots[0] for edge in edges)]
+            self._around_waypoint[place] = cached
+        return cached
 
     def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
-        """Search the places of a group breadth first; return the steps, and how many combinations were searched."""
+        """Search the places of a group breadth-first; return the steps, and the number of combinations reached."""
         start = group.start
         first = group.key(start)
-        before: _Before = {first: (start, None, ())}
+        reached: _Predecessors = {first: (start, None, ())}
         todo = deque([first])
-        while todo and len(before) < max_states:
+        while todo and len(reached) < max_states:
             key = todo.popleft()
-            places = before[key][0]
+            places = reached[key][0]
             for drives in _moves(group, places):
-                after = [*places]
+                moved = [*places]
                 for i, way in drives:
-                    after[i] = way.end
-                there = tuple(after)
-                reached = group.key(there)
-                if reached in before:
+                    moved[i] = way.end
+                after = tuple(moved)
+                key_after = group.key(after)
+                if key_after in reached:
                     continue
-                before[reached] = (there, key, drives)
-                if there[0] == group.target:
-                    return _steps(before, reached, group), len(before)
-                todo.append(reached)
-        return None, len(before)
+                reached[key_after] = (after, key, drives)
+                if after[0] == group.target:
+                    return _steps(reached, key_after, group), len(reached)
+                todo.append(key_after)
+        return None, len(reached)
 
 
 def _length(steps: Sequence[Step]) -> float:
@@ -208,7 +209,7 @@ def _length(steps: Sequence[Step]) -> float:
 
 
 def _moves(group: Group, places: Places) -> Iterator[_Drives]:
-    """Yield what is possible where the vehicles of a group are: one drives alone, or a circle of three or more."""
+    """Yield the drives possible at some places of a group: of one vehicle, or of three or more in a circle."""
     into: list[list[_Drive]] = []
     for i in range(len(places)):
         ahead: list[_Drive] = []
@@ -225,9 +226,9 @@ def _moves(group: Group, places: Places) -> Iterator[_Drives]:
 
 
 def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) -> Iterator[_Drives]:
-    """Yield the circles of three or more that begin with some drives: each goes to where the next one is.
+    """Yield the circles of three or more that begin with some drives: each vehicle takes the place of the next one.
 
-    Two can't change places on the one lane between them.
+    Two vehicles can't swap places on the lane between them.
     """
     first, end = drives[0][0], drives[-1][1].end
     if end == places[first]:
@@ -240,12 +241,13 @@ def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) 
                 yield from _circles(places, into, (*drives, drive))
 
 
-def _steps(before: Mapping[object, tuple[Places, object, _Drives]], key: object, group: Group) -> list[Step]:
+def _steps(reached: _Predecessors, key: object, group: Group) -> list[Step]:
+    """Return the steps from the start to a reached combination of places."""
     steps: list[Step] = []
     while True:
-        _, earlier, drives = before[key]
+        _, earlier, drives = reached[key]
         if earlier is None:
             return steps[::-1]
-        places = before[earlier][0]
+        places = reached[earlier][0]
         steps.append([Move(group.robots[i], way, places[i]) for i, way in drives])
         key = earlier

@@ -1,8 +1,8 @@
 """Declaration of nodes and endpoints in a background thread, as it takes seconds for many robots.
 
-Zenoh compares each token with all others that match ``@ros2_lv/<domain>/**``, which every ROS session watches: tokens
-cost quadratic time, in the simulator and in its clients. So a large fleet has only some standing tokens; the others
-are declared when a client declares a token for them, as it does before it waits for a server.
+Zenoh compares each token with all others that match ``@ros2_lv/<domain>/**``, which every ROS session watches, so
+tokens cost quadratic time, in the simulator and in its clients. A large fleet therefore has only some standing tokens.
+The others are declared on request: when a client declares its own token for one, before it waits for a server.
 """
 
 from __future__ import annotations
@@ -31,27 +31,28 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_STAYS: Final = "%s could not be undeclared, and ROS may still see it: %s"
+_NOT_DECLARED: Final = "%s could not be declared to ROS: %s"
+_NOT_UNDECLARED: Final = "%s could not be undeclared, and ROS may still see it: %s"
 _JOIN_SECONDS: Final = 1.0
 """Wall seconds to wait at the end for the declaration in progress."""
 
 
 @dataclass
 class _Declared:
-    """A liveliness token that is declared, with its id."""
+    """A declared liveliness token, with its id and the number of its uses."""
 
     id: int
     token: Any
-    used: int = 1
+    uses: int = 1
 
 
 class Declarations:
-    """Declares standing parts, and others on request, in its own thread.
+    """Declares the standing parts, and others on request, in its own thread.
 
     Args:
-        wire: How tokens are spelled, and whether there are any.
+        wire: The ROS 2 wire, which may have no tokens.
         endpoints_of: Returns the endpoints of a part.
-        publishers: The publishers, each of which is opened before its token is declared.
+        publishers: The publishers; each is opened before its token is declared.
     """
 
     def __init__(
@@ -77,16 +78,16 @@ class Declarations:
         # All nodes of a robot share one number: Zenoh compares a token with all tokens that branch off at the same
         # chunk, and ROS distinguishes the nodes of one session by their names, too.
         self._numbers: dict[str, int] = {}
-        self._sharing: Counter[str] = Counter()
+        self._nodes_of_namespace: Counter[str] = Counter()
         self._nodes: dict[Node, _Declared] = {}
         self._parts: dict[Part, list[tuple[Owned, _Declared | None]]] = {}
-        # The nodes that a part declares by itself, beside those of its endpoints.
-        self._held: dict[Part, list[Node]] = {}
+        # The nodes that a part declares in addition to those of its endpoints.
+        self._nodes_of_parts: dict[Part, list[Node]] = {}
 
     def want(self, parts: Sequence[Part], standing: int | None = None) -> None:
-        """Request the first *standing* parts, in this order, by default all; returns at once.
+        """Declare the first *standing* parts, by default all, in this order; return at once.
 
-        The others can be requested with `ask`. Parts that are not in *parts* are undeclared.
+        The others can be requested with `ask`. Declared parts that are not in *parts* are undeclared.
         """
         with self._changed:
             self._wanted = parts, len(parts) if standing is None else standing
@@ -96,13 +97,13 @@ class Declarations:
                 self._thread.start()
 
     def ask(self, part: Part) -> None:
-        """Request one more part, ahead of those still to be declared; from any thread, and returns at once."""
+        """Declare one more part, before the remaining standing ones; from any thread, return at once."""
         with self._changed:
             self._requested[part] = None
             self._changed.notify()
 
     def close(self) -> None:
-        """Stop declaring, before the session is closed; what is declared is undeclared with the session.
+        """Stop declaring, before the session is closed; closing the session undeclares everything.
 
         Returns when the declaration in progress is done, after `_JOIN_SECONDS` at the latest: closing a session during
         a declaration can deadlock in Zenoh for 10 s or more.
@@ -118,8 +119,8 @@ class Declarations:
             while not self._closed:
                 wanted = self._next()
                 if wanted is not None:
-                    self._follow(*wanted)
-                self._declare_asked()
+                    self._apply(*wanted)
+                self._declare_requested()
         except (zenoh.ZError, RuntimeError) as error:
             if not self._closed:
                 _log.exception("declaring to ROS")
@@ -131,22 +132,22 @@ class Declarations:
             wanted, self._wanted = self._wanted, None
         return wanted
 
-    def _follow(self, parts: Sequence[Part], standing: int | None = None) -> None:
-        """Declare the standing parts, until other parts are requested."""
+    def _apply(self, parts: Sequence[Part], standing: int | None = None) -> None:
+        """Undeclare all other parts and declare the standing ones, until `want` is called again."""
         self._existing = frozenset(parts)
         for part in [part for part in self._parts if part not in self._existing]:
             if self._closed:
                 return
             self._undeclare(part)
         for part in parts[:standing]:
-            self._declare_asked()
+            self._declare_requested()
             if self._wanted is not None:
                 return
             if part not in self._parts:
                 self._declare(part)
 
-    def _declare_asked(self) -> None:
-        """Declare the parts that were asked for, until other parts are requested: the rest may be among those."""
+    def _declare_requested(self) -> None:
+        """Declare the parts requested with `ask`, until `want` is called again: it may include the rest."""
         while self._requested and not self._closed:
             with self._changed:
                 if self._wanted is not None:
@@ -161,36 +162,37 @@ class Declarations:
         for node in part.nodes if self._has_tokens else ():
             if self._closed:
                 return
-            with self._logging_failure("%s could not be declared to ROS: %s", node.full_name):
-                self._node(node)
-                self._held.setdefault(part, []).append(node)
+            with self._logging_failure(_NOT_DECLARED, node.full_name):
+                self._use_node(node)
+                self._nodes_of_parts.setdefault(part, []).append(node)
         for owned in self._endpoints_of(part):
             if self._closed:
                 return
-            with self._logging_failure("%s could not be declared to ROS: %s", owned.endpoint.name):
-                declared.append((owned, self._declared(owned)))
+            with self._logging_failure(_NOT_DECLARED, owned.endpoint.name):
+                declared.append((owned, self._declare_endpoint(owned)))
 
     @contextmanager
-    def _logging_failure(self, what: str, name: str) -> Iterator[None]:
+    def _logging_failure(self, message: str, name: str) -> Iterator[None]:
         """Log a failure and continue with the rest, unless the session is being closed."""
         try:
             yield
         except (zenoh.ZError, RuntimeError) as error:
-            # zenoh-python raises RuntimeError where another thread uses an object that is to be changed.
+            # zenoh-python raises RuntimeError if another thread uses the object to be changed.
             # Not Session.is_closed(): it raises RuntimeError while another thread closes the session.
             if self._closed:
                 raise
-            _log.warning(what, name, error)
+            _log.warning(message, name, error)
 
-    def _declared(self, owned: Owned) -> _Declared | None:
+    def _declare_endpoint(self, owned: Owned) -> _Declared | None:
+        """Open the publisher of an endpoint, if it has one, and declare its token; None without tokens."""
         endpoint = owned.endpoint
         if not self._has_tokens:
             self._open_publisher(endpoint, None)
             return None
-        ids = self._node(owned.node), next(self._ids)
+        ids = self._use_node(owned.node), next(self._ids)
         token = keys.endpoint_token(self._domain, self._session_id, ids, owned.node, endpoint)
         with ExitStack() as undoing:
-            undoing.callback(self._release, owned.node)
+            undoing.callback(self._release_node, owned.node)
             self._open_publisher(endpoint, keys.gid(token))
             undoing.callback(self._close_publisher, endpoint)
             declared = _Declared(ids[1], self._liveliness.declare_token(token))
@@ -205,37 +207,38 @@ class Declarations:
         if endpoint.kind is Kind.PUBLISHER:
             self._publishers.close(endpoint)
 
-    def _node(self, node: Node) -> int:
-        """Return the id of a node and count one more use of it."""
-        known = self._nodes.get(node)
-        if known is None:
+    def _use_node(self, node: Node) -> int:
+        """Declare a node, or count one more use of it; return its id."""
+        declared = self._nodes.get(node)
+        if declared is None:
             if node.namespace not in self._numbers:
                 self._numbers[node.namespace] = next(self._ids)
             number = self._numbers[node.namespace]
             token = keys.node_token(self._domain, self._session_id, number, node)
-            known = self._nodes[node] = _Declared(number, self._liveliness.declare_token(token), used=0)
-            self._sharing[node.namespace] += 1
-        known.used += 1
-        return known.id
+            declared = self._nodes[node] = _Declared(number, self._liveliness.declare_token(token), uses=0)
+            self._nodes_of_namespace[node.namespace] += 1
+        declared.uses += 1
+        return declared.id
 
     def _undeclare(self, part: Part) -> None:
         for owned, declared in self._parts.pop(part):
             undoing: list[Callable[[], None]] = [partial(self._close_publisher, owned.endpoint)]
             if declared is not None:
-                undoing = [declared.token.undeclare, *undoing, partial(self._release, owned.node)]
+                undoing = [declared.token.undeclare, *undoing, partial(self._release_node, owned.node)]
             for undo in undoing:
-                with self._logging_failure(_STAYS, owned.endpoint.name):
+                with self._logging_failure(_NOT_UNDECLARED, owned.endpoint.name):
                     undo()
-        for node in self._held.pop(part, ()):
-            with self._logging_failure(_STAYS, node.full_name):
-                self._release(node)
+        for node in self._nodes_of_parts.pop(part, ()):
+            with self._logging_failure(_NOT_UNDECLARED, node.full_name):
+                self._release_node(node)
 
-    def _release(self, node: Node) -> None:
-        known = self._nodes[node]
-        known.used -= 1
-        if not known.used:
+    def _release_node(self, node: Node) -> None:
+        """Count one use less of a node, and undeclare it after the last one."""
+        declared = self._nodes[node]
+        declared.uses -= 1
+        if not declared.uses:
             del self._nodes[node]
-            self._sharing[node.namespace] -= 1
-            if not self._sharing[node.namespace]:
-                del self._sharing[node.namespace], self._numbers[node.namespace]
-            known.token.undeclare()
+            self._nodes_of_namespace[node.namespace] -= 1
+            if not self._nodes_of_namespace[node.namespace]:
+                del self._nodes_of_namespace[node.namespace], self._numbers[node.namespace]
+            declared.token.undeclare()

@@ -59,7 +59,7 @@ def test_five_traffic_warnings_are_printed_and_the_rest_counted(tmp_path, capsys
     assert [f"{path}:{line}: warning: places.shelf_{line - 3}.at" for line in range(4, 9)] == [
         warning.partition(": (")[0] for warning in warnings
     ]
-    assert "and 3 more warnings of traffic; `hmrsim map validate --traffic WORLD` lists all" == more
+    assert "and 3 more traffic warnings; `hmrsim map validate --traffic WORLD` lists all" == more
 
 
 def test_a_bug_in_the_simulation_exits_with_1_and_a_traceback(monkeypatch, capsys):

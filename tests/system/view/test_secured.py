@@ -76,7 +76,7 @@ def test_a_page_without_its_enclave_is_refused(keys, capsys):
 def test_an_endpoint_open_without_certificates_is_a_warning(keys, capfd, words, warned):
     given = [str(keys) if word == "KEYS" else word for word in words]
     assert main(["run", "scenario1", *given, "--duration", "0.01", "--log-level", "error"]) == 0
-    lines = [line for line in capfd.readouterr().err.splitlines() if "is open: all who reach it" in line]
+    lines = [line for line in capfd.readouterr().err.splitlines() if "is open: anyone who can reach it" in line]
 
     assert warned == bool(lines)
     assert len(lines) <= 1

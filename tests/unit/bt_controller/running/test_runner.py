@@ -202,7 +202,7 @@ class TestTicks:
 
     def test_all_trees_are_ticked_when_time_goes_back(self, stage, monkeypatch):
         """In a reset world, nothing is left of what the trees have waited for."""
-        monkeypatch.setattr("bt_controller.running.clocks._OVERTAKEN", 0.0)
+        monkeypatch.setattr("bt_controller.running.clocks._STALE_CLOCK_SECONDS", 0.0)
         stage.client.began = 100.0
         stage.run(wait, lambda: stage.client.clock(0.5), stage.stop)
 

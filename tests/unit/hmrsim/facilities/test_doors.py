@@ -212,7 +212,7 @@ class TestOrders:
         [
             ("gaet", "open", Result.RESULT_NOT_FOUND, "no door 'gaet'; did you mean 'gate'?"),
             ("eve", "open", Result.RESULT_NOT_FOUND, "no door 'eve'; there are gate"),
-            ("gate", "opn", Result.RESULT_OPERATION_FAILED, "no state 'opn' of a door; did you mean 'open'?"),
+            ("gate", "opn", Result.RESULT_OPERATION_FAILED, "no door state 'opn'; did you mean 'open'?"),
         ],
     )
     def test_invalid_requests_are_rejected(self, name, state, code, text):

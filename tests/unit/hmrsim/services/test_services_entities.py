@@ -54,7 +54,7 @@ class TestFilters:
         ("filters", "code", "why"),
         [
             ({"filter": "("}, 4, "filter '(': missing ): ("),
-            ({"filter": "x" * 300}, 4, "it has 300 characters; at most 256 are taken"),
+            ({"filter": "x" * 300}, 4, "it has 300 characters; at most 256 are allowed"),
             ({"bounds": {"type": 2}}, 0, "bounds of type 2 are not supported; use a box or a sphere"),
             ({"bounds": {"type": 3}}, 4, "a box or a sphere has 2 points, got 0"),
         ],
@@ -194,7 +194,7 @@ class TestPattern:
             ("\\d", "invalid escape sequence"),
             ("(a)\\1", "invalid escape sequence"),
             ("(x{900})" * 30, "pattern too large"),
-            ("\ud800", "half of a surrogate pair"),
+            ("\ud800", "unpaired surrogate"),
         ],
     )
     def test_invalid_patterns_are_rejected(self, pattern, why):

@@ -80,7 +80,7 @@ def declared(network: Network, *followed: Names, wire: Wire | None = None) -> De
     session: Any = network
     declarations = Declarations(session, wire, Endpoints(wire, actions(), services()).of, session)
     for names in followed:
-        declarations._follow(Parts(names).all)
+        declarations._apply(Parts(names).all)
     return declarations
 
 
@@ -172,7 +172,7 @@ def test_robot_that_comes() -> None:
     network = Network()
     declarations = declared(network, ONE)
     before = len(network.said)
-    declarations._follow(Parts(BOTH).all)
+    declarations._apply(Parts(BOTH).all)
 
     told = [token for what, token in network.said[before:] if what != "open"]
     assert {"%eve"} == {token.split("/")[7] for token in told}
@@ -224,7 +224,7 @@ def test_failure_to_undeclare_is_logged(caplog: pytest.LogCaptureFixture, error:
     network = Network()
     declarations = declared(network, BOTH)
     network.stuck, network.error = "%eve%odom/", error
-    declarations._follow(Parts(Names({"cart": ["navigate_to_pose"]})).all)
+    declarations._apply(Parts(Names({"cart": ["navigate_to_pose"]})).all)
 
     assert ["/eve/odom"] == [name for name in network.names() if name.startswith(("/eve", "/wall_e"))]
     assert ("close", "/eve/odom") in network.said
@@ -275,7 +275,7 @@ def test_what_is_wanted_by_now() -> None:
     declarations = declared(network)
     declarations._wanted = Parts(ONE).all
 
-    declarations._follow(Parts(BOTH).all)
+    declarations._apply(Parts(BOTH).all)
 
     assert [] == network.there
 
@@ -288,12 +288,12 @@ def test_what_is_asked_for_while_others_are_declared() -> None:
     asked = parts.of("/eve/navigate_to_pose/_action/status")
     assert asked is not None
     declarations.ask(asked)
-    declarations._declare_asked()
+    declarations._declare_requested()
     before = network.names()
     wanted = declarations._next()
     assert wanted is not None
-    declarations._follow(*wanted)
-    declarations._declare_asked()
+    declarations._apply(*wanted)
+    declarations._declare_requested()
 
     assert "/eve/navigate_to_pose/_action/status" not in before
     assert "/eve/navigate_to_pose/_action/status" in network.names()
