@@ -52,9 +52,13 @@ def _index() -> str:
     )
     return (
         f"# Error codes\n\n{_GENERATED}\n"
-        "The codes of results are those of Nav2 and MoveIt. Rejected goals have a reason, goals that did not succeed "
-        "have a cause, services have a result, and commands have an exit code.\n"
-        "`hmrsim explain CODE` prints the page of a code.\n\n"
+        "Look up a code here, or run `hmrsim explain CODE` to read its page in a terminal.\n"
+        "Each code says why something did not succeed:\n\n"
+        "- The result of an action has a number, the same as in Nav2 and MoveIt.\n"
+        "- A rejected goal has a *reason*.\n"
+        "- A goal that did not succeed has a *cause*.\n"
+        "- A service of the world has a number, here with the prefix `result_`.\n"
+        "- A command has an exit code, here with the prefix `exit_`.\n\n"
         "| code | name | used by | meaning |\n|---|---|---|---|\n" + "\n".join(lines) + "\n"
     )
 

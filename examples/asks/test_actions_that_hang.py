@@ -19,7 +19,7 @@ def visit(robot: str) -> Behaviour:
     return Selector(f"{robot} visits", memory=True, children=[Timeout("In a minute", GoTo("table_1"), 60.0)])
 
 
-def test_a_drive_that_takes_for_ever_is_ended_by_a_timeout() -> None:
+def test_a_timeout_ends_a_drive_that_takes_forever() -> None:
     """The goal is canceled after a minute of simulated time, which passes instantly."""
     with simulation("cafe", tree=visit, robots=["mocha"], changes={"faults.+": SLOW}) as run:
         outcome = run.to_the_end()

@@ -10,10 +10,10 @@ from hmrsim_zenoh import Commander
 NAVIGATE = registry()["navigate_to_pose"]
 GOAL = {"pose": {"pose": {"position": {"x": 14.0, "y": 7.0}}}}
 GOAL_ID = "c0ffee" + "0" * 26
-"""What the adapter has written down before it sends the goal."""
+"""The id that the adapter saves before it sends the goal."""
 
 
-def test_the_second_adapter_gets_the_result_of_the_first_ones_goal() -> None:
+def test_a_restarted_adapter_gets_the_result_of_its_earlier_goal() -> None:
     """The robot drives on during the restart, and the goal is not sent twice."""
     with simulation("cafe") as run:
         first = run.open_client("adapter")

@@ -1,7 +1,7 @@
 """A fleet adapter is tested without its robot.
 
-Asked in https://github.com/open-rmf/fleet_adapter_ecobot/issues/5. The adapter below is written against its own
-interface, as for a vendor's robot, with the simulated robot behind it.
+Asked in https://github.com/open-rmf/fleet_adapter_ecobot/issues/5. The adapter below uses its own
+interface to a vendor's robot, and the test implements that interface with a simulated robot.
 """
 
 from typing import Protocol
@@ -33,7 +33,7 @@ class SimulatedRobot:
 
 
 def clean(robot: RobotApi, rooms: list[str]) -> list[str]:
-    """Visit rooms as the adapter does, trying each twice, and return the missed ones."""
+    """Visit rooms, trying each one twice, and return those that the robot missed."""
     return [room for room in rooms if not (robot.navigate(room) or robot.navigate(room))]
 
 

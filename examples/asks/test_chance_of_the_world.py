@@ -23,8 +23,8 @@ def tries(seed: int) -> int:
         return len(run.goals("mocha", action="pickup", status="ABORTED"))
 
 
-def test_a_seed_decides_what_chance_does() -> None:
-    """The same seed gives the same number, and other seeds differ."""
+def test_a_seed_determines_the_random_numbers() -> None:
+    """The same seed gives the same number of misses, and not all seeds give the same."""
     counts = [tries(seed) for seed in range(10)]
 
     assert counts == [tries(seed) for seed in range(10)]

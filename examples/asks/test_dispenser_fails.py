@@ -22,8 +22,8 @@ def fetch(robot: Commander, items: list[str]) -> str:
     return ""
 
 
-def test_the_other_dispenser_is_asked() -> None:
-    """There is no coffee, so cake is served."""
+def test_the_task_continues_at_the_other_dispenser() -> None:
+    """There is no coffee, so the robot takes the cake."""
     with simulation("cafe", changes={"faults.+": JAMMED}) as run:
         mocha = run.commander("mocha")
 

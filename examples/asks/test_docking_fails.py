@@ -9,7 +9,7 @@ from hmrsim_zenoh import Commander, GoalFailed
 
 BROKEN = {"type": "dock_out_of_order", "dock": "charger_1", "at": 0, "duration": 600}
 FREE = {"robots.mocha.at": "table_1", "robots.latte.at": "hall"}
-"""So that the chargers are free."""
+"""Start the other robots elsewhere, so that the chargers are free."""
 
 
 def charge(robot: Commander, chargers: list[str]) -> str:
@@ -24,7 +24,7 @@ def charge(robot: Commander, chargers: list[str]) -> str:
     return ""
 
 
-def test_the_other_charger_is_used() -> None:
+def test_the_robot_docks_at_the_other_charger() -> None:
     """The first attempt ends with Nav2's error code."""
     with simulation("cafe", changes={"faults.+": BROKEN, **FREE}) as run:
         chai = run.commander("chai")

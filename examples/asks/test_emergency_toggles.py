@@ -21,7 +21,7 @@ async def emergency(client: AsyncClient, drives: list[asyncio.Task[object]]) -> 
 
 
 async def patrol(robots: dict[str, AsyncRobot], client: AsyncClient) -> None:
-    """Start short drives, and stop each of them by an emergency."""
+    """Interrupt the drives by one emergency after another, then let the robots arrive."""
     for _ in range(TOGGLES):
         drives = [asyncio.ensure_future(robot.navigate_to(ROUTES[name])) for name, robot in robots.items()]
         await client.sleep(0.3)
@@ -30,7 +30,7 @@ async def patrol(robots: dict[str, AsyncRobot], client: AsyncClient) -> None:
 
 
 def test_robots_arrive_after_fifty_emergencies() -> None:
-    """Each goal ends once: the last ones succeed, and all others are canceled."""
+    """Each goal gets one terminal status, and all robots arrive in the end."""
     with simulation("cafe") as run:
 
         async def main() -> None:

@@ -9,7 +9,7 @@ from hmrsim.testing import Run, simulation
 
 
 def heal(run: Run) -> list[str]:
-    """Clear all faults, as the manager does, and return them."""
+    """Clear all active faults, as a lifecycle manager does, and return their names."""
     key = run.client.keys.world
     faults = json.loads(run.client.get(key("get_faults"), payload=b"{}"))["faults"]
     active = [fault["name"] for fault in faults if fault["active"]]
@@ -18,7 +18,7 @@ def heal(run: Run) -> list[str]:
     return active
 
 
-def test_the_robot_works_again_when_the_manager_was_there() -> None:
+def test_the_robot_works_again_after_the_manager_clears_the_fault() -> None:
     """The goal succeeds only after the manager has cleared the fault."""
     broken = {"type": "breakdown", "robot": "mocha", "name": "controller_server_down", "at": 2}
     with simulation("cafe", changes={"faults.+": broken}) as run:

@@ -19,10 +19,10 @@ def digest(**options: object) -> str:
 
 
 def test_the_mission_is_the_same_each_time() -> None:
-    """The traces of eight robots with doors, chargers and faults are equal, byte for byte."""
+    """Three runs of a mission of eight robots give the same trace, byte for byte."""
     assert len({digest() for _ in range(3)}) == 1
 
 
-def test_another_world_is_another_run() -> None:
-    """Another world gives another trace, so the comparison is meaningful."""
+def test_another_speed_gives_another_trace() -> None:
+    """Robots at another speed give another trace, so the comparison can fail."""
     assert digest() != digest(changes={"robots.*.base.speed": 0.5})

@@ -22,7 +22,7 @@ def able(robots: list[Commander], place: str) -> list[str]:
     return found
 
 
-def test_who_can_get_there_is_known_before() -> None:
+def test_a_controller_finds_out_which_robots_can_get_there() -> None:
     """All three reach the terrace; none reaches a place behind a closed lane."""
     closed = {"faults.+": {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}}
     for changes, expected in (({}, ["mocha", "latte", "chai"]), (closed, [])):
@@ -32,8 +32,8 @@ def test_who_can_get_there_is_known_before() -> None:
             assert able([run.commander(name) for name in ("mocha", "latte", "chai")], "terrace") == expected
 
 
-def test_an_impossible_drive_ends_with_a_reason() -> None:
-    """The goal ends at once, without waiting."""
+def test_an_impossible_goal_fails_with_a_reason() -> None:
+    """The goal fails at once, and the robot does not drive."""
     closed = {"faults.+": {"type": "lane_closed", "lane": ["corridor_west", "corridor_east"], "at": 0}}
     with simulation("cafe", changes=closed) as run:
         run.client.sleep(1)

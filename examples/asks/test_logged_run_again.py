@@ -9,7 +9,7 @@ from hmrsim.cli import main
 from hmrsim.testing import simulation
 
 
-def test_a_trace_is_replayed_and_every_line_is_the_same(tmp_path: Path) -> None:
+def test_a_replay_gives_the_same_trace(tmp_path: Path) -> None:
     """The trace of one run is enough to replay it any number of times."""
     with simulation("hospital", tree="bt_controller.examples.hospital:mission") as run:
         run.to_the_end()
@@ -20,8 +20,8 @@ def test_a_trace_is_replayed_and_every_line_is_the_same(tmp_path: Path) -> None:
     assert main(["replay", str(file)]) == 0
 
 
-def test_a_run_that_differs_is_found_out(tmp_path: Path) -> None:
-    """The replay names the line that differs."""
+def test_a_replay_detects_a_difference(tmp_path: Path) -> None:
+    """The replay of a changed trace fails."""
     with simulation("cafe") as run:
         run.commander("mocha").navigate_to("table_1")
         trace = run.trace

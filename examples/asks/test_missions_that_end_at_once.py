@@ -6,7 +6,7 @@ Asked in https://github.com/equinor/flotilla/issues/1387, where such a mission l
 from hmrsim.testing import simulation
 
 
-def test_the_robot_is_free_after_a_hundred_of_them() -> None:
+def test_the_robot_is_free_after_a_hundred_such_missions() -> None:
     """The robot is already in the kitchen; each goal gets one terminal status."""
     with simulation("cafe") as run:
         chai = run.commander("chai")

@@ -30,8 +30,8 @@ class Order:
             self.finished.append((name, subject))
 
 
-def test_what_comes_after_the_failure_is_not_begun() -> None:
-    """The load stays on the robot, and the rest of the order is known."""
+def test_the_robot_does_not_start_the_actions_after_the_failure() -> None:
+    """The load stays on the robot, and the order lists its waiting actions."""
     broken = {"type": "goals_aborted", "robot": "mocha", "action": "navigate_to_pose", "count": 1, "at": 8}
     with simulation("cafe", changes={"faults.+": broken}) as run:
         order = Order([("drive", "counter"), ("pick", "coffee"), ("drive", "table_1"), ("drop", "coffee")])

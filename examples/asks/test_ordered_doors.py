@@ -29,8 +29,8 @@ def test_doors_open_one_after_the_other() -> None:
         assert [event.fields["door"] for event in run.happened("door_opened")] == ["outer", "inner"]
 
 
-def test_who_may_not_pass_has_no_way() -> None:
-    """The simulator detects this before the robot drives."""
+def test_a_robot_that_may_not_pass_has_no_route() -> None:
+    """The goal fails before the robot drives, and no door opens."""
     with simulation(AIRLOCK) as run:
         with pytest.raises(GoalFailed, match=r"\(208\)"):
             run.commander("eve").navigate_to("inside")

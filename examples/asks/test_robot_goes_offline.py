@@ -20,7 +20,7 @@ async def serve(robot: AsyncRobot) -> None:
 
 
 async def reassign(client: AsyncClient, names: list[str]) -> str:
-    """Give the task to one robot after the other, replacing a robot that is silent for half a minute."""
+    """Give the task to one robot after the other, and move on if it is not done after 40 s."""
     for name in names:
         work = asyncio.create_task(serve(client.robot(name)))
         late = asyncio.create_task(client.sleep(40))

@@ -10,7 +10,7 @@ from hmrsim.testing import simulation
 JUMP = {"type": "localisation_jump", "robot": "mocha", "dx": 3, "dy": 0, "at": 1}
 
 
-def test_what_the_robot_says_is_not_where_it_is() -> None:
+def test_odometry_differs_from_the_true_pose() -> None:
     """Odometry is off by 3 m, and the test knows the true pose."""
     with simulation("cafe", changes={"faults.+": JUMP}) as run:
         run.client.sleep(2)

@@ -14,7 +14,7 @@ SEEDS = range(40)
 
 
 def duration(seed: int, speed: float) -> float:
-    """Return how long a coffee takes, under one seed."""
+    """Return how long mocha takes to bring a coffee to table 1, under one seed."""
     changes = {**DOORS, "robot_types.waiter.base.speed": speed}
     with simulation("cafe", changes=changes, settings=RunSettings(seed=seed)) as run:
         mocha = run.commander("mocha")
@@ -24,8 +24,8 @@ def duration(seed: int, speed: float) -> float:
         return run.now
 
 
-def test_a_faster_robot_is_better_and_it_is_known_how_sure_that_is() -> None:
-    """Both controllers meet the same doors under the same seed, so few runs are enough."""
+def test_a_faster_robot_is_significantly_better() -> None:
+    """Under one seed, both robots meet the same random door, so few runs are enough."""
     statistics = pytest.importorskip("hmrsim.experiments.statistics", reason="needs the extra experiments")
     slow = [duration(seed, 0.8) for seed in SEEDS]
     fast = [duration(seed, 1.0) for seed in SEEDS]
@@ -36,6 +36,6 @@ def test_a_faster_robot_is_better_and_it_is_known_how_sure_that_is() -> None:
     assert found.difference.high < 0
 
 
-def test_a_run_is_made_again_from_its_seed() -> None:
-    """The same seed gives the same run, and another seed another one."""
+def test_a_seed_repeats_a_run() -> None:
+    """The same seed gives the same duration, and another seed gives another."""
     assert duration(7, 1.0) == duration(7, 1.0) != duration(8, 1.0)

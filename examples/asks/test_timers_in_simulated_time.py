@@ -20,7 +20,7 @@ def patrol(robot: str) -> Behaviour:
     return Sequence(f"{robot} patrols", memory=True, children=steps)
 
 
-def test_half_an_hour_passes_in_no_time() -> None:
+def test_half_an_hour_passes_in_less_than_a_minute() -> None:
     """The timers use the simulation's clock."""
     began = time.monotonic()
     with simulation("cafe", tree=patrol, robots=["mocha"]) as run:
