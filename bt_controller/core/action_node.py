@@ -1,4 +1,4 @@
-"""The action nodes of XML trees: a goal from input ports and a result to output ports, as in Nav2's BtActionNode."""
+"""The base of XML trees' action nodes: a goal from input ports, a result to output ports, as in Nav2's BtActionNode."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ ACTION_OUTPUTS: Final[Mapping[str, Port]] = MappingProxyType(
 class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     """Sends the goal that its input ports define, and follows it.
 
-    SUCCEEDED and CANCELED are SUCCESS, as in Nav2: another client that cancels the goal decides so. ABORTED and a
+    SUCCEEDED is SUCCESS, and so is CANCELED, as in Nav2: another client canceled the goal on purpose. ABORTED and a
     rejection are FAILURE, with the code on ``error_code_id``. When halted, the node cancels its goal. A node that has
-    ended and is ticked again without a reset, as children of a PipelineSequence are, sends no goal and returns its last
+    ended and is ticked again without a reset, like a child of a PipelineSequence, sends no goal and returns its last
     status.
     """
 
@@ -58,16 +58,16 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     """The name of the action."""
 
     UNANSWERED: ClassVar[int] = 2
-    """The code where no server answers; Nav2's SEND_GOAL_FAILURE."""
+    """The error code if no server answers; Nav2's SEND_GOAL_FAILURE."""
 
     INPUTS: ClassVar[Mapping[str, Port]] = ACTION_INPUTS
     OUTPUTS: ClassVar[Mapping[str, Port]] = ACTION_OUTPUTS
 
     FIELDS: ClassVar[Mapping[str, str]] = MappingProxyType({})
-    """The fields of the goal and the result whose ports have other names, by port."""
+    """The fields of the goal and the result whose names differ from their ports' names, by port."""
 
     CLEARED: ClassVar[tuple[str, ...]] = ()
-    """The output ports of the result that become empty if the goal does not succeed."""
+    """The result's output ports that are cleared if the goal does not succeed."""
 
     FEEDBACK_OUTPUTS: ClassVar[tuple[str, ...]] = ()
     """The output ports that are written while the goal runs."""
@@ -76,11 +76,11 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         super().__init__(name, self.ACTION, self.goal, behaviour_class_name=behaviour_class_name)
 
     def setup(self, **kwargs: Any) -> None:
-        """Look up the action, by the name that the file gives it, if any.
+        """Look up the action, by its name in the tree's file, if any.
 
         Raises:
             NotServed: There is no such robot, or it has no such action.
-            PortError: A port's value in the file is invalid; or the name is another action's.
+            PortError: A port's value in the file is invalid, or the name is another action's.
             SimulatorNotFound: No simulator answers.
         """
         if server := self.read("server_name"):
@@ -95,10 +95,9 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         return self.goal_with()
 
     def goal_with(self, **fields: Any) -> Message:
-        """Return a goal of some fields; input ports without a value keep the default of the message.
+        """Return a goal with these fields; other fields come from the input ports of the same names.
 
-        A field of the goal has the value of the port of its name, unless *fields* has another one. Ports give a
-        duration in seconds.
+        A field keeps the message's default if its port has no value. Ports hold durations in seconds.
         """
         message: Any = registry()[self.ACTION].goal
         for port, field, of in _goal_ports(type(self), message):
@@ -141,16 +140,16 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
             return super()._next_goal()
         except ValidationError as error:
             goal = f"{self.located}: the goal of {self.ACTION!r}"
-            raise PortError("\n".join(f"{goal}: {each}" for each in field_errors(error))) from None
+            raise PortError("\n".join(f"{goal}: {message}" for message in field_errors(error))) from None
 
     def should_replace_goal(self) -> bool:
         """Return whether to replace the active goal by the one that `goal` returns now."""
         return False
 
     def next_tick_time(self) -> float:
-        """Return that the node needs no polling: a running goal wakes it, and one that has ended stays as it is.
+        """Return infinity unless the node is idle: it needs no polling, as events of its goal wake it.
 
-        Entries of the blackboard change in ticks only, so the ports that `should_replace_goal` reads need no polling.
+        The ports that `should_replace_goal` reads need no polling either: the blackboard changes only in ticks.
         """
         return EACH_PERIOD if self.status is Status.INVALID else math.inf
 
@@ -165,9 +164,9 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
             # The robot preempts the old goal when it accepts the new one, as Nav2's servers do.
             super().initialise()
         if self._handle is None:
-            self._blame(self.UNANSWERED, self.feedback_message)
+            self._write_error(self.UNANSWERED, self.feedback_message)
             self.clear_result()
-            # A goal that was replaced.
+            # Cancel the goal that was to be replaced.
             self.cancel()
         status = super().update()
         if status is Status.RUNNING and self._handle is not None and self._handle.feedback is not None:
@@ -177,14 +176,14 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
         """Write the code and the result to the output ports, and return the status."""
         if handle.error is not None:
-            self._blame(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
+            self._write_error(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
             self.clear_result()
             self.cancel()
             return super().ended(handle)
         if handle.status is GoalStatus.CANCELED:
-            self._blame(0, "")
+            self._write_error(0, "")
         else:
-            self._blame(*self.code_of(handle.result_message))
+            self._write_error(*self.code_of(handle.result_message))
         if handle.status is GoalStatus.SUCCEEDED:
             self.write_result(handle.result_message)
         else:
@@ -193,18 +192,19 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
         return Status.SUCCESS if handle.status is GoalStatus.CANCELED else status
 
     def terminate(self, new_status: Status) -> None:
-        """Cancel the goal if the node is halted; its earlier outputs are void then."""
+        """Cancel the goal and clear the outputs if the node is halted."""
         if new_status is Status.INVALID and self.status is Status.RUNNING:
             self.clear_result()
         super().terminate(new_status)
 
     def _code_of_error(self, error: Exception) -> int:
-        """Return the code of a goal without a result; 0 if it has none."""
+        """Return the error code of a goal without a result; 0 if there is none."""
         if isinstance(error, ResultExpired) and self.action is not None:
             return self.action.codes.unknown
         return getattr(error, "error_code", 0) if isinstance(error, GoalRejected) else 0
 
-    def _blame(self, code: int, message: str) -> None:
+    def _write_error(self, code: int, message: str) -> None:
+        """Write an error to the output ports, if the node has them; code 0 for none."""
         if "error_code_id" in self.OUTPUTS:
             self.write("error_code_id", code)
             self.write("error_msg", message)
@@ -223,7 +223,7 @@ def _goal_ports(node: type[ActionNode], message: Any) -> tuple[tuple[str, str, C
 
 @cache
 def _result_ports(node: type[ActionNode], message: Any) -> tuple[str, ...]:
-    """Return the output ports of a node that are fields of its result, without those of its error."""
+    """Return the output ports of a node that are fields of its result, except those of the error."""
     ports = (port for port in node.OUTPUTS if port not in ACTION_OUTPUTS)
     return tuple(port for port in ports if node.FIELDS.get(port, port) in message.model_fields)
 

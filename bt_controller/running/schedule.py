@@ -1,6 +1,6 @@
-"""The schedule of ticks: when a tree has to be ticked without an event of its goals, and the queue of those times.
+"""The schedule of ticks: when a tree has to be ticked next, unless a goal ends before.
 
-In lockstep, the simulator also stops time for conditions that trees wait for, so that no tree is ticked in between.
+In lockstep, the simulator also watches the conditions that trees wait for, so that trees need not poll them.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 
 class Due(NamedTuple):
-    """When a running tree has to be ticked.
+    """When a running tree has to be ticked next.
 
     Attributes:
-        time: The latest time, in simulated seconds; infinite for never.
-        awaited: The conditions whose coming true it has to be ticked for before, in the order of its nodes.
+        time: In simulated seconds; infinite for never.
+        awaited: The conditions for which it has to be ticked earlier if they come true, in the order of its nodes.
     """
 
     time: float
@@ -43,25 +43,24 @@ class Due(NamedTuple):
 
 
 def due(root: Behaviour, now: float, period: float) -> Due:
-    """Return when a running tree has to be ticked.
+    """Return when a running tree has to be ticked next.
 
-    Goals tell when they have ended, timers when they will, and nodes of XML trees when they have to look again.
-    Whatever else a tick would look at, it has to be looked at each *period*; the periods count from zero, so that
-    all trees are ticked at the same instants.
+    The end of a goal triggers a tick, timers have a known end, and nodes of XML trees return their next tick time.
+    All other nodes are polled each *period*. Periods count from time zero, so that all trees tick at the same instants.
     """
     polled, deadline = False, math.inf
     awaited: list[Condition] = []
-    looked_at: list[tuple[Any, float]] = [(root, 0.0)]
-    while looked_at:
-        node, behind = looked_at.pop()
+    pending: list[tuple[Any, float]] = [(root, 0.0)]
+    while pending:
+        node, behind = pending.pop()
         kind = _kind(node.__class__)
         if kind.xml:
-            look = node.next_tick_time()
-            polled = polled or look == EACH_PERIOD
-            deadline = min(deadline, look + behind) if look != EACH_PERIOD else deadline
+            time = node.next_tick_time()
+            polled = polled or time == EACH_PERIOD
+            deadline = min(deadline, time + behind) if time != EACH_PERIOD else deadline
             awaited += node.awaited()
             behind += node.behind
-            looked_at += [(child, behind) for child in node.next_ticked()]
+            pending += [(child, behind) for child in node.next_ticked()]
             continue
         if node.status is not Status.RUNNING:
             # The node would start again, with an unknown result.
@@ -72,7 +71,7 @@ def due(root: Behaviour, now: float, period: float) -> Due:
         polled = polled or not (kind.waits or conditions)
         if kind.timed:
             deadline = min(deadline, node.finish_time + behind)
-        looked_at += [(child, behind) for child in _next_ticked(node, kind)]
+        pending += [(child, behind) for child in _next_ticked(node, kind)]
     if deadline != math.inf and nanoseconds(deadline) <= nanoseconds(now):
         # It was polled just now.
         polled, deadline = True, math.inf
@@ -80,15 +79,15 @@ def due(root: Behaviour, now: float, period: float) -> Due:
 
 
 class _Kind(NamedTuple):
-    """The properties of a class of behaviors, since checking classes of py_trees takes a while.
+    """The properties of a class of behaviors, cached because checking the classes of py_trees takes a while.
 
     Attributes:
-        xml: Whether it is a node of XML trees, which says itself when it has to be ticked.
-        waits: Whether a running one changes only through its children, its goal or its time.
+        xml: Whether it is a node of XML trees, which returns its next tick time.
+        waits: Whether it needs no polling: only its children, its goal or its deadline change it while it runs.
         reads: Whether it reads a topic, and may wait for conditions on it.
-        timed: Whether it has a time at which it ends.
+        timed: Whether it has a deadline.
         in_turn: Whether its children run one after the other.
-        parallel: Whether they run side by side.
+        parallel: Whether its children run side by side.
     """
 
     xml: bool
@@ -115,7 +114,7 @@ def _waits(kind: type[Behaviour]) -> bool:
     if issubclass(kind, ActionLeaf):
         return kind.update is ActionLeaf.update
     if kind.__module__ == decorators.__name__:
-        # A guard evaluates a function of the user at each tick.
+        # A guard evaluates a user's function at each tick.
         return kind is not decorators.EternalGuard
     return kind in (Sequence, Selector, Parallel, Timer)
 
@@ -138,43 +137,46 @@ def next_period(now: float, period: float) -> float:
 
 
 class TimerQueue:
-    """A time for each number, in simulated seconds; infinite for never, the initial value."""
+    """A queue of the next tick times of trees, which are identified by numbers.
+
+    Times are in simulated seconds; infinite, the initial value, for never.
+    """
 
     def __init__(self) -> None:
         self._times: dict[int, int] = {}
-        # All times that were ever put; replaced ones are skipped when they come up.
+        # Includes replaced times, which are skipped when they come up.
         self._heap: list[tuple[int, int]] = []
 
-    def put(self, who: int, time: float) -> None:
-        """Set the time of a number, replacing any earlier one."""
+    def put(self, number: int, time: float) -> None:
+        """Set the time of a tree, replacing its previous one."""
         if time == math.inf:
-            self._times.pop(who, None)
-        elif self._times.get(who) != (whole := nanoseconds(time)):
-            self._times[who] = whole
-            heappush(self._heap, (whole, who))
+            self._times.pop(number, None)
+        elif self._times.get(number) != (whole := nanoseconds(time)):
+            self._times[number] = whole
+            heappush(self._heap, (whole, number))
 
     @property
     def earliest(self) -> float:
-        """The earliest time of all numbers."""
+        """The earliest time of all trees."""
         while self._heap and self._times.get(self._heap[0][1]) != self._heap[0][0]:
             heappop(self._heap)
         return self._heap[0][0] / NANOSECONDS if self._heap else math.inf
 
     def pop_due(self, now: float) -> list[int]:
-        """Return and remove the numbers that are due."""
-        come = []
+        """Remove and return the trees that are due."""
+        numbers = []
         while self.earliest <= nanoseconds(now) / NANOSECONDS:
-            come.append(heappop(self._heap)[1])
-            del self._times[come[-1]]
-        return come
+            numbers.append(heappop(self._heap)[1])
+            del self._times[numbers[-1]]
+        return numbers
 
 
 class Alarms:
     """The conditions that each tree waits for.
 
     Args:
-        lockstep: Has conditions watched.
-        topics: Learns which can't be.
+        lockstep: Watches the conditions.
+        topics: Polls the topics of conditions that can't be watched.
         wake: Called with a tree's name when one of its conditions is met, or can't be watched.
     """
 
@@ -185,17 +187,17 @@ class Alarms:
         self._waiting: dict[str, dict[Condition, Callable[[], None]]] = {}
 
     def set(self, name: str, conditions: Iterable[Condition]) -> None:
-        """Wake a tree for these conditions and no others; the next advance tells the simulator."""
+        """Replace the conditions that wake a tree; the next advance sends them to the simulator."""
         waiting = self._waiting.setdefault(name, {})
         wanted = dict.fromkeys(conditions)
-        for needless in [condition for condition in waiting if condition not in wanted]:
-            waiting.pop(needless)()
+        for condition in [condition for condition in waiting if condition not in wanted]:
+            waiting.pop(condition)()
         for condition in wanted:
             if condition not in waiting:
                 waiting[condition] = self._lockstep.watch(condition, partial(self._end, name, condition))
 
     def clear(self) -> None:
-        """Wake no tree; after a reset they wait for something else."""
+        """Remove all conditions, as after a reset."""
         for name in self._waiting:
             self.set(name, ())
 

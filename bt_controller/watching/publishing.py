@@ -1,4 +1,4 @@
-"""The state of trees on the network: published to subscribers when it changes, and returned to queries."""
+"""The publisher of trees: publishes changes of their state to subscribers, and answers queries."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _JSON: Final = "application/json"
 
 
 class Publisher:
-    """Publishes the trees of some robots, until it is closed.
+    """Publishes the trees of some robots until it is closed.
 
-    One declaration for all robots: Zenoh matches wildcards, and a declaration each takes its time in large fleets.
-    So a subscriber to one tree makes the controller publish all that change.
+    One wildcard declaration serves all robots, since one per robot would be slow in large fleets. A subscriber to one
+    tree thus makes the controller publish every tree that changes.
 
     Args:
         session: An open session, which the caller closes.
@@ -53,11 +53,11 @@ class Publisher:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Close it."""
+        """Close the publisher."""
         self.close()
 
     def ticked(self, mission: Mission, now: float | None) -> None:
-        """Publish the tree, if it has changed and has subscribers."""
+        """Publish the mission's tree, if it has changed and there are subscribers."""
         self._times[mission.robot] = now
         if self._has_subscribers():
             self._publish(mission)
@@ -71,7 +71,7 @@ class Publisher:
             self._declared.pop().undeclare()
 
     def _mark_changed(self, _status: zenoh.MatchingStatus | None = None) -> None:
-        """Make the next tick check for subscribers; from any thread."""
+        """Make the next tick check for subscribers; thread-safe."""
         self._matching_changed = True
 
     def _has_subscribers(self) -> bool:
@@ -85,29 +85,29 @@ class Publisher:
         if not snapshot.differs(self._published.get(mission.robot)):
             return
         self._published[mission.robot] = snapshot
-        # A slow subscriber does not hold up a tree; but all subscribers receive its end.
+        # A slow subscriber must not delay a tree, but every subscriber has to receive its end.
         control = zenoh.CongestionControl.BLOCK if snapshot.ended else zenoh.CongestionControl.DROP
         key = self._keys.tree(mission.robot)
         self._session.put(key, _payload(snapshot), encoding=_JSON, congestion_control=control)
 
     def _answer(self, query: zenoh.Query) -> None:
-        """Answer a query with the current trees; in a thread of Zenoh's."""
+        """Answer a query with the current trees; called in a thread of Zenoh."""
         # A client that subscribes and then queries has to receive all changes after the answer.
         self._mark_changed()
         try:
-            asked = self._keys.without_history(str(query.key_expr))
-            for key in self._matching_keys(asked):
+            pattern = self._keys.without_history(str(query.key_expr))
+            for key in self._matching_keys(pattern):
                 query.reply(key, _payload(self._snapshot(self._missions[key])), encoding=_JSON)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", query.key_expr, error)
         finally:
             query.drop()
 
-    def _matching_keys(self, asked: str) -> list[str]:
-        if "*" not in asked and "$" not in asked:
-            return [asked] if asked in self._missions else []
-        wanted = zenoh.KeyExpr(asked)
-        return [key for key in self._missions if wanted.intersects(zenoh.KeyExpr(key))]
+    def _matching_keys(self, pattern: str) -> list[str]:
+        if "*" not in pattern and "$" not in pattern:
+            return [pattern] if pattern in self._missions else []
+        expression = zenoh.KeyExpr(pattern)
+        return [key for key in self._missions if expression.intersects(zenoh.KeyExpr(key))]
 
     def _snapshot(self, mission: Mission) -> Snapshot:
         return mission.snapshot(self._times.get(mission.robot), blackboard=True)

@@ -25,9 +25,9 @@ def _process(robot: Robot, goal: Pickup.Goal, report: Report[Pickup.Feedback]) -
     _find(robot, claw, goal.target_name)
     report.send(_busy("MONITOR"))
     yield from robot.hold(robot.draw(claw.settings.handling_time, "handling_time"))
-    # It may be gone by now, or elsewhere.
+    # Meanwhile the item may have moved or gone.
     item = _find(robot, claw, goal.target_name)
-    # Each of them has its own chances, which do not depend on the others.
+    # Draw for every fault, without a short circuit: their random numbers must not depend on each other.
     if sum(misses() for misses in claw.misses):
         raise GoalAborted(MoveItErrorCodes.CONTROL_FAILED, f"the claw has missed {item.name!r}")
     robot.pick(item)
@@ -45,7 +45,7 @@ def _busy(state: str) -> Pickup.Feedback:
 
 @cache
 def _done() -> Pickup.Result:
-    """Return the result of all goals that succeed and name no grasp: it is large."""
+    """Return the result of a success without a grasp, cached because it is large."""
     return Pickup.Result(error_code=MoveItErrorCodes(val=MoveItErrorCodes.SUCCESS))
 
 
@@ -53,12 +53,12 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
     """Return the item of this name if the claw can take it.
 
     Raises:
-        GoalAborted: It can't; the code says why.
+        GoalAborted: The claw can't take it; the code tells why.
     """
     item = robot.items.get(name)
     if item is None:
-        there = listed(sorted(robot.items))
-        raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"no item {name!r}; there are: {there}")
+        names = listed(sorted(robot.items))
+        raise GoalAborted(MoveItErrorCodes.INVALID_OBJECT_NAME, f"no item {name!r}; there are: {names}")
     if claw.item is not None:
         raise GoalAborted(MoveItErrorCodes.INVALID_ROBOT_STATE, f"the claw holds {claw.item.name!r} already")
     if item.carrier is not None:

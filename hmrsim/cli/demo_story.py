@@ -1,4 +1,4 @@
-"""The story of a demo's mission: a line for each event in causal order, and a summary."""
+"""The story of a demo's mission: a line per event, in causal order, and a summary."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Line(NamedTuple):
     detail: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON values, the time in whole milliseconds."""
+        """Return the line as JSON values, with the time rounded to milliseconds."""
         time = None if self.sim_time is None else round(self.sim_time, 3)
         return {"sim_time": time, "source": self.source, "robot": self.robot, "text": self.text}
 
     def __str__(self) -> str:
-        """Return it as one line of text."""
+        """Return the line as text."""
         time = "" if self.sim_time is None else f"{self.sim_time:.3f}"
         return f"{time:>9} | {self.source:<5} | {self.robot:<8} | {self.text}"
 
@@ -62,9 +62,9 @@ class RobotSummary:
         failed: Goals that ended otherwise.
         distance: The driven distance, in the world's unit.
         moved: The items that the robot has put down.
-        carries: The item that the robot holds.
-        does: The running behavior of the robot's tree, or the last one.
-        segments: The current motion: the end of each segment in simulated seconds, and the points that it connects.
+        carries: The item that the robot holds; empty for none.
+        does: The running behavior of the robot's tree, or else the last one.
+        segments: The current motion: each segment's end in simulated seconds, and the points that it connects.
     """
 
     type: str
@@ -78,7 +78,7 @@ class RobotSummary:
 
 
 class Story:
-    """Follows a mission.
+    """Turns the events and trees of a mission into lines, and sums them up by robot.
 
     Args:
         robots: The type of each robot, by name.
@@ -104,7 +104,7 @@ class Story:
             yield Line(at, "world", name, text, hands_over=ended, detail=detail)
 
     def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
-        """Process a tree of the controller; yield a line for each behavior that began or ended."""
+        """Process a ticked tree; yield a line for each behavior that began or ended."""
         robot = self.robots.get(tree.get("robot", ""))
         if robot is None:
             return
@@ -174,9 +174,9 @@ def _left(segments: Sequence[tuple[float, Point, Point]], time: float, at: Point
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the behaviors without children, which are the active ones."""
-    for node, after in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
-        if after["depth"] <= node["depth"]:
+    """Yield the behaviors without children."""
+    for node, following in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
+        if following["depth"] <= node["depth"]:
             yield node
 
 
@@ -184,16 +184,16 @@ _OTHER: Final = {"tree": "world", "world": "tree"}
 
 
 class CausalOrder:
-    """Puts lines of the world and of the trees in the order of cause and effect, and of time.
+    """Sorts the lines of the world and of the trees by cause and effect, then by time.
 
-    The lines arrive over different paths, and the controller reads a clock that ticks, so neither arrival nor time
-    gives the order. But a robot's behavior begins, then its goal executes, then the behavior ends: a line waits for
-    its source's turn. Then it waits for earlier lines of other robots.
+    The lines arrive over different paths, and the controller's clock is sampled, so neither their arrival nor their
+    time gives the order. But a robot's behavior begins, then its goal executes, then the behavior ends: each line waits
+    for its source's turn. Then it waits for earlier lines of other robots.
 
     Args:
         patience: The maximum wall seconds that a line waits for its turn.
-        hold: The wall seconds after its arrival that it waits for lines of earlier times. A line that arrives
-            even later has the time of the line before it.
+        hold: The wall seconds after its arrival that a line waits for lines of earlier times. A line that arrives
+            even later gets the time of the line before it.
     """
 
     def __init__(self, patience: float, hold: float) -> None:
@@ -210,7 +210,7 @@ class CausalOrder:
         self._waiting.append((now, line))
 
     def ready(self, now: float) -> Iterator[Line]:
-        """Yield the lines whose turn it is *now*, in wall seconds; the times never decrease."""
+        """Yield the lines whose turn it is *now*, in wall seconds; their times never decrease."""
         while (i := self._next(now)) is not None:
             arrival, line = self._waiting.pop(i)
             self._turns[line.robot] = _OTHER[line.source] if line.hands_over else line.source

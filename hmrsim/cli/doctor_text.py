@@ -36,7 +36,7 @@ _LABEL: Final = 11
 
 
 def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
-    """Return the lines of the findings, one per kind, and of the problems."""
+    """Return the lines of the findings and of the problems."""
     facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
     lines = [f"{problem.severity}: {problem.text}; {problem.remedy}" for problem in problems]
     return map(printable, (*facts, "", *(lines or ["nothing is wrong"])))
@@ -48,10 +48,10 @@ def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
     return {
         "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
         "prefixes": snapshot.prefixes,
-        "simulator": None if simulator is None else _simulator(snapshot, simulator),
+        "simulator": None if simulator is None else _simulator_json(snapshot, simulator),
         "ros2": {
             "domain": snapshot.domain,
-            "domains": {str(number): _domain(domain) for number, domain in snapshot.domains.items()},
+            "domains": {str(number): _domain_json(domain) for number, domain in snapshot.domains.items()},
             "unreadable": snapshot.unreadable,
             "distros": _distros(snapshot.ros),
             "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
@@ -62,7 +62,7 @@ def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
     }
 
 
-def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
+def _simulator_json(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
     return {
         "prefix": snapshot.prefix,
         "session": simulator.session,
@@ -71,22 +71,24 @@ def _simulator(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
         "time": simulator.time,
         "robots_alive": sorted(simulator.alive),
         "participants_alive": sorted(simulator.tokens),
-        "trees": {robot: {key: tree.get(key) for key in _OF_TREES} for robot, tree in sorted(simulator.trees.items())},
+        "trees": {
+            robot: {key: tree.get(key) for key in _TREE_FIELDS} for robot, tree in sorted(simulator.trees.items())
+        },
     }
 
 
-_OF_TREES: Final = ("sim_time", "tick", "status", "ended")
-"""The fields of a tree that are shown; its topic has all of them."""
+_TREE_FIELDS: Final = ("sim_time", "tick", "status", "ended")
+"""The fields of a tree to show; its topic has more."""
 
 
-def _domain(domain: Domain) -> list[dict[str, Any]]:
+def _domain_json(domain: Domain) -> list[dict[str, Any]]:
     """Return the nodes of a domain and their endpoints."""
     nodes: dict[tuple[str, str], list[dict[str, str]]] = {}
     for token in domain.tokens:
-        has = nodes.setdefault((token.session, token.node.full_name), [])
+        served = nodes.setdefault((token.session, token.node.full_name), [])
         if token.endpoint is not None:
             endpoint = token.endpoint
-            has.append(
+            served.append(
                 {
                     "kind": _KINDS[endpoint.kind],
                     "name": endpoint.name,
@@ -97,17 +99,17 @@ def _domain(domain: Domain) -> list[dict[str, Any]]:
             )
     ours = {token.session for token in domain.ours}
     return [
-        {"name": name, "session": session, "simulator": session in ours, "endpoints": has}
-        for (session, name), has in sorted(nodes.items())
+        {"name": name, "session": session, "simulator": session in ours, "endpoints": served}
+        for (session, name), served in sorted(nodes.items())
     ]
 
 
 def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     simulator = snapshot.simulator
-    who = "a router" if snapshot.routers else "a peer, no router"
+    router = "a router" if snapshot.routers else "a peer, no router"
     if simulator and simulator.session in snapshot.routers:
-        who = "the simulator is the router"
-    yield "network", f"{snapshot.where}: {who}"
+        router = "the simulator is the router"
+    yield "network", f"{snapshot.where}: {router}"
     if (enclave := snapshot.enclave) is not None:
         yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
     if names := Counter(snapshot.names.values()):
@@ -117,27 +119,27 @@ def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
         )
     others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
     if simulator is not None:
-        yield from _of_simulator(snapshot, simulator)
+        yield from _simulator_facts(snapshot, simulator)
     else:
         yield "simulator", "none"
     if others:
         yield "others", f"simulators with the prefix {first_few(others)}"
-    yield from _of_ros(snapshot)
+    yield from _ros_facts(snapshot)
 
 
-def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:
+def _simulator_facts(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:
     info, time = simulator.info, simulator.time
     world = info.get("world", {}).get("name")
     yield (
         "simulator",
         f"hmrsim {info.get('hmrsim')}, contract {info.get('contract')}, prefix {snapshot.prefix}, world {world!r}",
     )
-    yield "time", ", ".join(_of_time(time))
-    yield "robots", "; ".join((first_few(_groups(simulator)) or "none", *_alive(simulator)))
+    yield "time", ", ".join(_time_facts(time))
+    yield "robots", "; ".join((first_few(_groups(simulator)) or "none", *_liveliness(simulator)))
     if time.get("participants") or time.get("waiting_for"):
         waiting = f"; time waits for {first_few(time['waiting_for'])}" if time.get("waiting_for") else ""
         yield "lockstep", f"{first_few(time.get('participants', ())) or 'no participants'}{waiting}"
-    # A simulator takes another simulator with its prefix for a planner.
+    # A simulator mistakes another one with its prefix for a planner.
     if info.get("planner_present") and not simulator.twins:
         yield "planner", "an external one is available"
     if simulator.trees:
@@ -148,7 +150,7 @@ def _of_simulator(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[st
 
 
 def _groups(simulator: Simulator) -> Iterator[str]:
-    """Yield the robots that serve the same actions, and how many actions that is."""
+    """Yield the robots that serve the same actions, with the number of these actions."""
     groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
     for robot, actions in simulator.robots.items():
         groups[tuple(actions)].append(robot)
@@ -157,7 +159,7 @@ def _groups(simulator: Simulator) -> Iterator[str]:
         yield f"{first_few(names)} ({len(served)} action{plural}{each})"
 
 
-def _alive(simulator: Simulator) -> Iterator[str]:
+def _liveliness(simulator: Simulator) -> Iterator[str]:
     if len(simulator.robots) > MAX_TOKENS:
         yield "too many for liveliness tokens"
     elif simulator.robots:
@@ -165,7 +167,7 @@ def _alive(simulator: Simulator) -> Iterator[str]:
         yield f"{alive} of {len(simulator.robots)} with a liveliness token"
 
 
-def _of_time(time: Any) -> Iterator[str]:
+def _time_facts(time: Any) -> Iterator[str]:
     yield f"{round(time.get('now', 0.0), 1):.9g} s"
     factor = time.get("real_time_factor", 1.0)
     if time.get("clock") == "lockstep":
@@ -178,21 +180,21 @@ def _of_time(time: Any) -> Iterator[str]:
         yield f"{time['lag']:.1f} wall seconds lost"
 
 
-def _of_ros(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
+def _ros_facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
     domains = {snapshot.domain: snapshot.ros, **snapshot.domains}
     for number in [*domains][:_MAX_DOMAINS]:
         domain = domains[number]
         if not domain.tokens:
             yield "ROS", f"domain {number}: no nodes"
         if domain.ours:
-            yield "ROS", f"domain {number}: {_offer(snapshot, domain)}"
+            yield "ROS", f"domain {number}: {_offer_text(snapshot, domain)}"
         if domain.others:
-            yield "ROS", f"domain {number}: {_nodes(domain.others)}"
+            yield "ROS", f"domain {number}: {_nodes_text(domain.others)}"
     if len(domains) > _MAX_DOMAINS:
         yield "ROS", f"{len(domains) - _MAX_DOMAINS} more domains"
 
 
-def _offer(snapshot: Snapshot, domain: Domain) -> str:
+def _offer_text(snapshot: Snapshot, domain: Domain) -> str:
     nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
     text = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
     if domain is snapshot.ros and snapshot.simulator is not None:
@@ -208,19 +210,19 @@ def _offer(snapshot: Snapshot, domain: Domain) -> str:
 
 def _distros(domain: Domain) -> tuple[str, ...]:
     """Return the ROS distributions whose types the simulator uses."""
-    return distros_of({(one.type, one.hash) for _, one in endpoints(domain.ours, *OFFER)})
+    return distros_of({(endpoint.type, endpoint.hash) for _, endpoint in endpoints(domain.ours, *OFFER)})
 
 
-def _nodes(tokens: Iterable[Token]) -> str:
-    has: defaultdict[str, Counter[str]] = defaultdict(Counter)
+def _nodes_text(tokens: Iterable[Token]) -> str:
+    kinds: defaultdict[str, Counter[str]] = defaultdict(Counter)
     for token in tokens:
-        counts = has[token.node.full_name]
+        counts = kinds[token.node.full_name]
         if token.endpoint is not None:
             counts[_KINDS[token.endpoint.kind]] += 1
-    nodes = first_few(f"{node}{_counts(counts)}" for node, counts in sorted(has.items()))
-    return f"{len(has)} node{'s' if len(has) > 1 else ''} of others: {nodes}"
+    nodes = first_few(f"{node}{_counts_text(counts)}" for node, counts in sorted(kinds.items()))
+    return f"{len(kinds)} node{'s' if len(kinds) > 1 else ''} of others: {nodes}"
 
 
-def _counts(counts: Counter[str]) -> str:
+def _counts_text(counts: Counter[str]) -> str:
     words = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())]
     return f" ({', '.join(words)})" if words else ""

@@ -200,7 +200,7 @@ def _validate(args: argparse.Namespace) -> int:
 
 
 def _is_wrong_use(problem: Problem) -> bool:
-    """Return whether an option can't be read, as opposed to one that does not fit the file."""
+    """Return whether a problem is an unreadable option, rather than an option that does not fit the file."""
     return problem.file.startswith("--") and not problem.path
 
 
@@ -230,7 +230,7 @@ def _lines(problems: Sequence[Problem], policy: str) -> Iterator[str]:
 
 
 def _plain(problem: Problem) -> dict[str, object]:
-    """Return a problem as JSON values; a value that JSON can't hold is shown as in Python."""
+    """Return a problem as JSON values; a value that JSON can't hold is given as its Python representation."""
     value = problem.value
     finite = not isinstance(value, float) or value - value == 0
     plain = isinstance(value, (str, int, float, bool, type(None))) and finite

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.recording.recorder import Recorder
 
 _LOOK: Final = 0.2
+"""Wall seconds between checks of the simulator."""
 _GRACE: Final = 5.0
-"""Wall seconds within which a simulator may come back, as when it is restarted."""
+"""Wall seconds that the simulator may be gone, for instance while it restarts, or may take to describe its world."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +67,7 @@ def _record(args: argparse.Namespace) -> int:
         with Listener(client, recorder) as listener:
             _follow(client, listener, recorder, signals, args)
     if listener.lost:
-        warn(f"{listener.lost} messages came faster than they could be written, and are not in it")
+        warn(f"{listener.lost} messages arrived faster than they could be written, and are missing from the file")
     if args.json:
         begin, end = recorder.time.begin, recorder.time.now
         written = {"messages": file.messages, "bytes": args.file.stat().st_size, "lost": listener.lost}

@@ -111,7 +111,7 @@ def _amount(replayed: Outcome | Replayed) -> str:
 
 
 def _difference_lines(path: Path, difference: Difference) -> Iterator[str]:
-    """Yield both lines, and those around them."""
+    """Yield the two lines that differ, with the lines around them."""
     number = difference.line
     yield f"{path}:{number}: the replay differs here"
     rows = [(number - len(difference.before) + i, " ", line) for i, line in enumerate(difference.before)]

@@ -1,4 +1,4 @@
-"""Simpy's environment, extended: time that passes without events, a horizon, and reset."""
+"""Simpy's environment, extended: alarms, abandoned events, a horizon, and reset."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import EndlessInstant
 
 _LAST = EventPriority(2)
-"""Priority of an event that comes after all others that are due at the same time."""
+"""Priority of an event that is processed after all others of its instant."""
 
 _ABANDONED: Final[list[Callable[[simpy.Event], None]]] = []
 """The callbacks of an abandoned timeout, by which it is recognized."""
 
 MOST_AT_ONCE: Final = 5_000_000
-"""Events of one instant, which are many thousands where many thousands of robots begin; more never end."""
+"""Maximum events of one instant: large fleets need many thousands when they begin; more would never end."""
 
-_LOOKED_AT: Final = 100
-"""Events of an endless instant that are looked at to say what repeats."""
+_SAMPLED: Final = 100
+"""Events of an endless instant that are sampled for the error message."""
 
 _INSTANT: Final = 1e-9
-"""Seconds within which events are of one instant."""
+"""Maximum seconds between events of one instant."""
 
 _MAX_ABANDONED: Final = 100
-"""The abandoned events that may be scheduled at any time, if they are more than all others."""
+"""Abandoned events that stay scheduled even if they are more than all others."""
 
 
 class _Clock(simpy.Environment):
-    """Simpy's environment, with its time in a slot."""
+    """Simpy's environment, with its time in a slot for fast access."""
 
     __slots__ = ("_now",)
 
@@ -43,31 +43,30 @@ class _Clock(simpy.Environment):
 class Environment(_Clock):
     """The clock and the events of a simulation.
 
-    ``run(until=…)`` would advance time, too, but leaves a stale event behind, so that the schedule is never empty.
+    Use `process_events` rather than simpy's ``run(until=…)``, which leaves a stale event in the schedule.
 
     Args:
-        on_error: Called with what a callback of an event, or a process that no other one waits for, has raised, and
-            with the process that can't go on for it or has ended by it, if any. All other callbacks go on. By default
-            it is raised.
+        on_error: Called with an error of a callback, or of a process that no other process waits for, and with the
+            process that the error has stopped, if any. Other callbacks still run. By default the error is raised.
 
     Attributes:
-        now: The simulated time, in seconds; to be read only.
+        now: The simulated time, in seconds; read-only.
         horizon: The last instant whose events `process_events` processes.
     """
 
-    # Simpy's property is a function call, and time is read several times an event.
+    # Simpy's property costs a function call, and time is read several times per event.
     now: float = _Clock._now  # type: ignore[misc]  # noqa: SLF001 - the slot's descriptor
     horizon = math.inf
     _scheduled = 0
-    """The number of events that were ever scheduled: those of one time and priority happen in the order of theirs."""
+    """The number of events scheduled so far; it orders events of equal time and priority."""
     _stamped = (-1.0, 0)
-    """An instant, and its stamp."""
+    """The latest instant whose stamp was read, and the stamp."""
     _abandoned = 0
-    """The number of scheduled events that no process waits for any more."""
+    """The number of abandoned events in the schedule."""
     _background = 0
-    """The number of scheduled alarms, for which time does not advance."""
+    """The number of scheduled alarms; time does not advance for them."""
     _at_once = 0
-    """The number of events in a row that were due at one instant, counted in whole calls of `process_events`."""
+    """The number of consecutive events of one instant, counted in whole calls of `process_events`."""
 
     def __init__(self, on_error: Callable[[BaseException, simpy.Process | None], None] | None = None) -> None:
         super().__init__()
@@ -90,8 +89,8 @@ class Environment(_Clock):
     def alarm(self, delay: float, ring: Callable[[], None]) -> Alarm:
         """Call *ring* after a delay, if time advances that far for other events; `cancel` cancels the alarm.
 
-        An ordinary event, such as the next level of an idle robot's battery, would keep a simulation running in which
-        nothing else is left to happen.
+        An ordinary event would keep an otherwise finished simulation running, for instance until an idle robot's
+        battery reaches its next level.
         """
         alarm = Alarm(self, ring)
         self._background += 1
@@ -99,7 +98,7 @@ class Environment(_Clock):
         return alarm
 
     def alarm_at(self, at: float, ring: Callable[[], None]) -> Alarm:
-        """Likewise at this very time, in simulated seconds, which a delay added to a time may miss by rounding.
+        """Call *ring* like `alarm`, but at an exact simulated time, which a delay could miss by rounding.
 
         Raises:
             ValueError: The time is NaN.
@@ -120,7 +119,7 @@ class Environment(_Clock):
         self._now = to
 
     def step(self) -> None:
-        """Process the next event, as simpy's own `step` does, but with `on_error` for what fails."""
+        """Process the next event like simpy's own `step`, but pass errors to `on_error`."""
         self._now, _, _, event = heapq.heappop(self._queue)
         callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # simpy's mark of a processed one
         for callback in callbacks:
@@ -152,9 +151,9 @@ class Environment(_Clock):
         heapq.heappush(self._queue, (at, priority, self._scheduled, event))
 
     def succeed(self, event: simpy.Event) -> None:
-        """Trigger an event at this instant, after all events that are due; at once if none is.
+        """Trigger an event at this instant, after all events that are due; run its callbacks directly if none is.
 
-        Called last in a callback, it saves the way through the schedule.
+        Call it last in a callback. The direct call avoids the schedule.
         """
         if self._active_proc is not None or event.triggered or (self._queue and self._queue[0][0] <= self._now):
             event.succeed()
@@ -165,7 +164,7 @@ class Environment(_Clock):
             callback(event)
 
     def kill(self, process: simpy.Process) -> None:
-        """End a process that can't go on, or that goes on although it must not; what it does at its end is done now."""
+        """End a process without resuming it; its ``finally`` blocks run now."""
         target = process.target
         if target is not None and target.callbacks and process._resume in target.callbacks:  # noqa: SLF001 - as simpy does
             target.callbacks.remove(process._resume)  # noqa: SLF001
@@ -174,21 +173,21 @@ class Environment(_Clock):
         process._generator.close()  # noqa: SLF001
 
     def process_events(self, most: int, *, idle: bool = True) -> int:
-        """Process at most *most* events that are due at the horizon or before; return their number.
+        """Process up to *most* events that are due by the horizon; return their number.
 
-        Unless *idle*, none is processed once only alarms and abandoned events are scheduled.
+        If *idle* is False, stop once only alarms and abandoned events are left.
 
         Raises:
             EndlessInstant: More than `MOST_AT_ONCE` events were due at one instant.
         """
         queue, step, began = self._queue, self.step, self._now
-        for taken in range(most):
+        for processed in range(most):
             if queue and queue[0][3].callbacks is _ABANDONED:
                 self._clear()
-            # The horizon may come nearer with any event.
+            # Any event may move the horizon closer.
             if not queue or queue[0][0] > self.horizon or (self._background and not idle and self.idle):
                 self._at_once = 0
-                return taken
+                return processed
             step()
         self._at_once = self._at_once + most if self._now - began < _INSTANT else 0
         if self._at_once > MOST_AT_ONCE:
@@ -196,9 +195,9 @@ class Environment(_Clock):
         return most
 
     def _endless(self) -> EndlessInstant:
-        """Return the error that says what repeats at this instant, of which some more events are processed."""
+        """Process some more events of this instant; return the error, which names the most frequent waiters."""
         seen = Counter[str]()
-        while self._queue and seen.total() < _LOOKED_AT:
+        while self._queue and seen.total() < _SAMPLED:
             callbacks = self._queue[0][3].callbacks or ()
             seen.update([_whose(callback) for callback in callbacks] or ["nobody"])
             self.step()
@@ -209,7 +208,7 @@ class Environment(_Clock):
         )
 
     def peek(self) -> float:
-        """Return when the next event is due that is not abandoned; infinite when there is none."""
+        """Return when the next event that is not abandoned is due; infinite if there is none."""
         queue = self._queue
         if queue and queue[0][3].callbacks is _ABANDONED:
             self._clear()
@@ -222,28 +221,28 @@ class Environment(_Clock):
     def _abandon(self, event: simpy.Event) -> None:
         event.callbacks = _ABANDONED
         self._abandoned += 1
-        # Those that are due in a year would be kept until then.
+        # Otherwise events due far in the future would pile up.
         if self._abandoned > _MAX_ABANDONED and 2 * self._abandoned > len(self._queue):
             self._queue[:] = [entry for entry in self._queue if entry[3].callbacks is not _ABANDONED]
             heapq.heapify(self._queue)
             self._abandoned = 0
 
     def wait(self, woken: simpy.Event, until: float) -> Generator[simpy.Event, Any, None]:
-        """Wait for an event, which is triggered at a point of simulated time if that comes first; infinity is none.
+        """Wait for an event, and trigger it at the time *until* if it has not happened by then; infinity for never.
 
-        It is no condition of simpy: if its process were interrupted it would stay with events that may never happen.
+        A simpy condition would leave callbacks on events that may never happen when its process is interrupted.
         """
 
         def wake(_event: simpy.Event) -> None:
             if not woken.triggered:
                 woken.succeed()
 
-        over = At(self, until, [wake]) if until < math.inf else None
+        timeout = At(self, until, [wake]) if until < math.inf else None
         try:
             yield woken
         finally:
-            if over is not None and not over.processed:
-                self.abandon(over)
+            if timeout is not None and not timeout.processed:
+                self.abandon(timeout)
 
     def call_soon(self, call: Callable[[], None]) -> None:
         """Call a function at this instant, before all events that are due."""
@@ -258,12 +257,12 @@ class Environment(_Clock):
             self._abandoned -= 1
 
     def take_urgent(self) -> None:
-        """Start the processes that are due to start now, and interrupt those that are to be interrupted."""
+        """Process the starts and interrupts of processes that are due now."""
         while self._queue and self._queue[0][0] <= self._now and self._queue[0][1] == URGENT:
             self.step()
 
     def schedule_at(self, event: simpy.Event, at: float) -> None:
-        """Schedule an event at this very time: a delay would have to be added to a time again, and is rounded.
+        """Schedule an event at an exact time, which a delay could miss by rounding.
 
         Raises:
             ValueError: The time is NaN, which would put all events out of order.
@@ -274,12 +273,12 @@ class Environment(_Clock):
         heapq.heappush(self._queue, (at, NORMAL, self._scheduled, event))
 
     def schedule_last(self, event: simpy.Event, at: float) -> None:
-        """Schedule an event at this time, after all others of that instant."""
+        """Schedule an event at an exact time, after all others of that instant."""
         self._scheduled += 1
         heapq.heappush(self._queue, (at, _LAST, self._scheduled, event))
 
     def restart(self) -> None:
-        """Reset time to 0 and drop future events; events that are due now are due at 0."""
+        """Reset time to 0 and drop future events; events that are due now become due at 0."""
         self._queue[:] = [(0.0, *rest) for at, *rest in self._queue if at <= self._now]  # type: ignore[misc]
         heapq.heapify(self._queue)
         self._abandoned = sum(event.callbacks is _ABANDONED for *_, event in self._queue)
@@ -290,7 +289,7 @@ class Environment(_Clock):
 
 
 def _whose(callback: Callable[[simpy.Event], None]) -> str:
-    """Return what an event goes to: a process, with the line at which it waits, or a function."""
+    """Return the owner of a callback: a process, with the line at which it waits, or a function."""
     owner = getattr(callback, "__self__", None)
     if not isinstance(owner, simpy.Process):
         return str(getattr(callback, "__qualname__", callback))
@@ -300,7 +299,7 @@ def _whose(callback: Callable[[simpy.Event], None]) -> str:
 
 
 def _no_event(error: BaseException) -> BaseException:
-    """Return the error of a process that yields no event, without the place, which is not where the process does."""
+    """Return the error of a process that yielded no event, without the wrong source position that simpy adds."""
     text = str(error).rpartition("\n")[2]
     return RuntimeError(text).with_traceback(error.__traceback__) if isinstance(error, RuntimeError) else error
 
@@ -310,10 +309,10 @@ def _raise(error: BaseException, _process: simpy.Process | None) -> None:
 
 
 class At(simpy.Event):
-    """An event at this very time, in simulated seconds."""
+    """An event at an exact time, in simulated seconds."""
 
     def __init__(self, env: Environment, at: float, callbacks: list[Callable[[simpy.Event], None]]) -> None:
-        # As simpy's timeout does, without the call of the base's.
+        # Like simpy's timeout, it skips the base class's constructor to save time.
         self.env = env
         self.callbacks = callbacks
         self._ok, self._value = True, None
@@ -324,14 +323,14 @@ class _Call(simpy.Event):
     """An event that calls a function."""
 
     def __init__(self, env: Environment, call: Callable[[], None]) -> None:
-        # Without the call of the base's, as in `At`.
+        # Skips the base class's constructor, like `At`.
         self.env = env
         self.callbacks = [lambda _event: call()]
         self._ok, self._value = True, None
 
 
 class Tick(simpy.Event):
-    """An event at a time, after all others of that instant."""
+    """An event at an exact time, after all others of that instant."""
 
     def __init__(self, env: Environment, at: float) -> None:
         super().__init__(env)
@@ -346,8 +345,8 @@ class Alarm(simpy.Event):
         super().__init__(env)
         self._ok, self._value = True, None
 
-        def rings(_event: simpy.Event) -> None:
-            env._background -= 1  # noqa: SLF001 - the other half of `Environment.alarm`
+        def on_due(_event: simpy.Event) -> None:
+            env._background -= 1  # noqa: SLF001 - counted in `Environment.alarm`
             ring()
 
-        self.callbacks = [rings]
+        self.callbacks = [on_due]

@@ -1,4 +1,4 @@
-"""The model of a check's file."""
+"""The models of check files and reproducer files."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ OPT_IN: Final = ("item_lost", "second_controller", "simulation_reset")
 
 
 class Space(Part):
-    """The injections to search; by default everything that can happen to the robots of the world.
+    """The space of injections to search; by default everything that can happen to the robots of the world.
 
     Attributes:
         families: Faults, changes of the world, and disturbances of the connection and the controller.
         only: The kinds to try; None for all.
         without: Kinds to leave out.
-        also: Kinds that are left out by default: ``item_lost``, ``second_controller``, ``simulation_reset``.
+        also: Kinds to add that are left out by default: ``item_lost``, ``second_controller``, ``simulation_reset``.
         spare: Robots, doors, docks and items to leave alone.
         at_most: The maximum number of injections in a schedule.
         durations: The durations of injections in seconds.
         weights: The frequency of a kind, relative to 1.
-        further: Custom injections; a list of values stands for each of them, and a robot ``*`` for each robot.
+        further: Custom injections; a list of values stands for each value, and a robot ``*`` for each robot.
     """
 
     families: tuple[Family, ...] = ("faults", "changes", "disturbances")
@@ -64,7 +64,7 @@ class Budget(Part):
 
     Attributes:
         time: Wall seconds; in a file also ``90 s``, ``10m`` or ``1 h``.
-        runs: The number of runs; two searches with this limit alone are the same.
+        runs: The number of runs; searches with only this limit are reproducible.
     """
 
     time: Annotated[float, BeforeValidator(seconds_of), Field(strict=True, gt=0, le=1e7)] = 600.0
@@ -72,25 +72,26 @@ class Budget(Part):
 
 
 def _budget(value: Any) -> Any:
+    """Return a budget for a bare time; other values unchanged."""
     return {"time": value} if isinstance(value, (str, int, float)) and not isinstance(value, bool) else value
 
 
 class CheckFile(Part):
-    """The file of a check: a world, a controller, the properties that have to hold, and the space to search."""
+    """The file of a check: a world, a controller, the properties that must hold, and the space to search."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     world: str | dict[str, Any] = Field(description="A world file, the name of a shipped world, or a world itself.")
     controller: Controller
-    overlay: dict[str, Any] = Field(default={}, description="Laid over the world.")
+    overlay: dict[str, Any] = Field(default={}, description="Changes to the world, as in an overlay file.")
     properties: str | dict[str, Any] | None = Field(
-        default=None, description="A file of properties, or what one says; without it the built-in ones alone."
+        default=None, description="A file of properties, or its content; by default only the built-in ones."
     )
     space: Space = Space()
     limits: Limits = Limits()
     budget: Annotated[Budget, BeforeValidator(_budget)] = Budget()
     seed: Annotated[int, Field(strict=True)] = 0
     world_seed: Annotated[int, Field(strict=True)] | None = Field(
-        default=None, description="The seed of the runs; the world's own if left out."
+        default=None, description="The seed of the runs; by default the world's own."
     )
 
 
@@ -110,7 +111,9 @@ class ReproFile(CheckFile):
     """The file of a failure: a check with the schedule that causes it."""
 
     repro: Literal[1] = Field(description="The version of the format.")
-    schedule: tuple[dict[str, Any], ...] = Field(description="What goes wrong: faults, changes and disturbances.")
+    schedule: tuple[dict[str, Any], ...] = Field(description="The injections: faults, changes and disturbances.")
     failure: Failed
-    folder: str = Field(default=".", description="Where the controller's files are, from the folder of this file.")
-    trace: str = Field(default="", description="SHA-256 of the run's trace; empty if it is not known.")
+    folder: str = Field(
+        default=".", description="The folder of the controller's files, relative to the folder of this file."
+    )
+    trace: str = Field(default="", description="SHA-256 of the run's trace; empty if unknown.")

@@ -26,12 +26,12 @@ class Use:
     """The usage of one facility; times in nanoseconds.
 
     Attributes:
-        uses: How often it was used.
+        uses: The number of uses.
         robots: The robots that used it.
-        time: How long it was in use.
+        time: The total time in use.
         queue: The longest queue.
-        inside: The robots that use it now.
-        since: When the current use began; None while it is not in use.
+        inside: The robots in it now; only docks track them.
+        since: The beginning of the current use; None while it is not in use.
     """
 
     uses: int = 0
@@ -42,12 +42,12 @@ class Use:
     since: int | None = None
 
     def begin(self, at: int) -> None:
-        """Record that it is in use from now on."""
+        """Record the beginning of a use, unless it is in use already."""
         if self.since is None:
             self.since = at
 
     def end(self, at: int) -> None:
-        """Record that it is no longer in use."""
+        """Record the end of the use."""
         if self.since is not None:
             self.time, self.since = self.time + at - self.since, None
         self.inside.clear()
@@ -57,7 +57,7 @@ class _Facilities(Part, Generic[N]):
     """The facilities of one kind.
 
     Attributes:
-        uses: The usage of each facility that was used, by name.
+        uses: The usage of each facility, by name; unused ones may be missing.
     """
 
     def __init__(self, timeline: Timeline) -> None:
@@ -72,13 +72,14 @@ class _Facilities(Part, Generic[N]):
             self.changed(name)
 
     def end(self, at: int) -> None:
-        """Record the end of all uses, as at the end of the run."""
+        """Record the end of all uses, for instance at the end of the run."""
         for use in self.uses.values():
             use.end(at)
 
 
 _STATES: Final = {DoorOpening: "opening", DoorOpened: "open", DoorClosed: "closed"}
 _JAM: Final = "door_jammed"
+"""The fault that jams a door."""
 
 
 class Doors(_Facilities[str]):
@@ -101,7 +102,7 @@ class Doors(_Facilities[str]):
         timeline.on(SceneSeen, self._see)
 
     def is_(self, door: str, state: str) -> bool:
-        """Return whether a door is in a state; a jammed one is also open or closed."""
+        """Return whether a door is in a state; a jammed door is also open or closed."""
         return self._states.get(door) == state or (state == "jammed" and door in self._jams.values())
 
     def begin_anew(self) -> None:
@@ -151,7 +152,7 @@ class Doors(_Facilities[str]):
 
 
 class Lanes(_Facilities[tuple[str, str]]):
-    """The lanes of a run, watched by the lane; the usage is that of the closure."""
+    """The lanes of a run, watched by the waypoints of a lane; a lane counts as in use while it is closed."""
 
     def __init__(self, timeline: Timeline) -> None:
         super().__init__(timeline)

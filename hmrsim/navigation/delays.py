@@ -1,4 +1,4 @@
-"""Random delays of robots: lanes with people on them, and lifts that take their time."""
+"""Random delays of robots on lanes and in lifts."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 
 class Delays:
-    """The lanes and lifts of a world that delay robots by chance; most worlds have none.
+    """The lanes and lifts of a world that delay robots randomly; most worlds have none.
 
-    A value is that of the robot's trip, so that it stays the same when the robot stops and drives on.
+    Each trip of a robot has its own values, which don't change when the robot stops and drives on.
     """
 
     def __init__(self, world: World, chance: Chance) -> None:
@@ -30,25 +30,25 @@ class Delays:
         self._rides: dict[Lane, tuple[str, Lift, int, int]] = {}
         for lane in () if isinstance(world.lanes, PlainLanes) else world.lanes:
             if lane.speed_factor != 1.0:
-                slow = lane.speed_factor, lane.speed_limit or math.inf
-                self._factors[lane.from_, lane.to] = self._factors[lane.to, lane.from_] = slow
+                factor = lane.speed_factor, lane.speed_limit or math.inf
+                self._factors[lane.from_, lane.to] = self._factors[lane.to, lane.from_] = factor
         for name, lift in world.lifts.items():
             if isinstance(lift.travel_time, Distribution) or isinstance(lift.door_time, Distribution):
                 for i, j in permutations(range(len(lift.stops)), 2):
                     self._rides[lift.stops[i], lift.stops[j]] = name, lift, i, j
 
     def __bool__(self) -> bool:
-        """Return whether there are any."""
+        """Return whether any lane or lift delays robots."""
         return bool(self._factors or self._rides)
 
     def of(self, leg: Leg, robot: str, speed: float, trip: int) -> Leg:
-        """Return a leg as a robot drives it on a trip.
+        """Return a leg with the delays of a trip.
 
         Args:
             leg: A leg of its route.
             robot: The robot's name.
-            speed: Its greatest speed, in the world's unit a second.
-            trip: The number of the trip.
+            speed: The robot's maximum speed, in the world's unit per second.
+            trip: The number of the robot's trip.
         """
         if leg.lane in self._rides:
             lift, spec, i, j = self._rides[leg.lane]

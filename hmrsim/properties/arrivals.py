@@ -1,6 +1,6 @@
-"""Patterns of the places that a robot reaches: visits and patrols.
+"""Properties about the places that a robot reaches: visits and patrols.
 
-The order in which places may be reached is a list of clauses, formulas of the past about arrivals.
+Clauses, past-time formulas about arrivals, restrict the order in which it may reach them.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ if TYPE_CHECKING:
 
 
 Order = Callable[[Sequence[Formula]], list[Clause]]
-"""Returns the clauses about the order of arrivals at some places."""
+"""Returns the clauses that restrict the order of arrivals at some places."""
 
 _REACHED: Final = "reached"
-"""The signal with the number of places that were reached in sequence before an arrival."""
+"""The signal with the number of places of the current round that were reached before an arrival."""
 
 
 def in_any_order(_places: Sequence[Formula]) -> list[Clause]:
-    """Return no clauses."""
+    """Return no clauses: any order is allowed."""
     return []
 
 
 def in_order(places: Sequence[Formula]) -> list[Clause]:
-    """Return that no place is reached before the one that precedes it: (not l2) U l1, and so on."""
+    """Forbid reaching a place before its predecessor: (not l2) U l1, and so on."""
     return [Clause(Implies(place, Above(_REACHED, i - 0.5)), "too early") for i, place in enumerate(places)]
 
 
 def in_strict_order(places: Sequence[Formula]) -> list[Clause]:
-    """Return also that none is reached again before the next one: (not l1) U (l1 and X ((not l1) U l2)), and so on."""
+    """Also forbid reaching a place again before the next one: (not l1) U (l1 and X ((not l1) U l2)), and so on."""
     again = [
         Implies(And(place, Above(_REACHED, i + 0.5)), Above(_REACHED, i + 1.5)) for i, place in enumerate(places[:-1])
     ]
@@ -46,16 +46,16 @@ def in_strict_order(places: Sequence[Formula]) -> list[Clause]:
 
 
 def fair(places: Sequence[Formula]) -> list[Clause]:
-    """Return that no place is reached again before the next one in a circle: G (l1 -> X ((not l1) W l2))."""
+    """Forbid reaching a place again before the next one in a circle: G (l1 -> X ((not l1) W l2))."""
     return [_not_again(a, b) for a, b in _circle(places)]
 
 
 def in_rounds(places: Sequence[Formula]) -> list[Clause]:
-    """Return that each place follows the one before it in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
+    """Require each place to follow its predecessor in a circle: (not l2) U l1, G (l2 -> X ((not l2) U l1)).
 
-    The until is a weak one, as a patrol goes on when a run ends.
+    The until is weak, as a patrol is unfinished when a run ends.
     """
-    # Before the first arrival all places but the first one wait for another one.
+    # At first, all places except the first one wait for their predecessor.
     return [
         Clause(
             Not(And(b, Previous(Since(Not(a), b, initially=b is not places[0]), initially=b is not places[0]))),
@@ -66,7 +66,7 @@ def in_rounds(places: Sequence[Formula]) -> list[Clause]:
 
 
 def in_strict_rounds(places: Sequence[Formula]) -> list[Clause]:
-    """Return also that each place but the last is followed by the next one: G (l1 -> X ((not l1) U l2))."""
+    """Also forbid reaching a place, except the last, again before the next one: G (l1 -> X ((not l1) U l2))."""
     return [*(_not_again(a, b) for a, b in pairwise(places)), *in_rounds(places)]
 
 
@@ -76,11 +76,12 @@ def _circle(places: Sequence[Formula]) -> list[tuple[Formula, Formula]]:
 
 
 def _not_again(a: Formula, b: Formula) -> Clause:
+    """Forbid reaching *a* again before *b*."""
     return Clause(Not(And(a, Previous(Since(Not(b), a)))), "again too early")
 
 
 class Round:
-    """The places that are still to be reached: all of them, in sequence or in any order."""
+    """The places still to be reached in a round, in sequence or in any order."""
 
     def __init__(self, count: int, *, in_sequence: bool) -> None:
         self._count, self._in_sequence = count, in_sequence
@@ -88,20 +89,20 @@ class Round:
 
     @property
     def next(self) -> int:
-        """The first place that is still to be reached."""
+        """The first place still to be reached."""
         return min(self._left)
 
     @property
     def reached(self) -> int:
-        """The number of places that are reached."""
+        """The number of places reached."""
         return self._count - len(self._left)
 
     def begin(self) -> None:
-        """Begin anew."""
+        """Begin a new round."""
         self._left.update(range(self._count))
 
     def arrive(self, place: int) -> bool:
-        """Take an arrival; return whether it completes the round."""
+        """Record an arrival, if it counts; return whether it completes the round."""
         if place not in self._left or (self._in_sequence and place != self.next):
             return False
         self._left.remove(place)
@@ -109,16 +110,16 @@ class Round:
 
 
 class Arrivals(Temporal):
-    """A pattern of the places that a robot reaches; of those that it reaches at one instant the first comes first.
+    """A property about the places that a robot reaches; those reached at one instant count in the order of the list.
 
     Args:
-        field: The field with the places.
-        order: The order in which they may be reached.
-        in_sequence: Whether each counts only after those before it.
+        field: The field of the property with the places.
+        order: Restricts the order of arrivals.
+        in_sequence: Whether a place counts only after those before it.
 
     Attributes:
-        places: Their names.
-        round: The places that are still to be reached.
+        places: The names of the places.
+        round: The current round.
     """
 
     def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
@@ -132,7 +133,7 @@ class Arrivals(Temporal):
         self.round = Round(len(self.places), in_sequence=in_sequence)
 
     def settled(self, at: int) -> None:
-        """Take the arrivals and departures of an instant."""
+        """Process the arrivals and departures of an instant."""
         for i, term in enumerate(self.terms):
             was_there = term.holds
             term.look()
@@ -147,11 +148,11 @@ class Arrivals(Temporal):
                 self.leave(at, i)
 
     def arrive(self, at: int, place: int) -> None:
-        """Take an arrival at a place."""
+        """Process an arrival at a place."""
         raise NotImplementedError
 
     def leave(self, at: int, place: int) -> None:
-        """Take the departure from a place."""
+        """Process a departure from a place."""
 
 
 class Visit(Arrivals):
@@ -162,7 +163,7 @@ class Visit(Arrivals):
         self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
 
     def begin(self, at: int) -> None:
-        """Begin to wait for arrivals."""
+        """Begin to wait for all places."""
         super().begin(at)
         self._missing.add(Obligation(at, None))
 
@@ -182,7 +183,7 @@ class Visit(Arrivals):
             self.violate(at, self.subject, f"{missing} never", f"{self.subject} did not reach {missing} by the end")
 
     def unless_violated(self) -> Verdict:
-        """Return whether all places were reached; the robustness is the share of the time that was left."""
+        """Return whether all places were reached; the robustness is the share of the time limit that was left."""
         if self._missing:
             missing = self.places[self.round.next]
             return self._is("undecided", 0.0, f"{self.subject} had not reached {missing} by the end")
@@ -191,7 +192,7 @@ class Visit(Arrivals):
 
 
 class Patrol(Arrivals):
-    """A robot reaches places again and again: each of them in time, or all in sequence if *in_sequence*."""
+    """A robot reaches places repeatedly: each in time, or all in sequence if *in_sequence*."""
 
     def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
         super().__init__(of, field, order, in_sequence=in_sequence)
@@ -201,13 +202,13 @@ class Patrol(Arrivals):
         self._visits = [0] * len(self.places)
 
     def begin(self, at: int) -> None:
-        """Begin to wait for arrivals."""
+        """Begin to wait for the first round."""
         super().begin(at)
         for place in self.places[:1] if self._in_sequence else self.places:
             self._missing.add(Obligation(at, place))
 
     def arrive(self, at: int, place: int) -> None:
-        """Stop waiting for the place, or begin to wait for the next round."""
+        """Stop waiting for the place, or begin the next round if this one is complete."""
         self._visits[place] += 1
         if not self._in_sequence:
             self._missing.meet(at, self.places[place])
@@ -230,9 +231,9 @@ class Patrol(Arrivals):
         self._missing.add(Obligation(at, obligation.key))
 
     def unless_violated(self) -> Verdict:
-        """Return whether all rounds were in time; the robustness is the least share of the time that was left."""
-        done = self._rounds if self._in_sequence else min(self._visits)
-        if not done:
+        """Return whether all rounds were in time; the robustness is the least share of the time limit that was left."""
+        rounds = self._rounds if self._in_sequence else min(self._visits)
+        if not rounds:
             return self._is("undecided", 0.0, f"{self.subject} had not finished its first round by the end")
-        text = f"{done} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
+        text = f"{rounds} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
         return self._is("holds", self._missing.least, text)

@@ -66,8 +66,8 @@ class RunSettings(Settings):
     """The settings of a run.
 
     Each field is an option of ``hmrsim run``, a variable ``HMRSIM_…`` and a key of a settings file. A program that runs
-    a world by itself passes them to `Simulator`, which uses the seed, the step size, the rates and the number of
-    results to keep. The others concern a simulation that is served.
+    a world by itself passes them to `Simulator`, which uses the seed, the step size, the rates, ``keep_results``,
+    ``allow_files`` and ``strict``. The others concern a simulation that is served.
     """
 
     seed: Annotated[int | None, Option("seed of all random numbers; overrides the world's", "N")] = None
@@ -214,11 +214,11 @@ class SimulateSettings(RunSettings):
         Option("give up after this much simulated time", "SIM_S", unit="simulated seconds", more_than=0, endless=True),
     ] = math.inf
     keep_results: int = 1
-    """No client requests results there."""
+    """No client requests results."""
 
 
 class DemoSettings(RunSettings):
-    """The settings of ``hmrsim demo``, whose mission must end."""
+    """The settings of ``hmrsim demo``, whose clock can't run as fast as possible."""
 
     real_time_factor: Annotated[
         float, Option("simulated seconds per wall second, in real time", "X", group="time", at_least=1e-6, at_most=1e6)

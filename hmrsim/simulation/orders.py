@@ -1,4 +1,4 @@
-"""Orders: what the demand of a world asks for, and what has become of it."""
+"""Orders: items to bring somewhere, as the demand of a world requests, and their progress."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ class Order:
     """An order. Times are in simulated seconds.
 
     Attributes:
-        name: Unique in its run.
-        demand: The name of the demand that it comes from; empty for one of a client.
+        name: A name that is unique in the run.
+        demand: The name of the demand that placed it; empty for an order of a client.
         item: The name of the item to bring.
-        at: Where the item was when the order came.
-        to: Where it has to be brought.
-        placed: When the order came.
-        due: When it is late; None for never.
+        at: The place of the item when the order was placed.
+        to: The place to bring it to.
+        placed: When it was placed.
+        due: The deadline; None for none.
         robot: The robot that carries the item or has brought it; empty for none.
-        picked_up: When the item was picked up the first time; None if it was not.
-        ended: When it was delivered, or lost; None while it is open.
-        late: Whether it was not delivered when it was due.
+        picked_up: When the item was first picked up; None if it was not.
+        ended: When it was delivered or lost; None while it is open.
+        late: Whether it was not delivered by the deadline.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Order:
     late: bool = False
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it in plain values of JSON."""
+        """Return the order as JSON values."""
         times = {"placed": self.placed, "due": self.due, "picked_up": self.picked_up, "ended": self.ended}
         return {
             "name": self.name,
@@ -78,9 +78,9 @@ class Totals:
     """The number of orders by outcome.
 
     Attributes:
-        placed: All that came.
+        placed: All orders.
         delivered: Those that were delivered, in time or late.
-        late: Those that were not delivered when they were due, delivered since or not.
+        late: Those that were not delivered by their deadline, even if they were later.
         lost: Those whose item was deleted.
     """
 

@@ -1,7 +1,7 @@
 """A running world: robots, items, the dispatcher and the events between them. It does no I/O.
 
-Its input is `Command`s, its output `Output`s for every `Sink`; a run is a function of the world, its
-seed and the commands with their times.
+It takes `Command`s and gives `Output`s to every `Sink`. The world, its seed and the commands with their times
+determine a run.
 """
 
 from __future__ import annotations
@@ -69,16 +69,16 @@ if TYPE_CHECKING:
 
 
 _BATCH = 1_000
-"""Events that are taken in one go where nothing else wants to be done between them."""
+"""Events that are processed in one call."""
 
-_MOST_OF_AN_INSTANT = 1_000
-"""Batches of events of one instant after which a command is applied all the same."""
+_MAX_BATCHES = 1_000
+"""Batches of one instant after which a command is applied even if more events are due."""
 
 _ROBOT_OUTPUTS = (StatusChanged, FeedbackSent, Sampled)
-"""Outputs that a robot publishes itself, and that a client does not get while the robot is cut off."""
+"""Outputs that a robot publishes itself, so that they are lost while the robot is cut off."""
 
-_BEGINNING = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
-"""Commands of which something may come that is due at once."""
+_IMMEDIATE = (SendGoal, CancelGoal, ChangeState, CallService, PlanAnswered)
+"""Commands that may schedule events at the current instant."""
 
 
 class Service(Protocol):
@@ -90,7 +90,7 @@ class Service(Protocol):
 
     @property
     def serve(self) -> Callable[[Any, Any], Any]:
-        """Answers a request, or returns a function that is to be called with the receiver of the answer."""
+        """Answers a request, or returns a function to call with the receiver of a later answer."""
 
     @property
     def changes_world(self) -> bool:
@@ -105,17 +105,17 @@ class Simulator:
     """A simulation of one world.
 
     Args:
-        world: What to run; its names must have been checked, as `load_world` does.
-        sinks: Observe the outputs, in this order; the initial state is no output.
-        watchers: Makes further sinks, of the simulator; called when all else is made.
-        actions: The actions of robots, by name; all that are installed if None.
+        world: The world to run, whose names must have been checked, as `load_world` does.
+        sinks: Receive the outputs, in this order; the initial state is not an output.
+        watchers: Creates the sinks that need the simulator; called at the end of its construction.
+        actions: The actions of robots, by name; None for all that are installed.
         services: The services of the world, by name; `hmrsim.services.registry` returns all that are installed.
-        hindrance: Returns why time can't move, even if `gate` is open; empty if it can.
+        hindrance: Returns why time can't advance although `gate` is open; empty if it can.
 
     Attributes:
-        graph: The ways of the world.
-        chance: Random numbers of what the world leaves to chance.
-        gate: Controls whether time may move.
+        graph: The waypoints and lanes of the world.
+        chance: The random numbers of the run.
+        gate: Controls whether time may advance.
         plans: The open requests to an external planner.
         demand: The orders of the world.
         detections: The detections of the robots' sensors.
@@ -145,7 +145,7 @@ class Simulator:
         self.gate = Gate(self.env, settings.step_size, hindrance)
         self._reactions: list[Reaction] = []
         self._sinks: list[Sink] = []
-        # The functions that process outputs of a type, and whose they are.
+        # The handlers of each type of output, with their owners.
         self._handlers: dict[type, list[tuple[Reaction | Sink, Callable[[Any], object]]]] = {}
         self._fatal: tuple[Reaction | Sink, BaseException] | None = None
         self.interest = Interest(self._reactions, self._sinks)
@@ -217,12 +217,12 @@ class Simulator:
 
     @property
     def _id_seed(self) -> str:
-        """From which ids of goals are made."""
+        """The seed of the ids of goals."""
         return f"{self.seed}/{self._salt}" if self._salt else str(self.seed)
 
     @property
     def robots(self) -> dict[str, Robot]:
-        """All robots, by name; the returned mapping does not change when robots are spawned or deleted."""
+        """All robots, by name; a snapshot, which does not change when robots are spawned or deleted."""
         return self.roster.robots
 
     @property
@@ -231,7 +231,7 @@ class Simulator:
         return self.roster.items
 
     def begin_chance(self) -> None:
-        """Begin all random numbers of the seed, and schedule the faults and the orders of the world."""
+        """Seed the random numbers, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
         self._reactions.clear()
         self._handlers = {}
@@ -245,7 +245,7 @@ class Simulator:
         self._subscribe(self.demand)
 
     def _subscribe(self, part: Reaction) -> None:
-        """Subscribe a part of the simulation to the outputs that it wants now, until time begins anew."""
+        """Subscribe a part of the simulation to the outputs that it needs now, until time restarts."""
         if part not in self._reactions:
             self._reactions.append(part)
             self._handlers = {}
@@ -256,11 +256,12 @@ class Simulator:
         self.scripts = Scripts(self.env, self.world, submit=self._apply, publisher=self.publisher)
 
     def submit(self, command: Command, by: str = "") -> None:
-        """Apply a command from outside, after all that is due at this instant; its outputs go to the sinks.
+        """Apply a command from outside, after every event of this instant; its outputs go to the sinks.
 
-        So time and order of the commands decide what happens, and how many events the simulation needs does not. Only a
-        command that a sink submits is applied at once, in the middle of an instant.
-        *by* is the participant that sent it, if it takes part in lockstep.
+        The effect of a command thus depends on the time and order of commands only. A command that a sink submits is
+        applied immediately, in the middle of an instant.
+
+        *by* is the participant that sent it in lockstep.
         """
         if not (self._busy or isinstance(command, UNRECORDED)):
             self.finish_instant()
@@ -286,14 +287,14 @@ class Simulator:
         try:
             self._apply(command)
         except BUGS as bug:
-            # Whatever it is, it is this command's error.
+            # The bug concerns this command only.
             self._command_failed(command, bug, replayed=self._replayed(command))
-        self._begin(command)
+        self._start_while_paused(command)
         self._check_sinks()
 
-    def _begin(self, command: Command) -> None:
-        """Let goals that are sent while time stands start all the same."""
-        if self.gate.limit <= self.env.now and isinstance(command, _BEGINNING):
+    def _start_while_paused(self, command: Command) -> None:
+        """Process the events that a command has scheduled at this instant, if the simulation is paused."""
+        if self.paused and isinstance(command, _IMMEDIATE):
             while self.process_events(self.env.now, _BATCH):
                 pass
 
@@ -367,17 +368,17 @@ class Simulator:
 
     def _service(self, name: str) -> Service:
         if name not in self._services:
-            there = ", ".join(self._services) or "none: give the simulator those of hmrsim.services.registry()"
-            raise ValueError(f"no service {name!r}; there are {there}")
+            known = ", ".join(self._services) or "none: give the simulator those of hmrsim.services.registry()"
+            raise ValueError(f"no service {name!r}; there are {known}")
         return self._services[name]
 
     def answer(self, reply_to: Any, answer: Any) -> None:
-        """Send the answer to a command that was not for a robot."""
+        """Send the answer to a command, if it expects one."""
         if reply_to is not None:
             self.emit(Answered(reply_to, answer))
 
     def stop(self, reason: str = "the simulation was stopped") -> None:
-        """Abort every goal that runs, once; the simulation must not be run afterwards."""
+        """Abort every active goal and end the simulation, which must not be run afterwards."""
         if not self._stopped:
             self._stopped = True
             self.submit(Stop(reason))
@@ -387,7 +388,7 @@ class Simulator:
         self.interest.refresh()
         self.gate.halt(reason)
         self.dispatcher.stop(reason)
-        # Interrupts come before all else; robots stand still after them.
+        # The interrupts stop the robots.
         self.env.take_urgent()
 
     def emit(self, output: Output) -> None:
@@ -398,31 +399,31 @@ class Simulator:
             handlers = self._handlers[type(output)]
         except KeyError:
             handlers = self._handlers[type(output)] = self._handlers_of(type(output))
-        for whose, handler in handlers:
+        for owner, handler in handlers:
             try:
                 handler(output)
             except BUGS as bug:
-                # The other sinks are to have it.
-                self._sink_failed(whose, bug)
+                # The other sinks still receive the output.
+                self._sink_failed(owner, bug)
 
     def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
-        """Return the functions that process outputs of a type: those that act on them, then those of the sinks."""
-        found: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = [
+        """Return the handlers of a type of output: those of reactions, which act on it, then those of sinks."""
+        handlers: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = [
             *((part, part.handler_for(kind)) for part in self._reactions),
             *((sink, handler_of(sink, kind)) for sink in self._sinks),
         ]
-        return [(whose, handler) for whose, handler in found if handler is not None]
+        return [(owner, handler) for owner, handler in handlers if handler is not None]
 
     def _sink_failed(self, sink: Reaction | Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):
             self._errors.handle(type(sink).__name__, bug, replayed=False)
             return
-        # The run ends, but not in the middle of something: all goals and all other sinks are to have their end.
+        # End the run after this instant, so that all goals end and the other sinks receive their ends.
         self._fatal = (sink, bug)
         self.halt()
 
     def _check_sinks(self) -> None:
-        """Drop a sink that can't go on, and raise its error."""
+        """Drop the sink that failed fatally, if any, and raise its error."""
         if self._fatal is None:
             return
         (sink, bug), self._fatal = self._fatal, None
@@ -448,14 +449,14 @@ class Simulator:
         self.fault_injector.end_all_on(robot)
 
     def replace_world(self, world: World) -> None:
-        """Replace the world; all goals and processes of the present one must have ended."""
+        """Replace the world; all goals and processes of the current one must have ended."""
         self.world = world
         self.graph = WaypointGraph(world)
         self.dispatcher.servers.reseed(self._id_seed)
         self.roster.fill(world, self.graph)
 
     def restart_time(self, cause: Restart, loaded: World | None = None) -> None:
-        """Let it be the beginning again, of the world that was *loaded*, if any; nothing may go on that takes time."""
+        """Reset time to 0, in the world that was *loaded*, if any; no process may be waiting for a later time."""
         ended = stamp(self.now)
         self.env.restart()
         self.generation += 1
@@ -463,7 +464,7 @@ class Simulator:
 
     @property
     def limit(self) -> float:
-        """The time up to which time may move; infinite while the simulation plays."""
+        """The time up to which the simulation may run; infinite while it plays."""
         return self.gate.limit
 
     @property
@@ -473,12 +474,12 @@ class Simulator:
 
     @property
     def next_event(self) -> float:
-        """When the next event is due; infinite when nothing is scheduled for whose sake time goes on."""
+        """When the next event is due; infinite if only alarms and abandoned events are scheduled."""
         return math.inf if self.env.idle else self.env.peek()
 
     @property
     def next_due(self) -> float:
-        """When the next event or sample is due; infinite when there is none."""
+        """When the next event or sample is due; infinite if there is none."""
         return min(self.env.peek(), self.telemetry.next_due)
 
     def settle(self) -> None:
@@ -489,48 +490,48 @@ class Simulator:
             self.emit(self.readings.clock())
 
     def process_events(self, until: float, most: int, *, idle: bool = True) -> bool:
-        """Process some events and samples that are due at *until* or before; at one instant events come first.
+        """Process up to *most* events and samples that are due by *until*; at one instant events come first.
 
-        *until* is in simulated seconds, and *idle* says whether to take samples when no event is scheduled, too.
+        *until* is in simulated seconds. If *idle* is False, stop when `next_event` is infinite.
 
         Returns:
-            Whether more may be due then: so many were processed, or the simulation was halted.
+            Whether more may be due: *most* were processed, or the simulation was halted.
         """
         limit = self.gate.limit
         return self._process(until if limit == math.inf else min(until, end_of_instant(limit)), most, idle=idle)
 
     def _process(self, until: float, most: int, *, idle: bool) -> bool:
-        """Process at most so many events and samples that are due at *until* or before; return whether more may be."""
+        """Process events and samples as `process_events` does, without the gate's limit."""
         env, telemetry = self.env, self.telemetry
-        busy, taken = self._busy, 0
+        busy, processed = self._busy, 0
         env.horizon, self._busy = until, True
         try:
-            while taken < most:
+            while processed < most:
                 sample, event = telemetry.next_due if self.interest.sampled else math.inf, env.peek()
                 due = min(sample, event)
                 if due > env.horizon or due == math.inf or not (idle or not env.idle):
                     break
-                # Each event may bring a sample that is due before the next one; each sample may halt us.
+                # An event may schedule a sample before the next event; a sample may halt the run.
                 if sample < event:
                     self._sample()
-                    taken += 1
+                    processed += 1
                 else:
-                    taken += env.process_events(1 if self.interest.sampled else most - taken, idle=idle)
+                    processed += env.process_events(1 if self.interest.sampled else most - processed, idle=idle)
                 if self._fatal is not None:
                     self._check_sinks()
         finally:
             self._busy = busy
-        return taken >= most or env.horizon < until
+        return processed >= most or env.horizon < until
 
     def finish_instant(self) -> None:
-        """Take all that is due in this nanosecond, also while time may not move on.
+        """Process everything that is due in this nanosecond, even while the simulation is paused.
 
-        A bug that makes events at one instant for ever does not keep commands out: one of them may end it.
+        The number of batches is limited: if a bug schedules events at one instant forever, a command can still end it.
         """
         until = end_of_instant(self.env.now)
         if self.env.peek() > until and self.telemetry.next_due > until:
             return
-        for _ in range(_MOST_OF_AN_INSTANT):
+        for _ in range(_MAX_BATCHES):
             if not self._process(until, _BATCH, idle=True):
                 return
 
@@ -538,15 +539,15 @@ class Simulator:
         try:
             self.telemetry.sample(self.advance_clock)
         except BUGS as bug:
-            # Such as one of a component whose message can't be made.
+            # For instance, a component's message is invalid.
             self._errors.handle("a sample", bug, replayed=False)
 
     def halt(self) -> None:
-        """End the `process_events` under way after this instant, of which all is taken still."""
+        """End the current `process_events` after this instant, whose remaining events are still processed."""
         self.env.horizon = end_of_instant(self.env.now)
 
     def advance(self, until: float) -> None:
-        """Take everything that is due at *until* or before, then let it be *until*."""
+        """Process everything that is due by *until*, then advance time to *until*."""
         while self.process_events(until, _BATCH):
             pass
         self.advance_clock(min(until, self.gate.limit))
@@ -569,7 +570,7 @@ class Simulator:
     def advance_clock(self, to: float) -> None:
         """Advance time to *to*, rounded to whole nanoseconds, if it is earlier; no event may be due before.
 
-        A replay of a trace, whose times are whole nanoseconds, so reaches exactly the same times.
+        Traces have times in whole nanoseconds, so a replay reaches exactly the same times.
         """
         if to > self.env.now and (whole := stamp(to)) > stamp(self.env.now):
             self.env.advance_clock(min(whole / NANOSECONDS, self.env.peek()))

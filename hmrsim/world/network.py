@@ -1,7 +1,7 @@
-"""The lanes and rides of a world in each direction, and the same as a graph of networkx.
+"""The road network of a world: its lanes and lift rides in each direction, also as a networkx graph.
 
-The simulator plans on faster lists of the same lanes (`hmrsim.navigation.lanes`). networkx is imported only when the
-graph is used, because it takes a third of the time and memory that a simulator needs to start.
+The simulator itself plans on `hmrsim.navigation.lanes`, which is faster. networkx is imported only when the graph is
+used, because it would take a third of the simulator's startup time and memory.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ class Way:
     """A lane in one direction, or a ride in a lift.
 
     Attributes:
-        start: Name of the waypoint where it begins.
-        end: Name of the waypoint where it ends.
+        start: Name of the waypoint at its start.
+        end: Name of the waypoint at its end.
         length: In the world's unit.
         speed_limit: Maximum speed; infinite without a limit.
         capacity: How many robots may be on it at once; None for any number.
         ride: Seconds that the lift takes; 0 for a lane.
         lift: Name of the lift; None for a lane.
-        one_way: Whether it belongs to a lane that can't be driven in the other direction.
+        one_way: Whether it is a lane without an opposite direction.
     """
 
     start: str
@@ -44,7 +44,7 @@ class Way:
     one_way: bool = False
 
     def seconds(self, speed: float) -> float:
-        """Return how long a robot with this maximum speed takes, in seconds, without acceleration."""
+        """Return the travel time in seconds at this maximum speed, without acceleration."""
         return self.ride or self.length / min(speed, self.speed_limit)
 
 
@@ -55,14 +55,14 @@ def as_networkx(
     doors: Mapping[frozenset[str], tuple[str, ...]],
     locked: frozenset[str],
 ) -> nx.DiGraph[str]:
-    """Return a frozen graph; `World.graph` documents its attributes.
+    """Return a frozen networkx graph; `World.graph` documents its attributes.
 
     Args:
-        about: Attributes of the graph; ``speed`` is the one that costs are for.
+        about: Attributes of the graph; its ``speed`` determines the costs.
         nodes: Attributes of the waypoints, by name.
         ways: The edges of the graph.
-        doors: The doors that a lane crosses, by the names of its ends; none where a lane is missing.
-        locked: The doors that open for no robot.
+        doors: The doors that a lane crosses, by the names of its ends; lanes without doors may be missing.
+        locked: The closed doors that open for no robot.
     """
     import networkx as nx  # noqa: PLC0415 - see above
 
@@ -88,45 +88,47 @@ def as_networkx(
 
 
 def levels(waypoints: Iterable[str], ways: Iterable[Way], lifts: Mapping[str, tuple[str, ...]]) -> dict[str, int]:
-    """Return the level of each waypoint: lifts lead from one to the next, and lanes stay on theirs.
+    """Return the level of each waypoint: a lift goes up one level from stop to stop, and lanes stay on a level.
 
-    The lowest level that lifts connect is 0. Waypoints that no lift leads to are on level 0, too.
+    The lowest level that lifts connect is 0, and so is the level of waypoints that no lift leads to.
     """
-    found = dict.fromkeys(waypoints, 0)
-    beside: dict[str, list[str]] = {name: [] for name in found}
+    result = dict.fromkeys(waypoints, 0)
+    neighbors: dict[str, list[str]] = {name: [] for name in result}
     for way in ways if lifts else ():
         if not way.lift:
-            beside[way.start].append(way.end)
-            beside[way.end].append(way.start)
-    waiting = dict(lifts)
-    while waiting:
-        joined: dict[str, int] = {}
-        lift: str | None = next(iter(waiting))
+            neighbors[way.start].append(way.end)
+            neighbors[way.end].append(way.start)
+    remaining = dict(lifts)
+    while remaining:
+        # One building: the lifts that share levels, relative to the first stop of the first of them.
+        building: dict[str, int] = {}
+        lift: str | None = next(iter(remaining))
         while lift is not None:
-            stops = waiting.pop(lift)
-            lowest = next((joined[stop] - number for number, stop in enumerate(stops) if stop in joined), 0)
+            stops = remaining.pop(lift)
+            lowest = next((building[stop] - number for number, stop in enumerate(stops) if stop in building), 0)
             for number, stop in enumerate(stops):
-                _spread(joined, beside, stop, lowest + number)
-            lift = next((name for name, stops in waiting.items() if not joined.keys().isdisjoint(stops)), None)
-        least = min(joined.values())
-        found |= {name: level - least for name, level in joined.items()}
-    return found
+                _spread(building, neighbors, stop, lowest + number)
+            lift = next((name for name, stops in remaining.items() if not building.keys().isdisjoint(stops)), None)
+        ground = min(building.values())
+        result |= {name: level - ground for name, level in building.items()}
+    return result
 
 
-def _spread(joined: dict[str, int], beside: Mapping[str, list[str]], stop: str, level: int) -> None:
-    """Give a level to a stop and to the waypoints connected to it by lanes; a waypoint that has one keeps it."""
+def _spread(building: dict[str, int], neighbors: Mapping[str, list[str]], stop: str, level: int) -> None:
+    """Set the level of a stop and of the waypoints that lanes connect to it, unless they have one already."""
     reached = [stop]
     while reached:
-        here = reached.pop()
-        if here not in joined:
-            joined[here] = level
-            reached += beside[here]
+        name = reached.pop()
+        if name not in building:
+            building[name] = level
+            reached += neighbors[name]
 
 
 def nearest(waypoints: Mapping[str, Point], points: Mapping[str, Point]) -> dict[str, str]:
-    """Return the waypoint that is nearest to each point, in a straight line; of equally near ones the first by name.
+    """Return the waypoint nearest to each point, as the crow flies; of equally near ones the first by name.
 
-    There must be one waypoint at least.
+    Raises:
+        ValueError: There are points but no waypoints.
     """
     by_x = sorted((point[0], name, point) for name, point in waypoints.items())
     return {name: _nearest(by_x, point) for name, point in points.items()}
@@ -143,8 +145,8 @@ def _nearest(by_x: list[tuple[float, str, Point]], point: Point) -> str:
             break
         _, name, at = by_x[left if gap_left <= gap_right else right]
         left, right = (left - 1, right) if gap_left <= gap_right else (left, right + 1)
-        found = distance(point, at), name
-        best = found if best is None else min(best, found)
+        candidate = distance(point, at), name
+        best = candidate if best is None else min(best, candidate)
     if best is None:
         raise ValueError("there is no waypoint")
     return best[1]

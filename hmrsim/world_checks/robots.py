@@ -1,4 +1,4 @@
-"""The checks of robots: batteries, scripts, and starts from which they can't get on the lanes."""
+"""The checks of robots: batteries, scripts, and start positions without access to the lanes."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim.world_checks.validation import Lost
 
-_NEXT_TO_NOTHING: Final = 0.02
-"""A charge of at most one unit and below this share of the capacity may be meant as a share."""
+_MIN_SHARE: Final = 0.02
+"""A charge of at most one unit and below this share of the capacity was probably meant as a share."""
 
 _NAMED = frozenset(("waypoints", "places", "docks", "items", "robot_types"))
-"""The top-level keys whose names can be missing from scripts and robots."""
+"""The top-level keys with names that scripts and robots refer to."""
 
 _NEAREST = 24
-"""Walls around a robot that are checked first, as they include those that wall it in."""
+"""Walls nearest to a robot that are checked first, since they block most lines."""
 
 _MAX_COMPARISONS = 2_000_000
-"""Maximum comparisons of lanes and walls for all robots that don't see the nearest waypoint: some seconds."""
+"""Maximum comparisons of lanes with walls, for all robots together: a few seconds."""
 
 
 def check_batteries(world: World) -> Iterator[Finding]:
@@ -69,13 +69,13 @@ def _doubtful_charge(path: Path, own: Mapping[str, Any], settings: Mapping[str, 
         # Reported by the checks of components.
         return
     charge, capacity = battery.initial_charge, battery.capacity
-    if charge is not None and 0 < charge <= 1 < capacity * _NEXT_TO_NOTHING:
+    if charge is not None and 0 < charge <= 1 < capacity * _MIN_SHARE:
         message = f"{charge:g} of {capacity:g} units is next to nothing; {charge:.0%} of it are {charge * capacity:g}"
         yield warning((*path, "initial_charge"), message, charge)
 
 
 def check_scripts(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield the errors of scripts, without those that may follow from invalid parts."""
+    """Yield the errors of scripts, except those that may follow from other invalid parts of the world."""
     if not _NAMED.isdisjoint(lost.names):
         return
     for name, robot in world.robots.items():
@@ -91,64 +91,66 @@ def _check_order(world: World, robot: str, path: Path, text: str) -> Iterator[Fi
         return
     needed = order.action.component
     try:
-        carried = world.robot_type(world.robots[robot]).components
+        components = world.robot_type(world.robots[robot]).components
     except KeyError:
-        # The unknown type has another error.
+        # Another check reports the unknown type.
         return
-    if needed is not None and needed not in carried:
+    if needed is not None and needed not in components:
         yield Finding(path, f"{shown(text)} takes a {needed}, which {robot} does not have", text)
 
 
 def check_walled_in(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield a warning for each robot that can't get on a lane from its start, or can't leave its waypoint.
+    """Yield a warning for each robot that can't reach a lane from its start, or can't leave its waypoint.
 
-    Without lanes robots drive straight, so that there is no warning. Robots in an obstacle have another warning.
+    There is no warning in a world without lanes, where robots drive straight, nor for a robot in an obstacle, which
+    another check reports.
     """
     starts = {} if lost else _starts(world)
     if not starts:
         return
     points, lanes = world.points, [(lane.from_, lane.to, lane.one_way) for lane in world.lanes]
     lanes = [lane for lane in lanes if lane[0] in points and lane[1] in points]
-    left = {points[start] for start, _, _ in lanes} | {points[end] for _, end, one_way in lanes if not one_way}
-    left |= {points[stop] for lift in world.lifts.values() for stop in lift.stops if stop in points}
-    reached = {points[end]: end for _, end, _ in lanes}
-    off = {name: point for name, point in starts.items() if point not in left}
-    for name in [name for name, point in off.items() if point in reached]:
-        end = reached[off.pop(name)]
+    exits = {points[start] for start, _, _ in lanes} | {points[end] for _, end, one_way in lanes if not one_way}
+    exits |= {points[stop] for lift in world.lifts.values() for stop in lift.stops if stop in points}
+    ends = {points[end]: end for _, end, _ in lanes}
+    off = {name: point for name, point in starts.items() if point not in exits}
+    for name in [name for name, point in off.items() if point in ends]:
+        end = ends[off.pop(name)]
         yield warning(("robots", name, "at"), f"no lane leads out of {end!r}; start it elsewhere", end)
     if not (off and lanes):
         return
     sight = _Sight(world, [(points[start], points[end]) for start, end, _ in lanes])
-    beside = nearest({name: points[name] for lane in lanes for name in lane[:2]}, off)
+    waypoints = nearest({name: points[name] for lane in lanes for name in lane[:2]}, off)
     for name, (x, y) in off.items():
-        if not sight.leads_from((x, y), points[beside[name]]):
+        if not sight.leads_from((x, y), points[waypoints[name]]):
             message = f"({x:g}, {y:g}) is walled in: no straight line leads to a lane; start it where one does"
             yield warning(("robots", name, "at"), message, [x, y])
 
 
 def _starts(world: World) -> dict[str, Point]:
-    """Return the known starts of robots that drive on lanes, by name."""
-    found = {}
+    """Return the valid start positions of robots that drive on lanes, by name."""
+    starts = {}
     for name, robot in world.robots.items():
         try:
             base, point = world.robot_type(robot).base, world.point(robot.at)
         except KeyError:
             continue
         if not base.flies and robot.planner == "graph":
-            found[name] = point
-    return found
+            starts[name] = point
+    return starts
 
 
 class _Sight:
-    """The lanes of a world, and the obstacles between them and points beside them."""
+    """Lines of sight to the lanes of a world, past its obstacles."""
 
     def __init__(self, world: World, lanes: list[tuple[Point, Point]]) -> None:
         solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
         walls = [wall for wall in world.walls if isinstance(wall, tuple)]
-        # Off the lanes a door is a wall for the planner.
+        # Away from the lanes, the planner treats doors as walls.
         doors = [door.at for door in world.doors.values()]
         self._obstacles = Obstacles([*walls, *doors], solids)
-        self._told = Obstacles(doors, solids)
+        # Another check reports robots inside these.
+        self._occupiable = Obstacles(doors, solids)
         self._walls = [
             pair for wall in [*walls, *doors, *((*solid, solid[0]) for solid in solids)] for pair in pairwise(wall)
         ]
@@ -156,19 +158,19 @@ class _Sight:
         self._budget = _MAX_COMPARISONS
 
     def leads_from(self, point: Point, waypoint: Point) -> bool:
-        """Return whether a straight line leads to a lane, or the limit is reached; *waypoint* is the nearest.
+        """Return whether a straight line leads from a point to a lane; *waypoint* is the nearest one.
 
-        A point in an obstacle or a door counts as one from which a line leads.
+        The answer is also True for a point in an obstacle or a door, and when the limit of comparisons is reached.
         """
-        if not self._obstacles.block(point, waypoint) or self._told.occupy(point):
+        if not self._obstacles.block(point, waypoint) or self._occupiable.occupy(point):
             return True
         nearest_walls = heapq.nsmallest(_NEAREST, self._walls, key=lambda wall: distance(point, foot(point, *wall)))
-        around = Obstacles(nearest_walls, ())
+        nearby = Obstacles(nearest_walls, ())
         for lane in self._lanes:
             self._budget -= len(nearest_walls)
             if self._budget < 0:
                 return True
-            if _sees(point, lane, around):
+            if _sees(point, lane, nearby):
                 self._budget -= len(self._walls)
                 if _sees(point, lane, self._obstacles):
                     return True
@@ -176,9 +178,9 @@ class _Sight:
 
 
 def _sees(point: Point, lane: tuple[Point, Point], obstacles: Obstacles) -> bool:
-    """Return whether a point is on a lane, or sees its foot on it or the end of the shadow around it."""
+    """Return whether a point is on a lane, or sees its foot on the lane or the edge of a shadow around the foot."""
     at = foot(point, *lane)
     if distance(point, at) <= SAME_PLACE:
         return True
-    seen = (at, *obstacles.edges_of_shadow(point, *lane))
-    return any(not obstacles.block(point, there) for there in seen)
+    targets = (at, *obstacles.edges_of_shadow(point, *lane))
+    return any(not obstacles.block(point, target) for target in targets)

@@ -1,4 +1,4 @@
-"""Actions with items and docks: MoveIt's, with MoveIt's error codes where 1 is success, and Nav2's docking."""
+"""Actions with items and docks: MoveIt's, whose error code for success is 1, and Nav2's docking."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _MoveItNode(ActionNode):
     UNANSWERED = MoveItErrorCodes.FAILURE
 
     def code_of(self, result: Any) -> tuple[int, str]:
-        """Return the code and the message of a result; it is not read if the goal has succeeded."""
+        """Return the code and the message of a result; success for a succeeded goal, whose result is not read."""
         return (MoveItErrorCodes.SUCCESS, "") if result is None else (result.error_code.val, result.error_code.message)
 
 
@@ -88,7 +88,7 @@ class DockRobot(_DockNode):
     }
 
     def setup(self, **kwargs: Any) -> None:
-        """Look up the action, and the dock if the file names it.
+        """Look up the action, and the dock if the tree's file names it.
 
         Raises:
             NotServed: There is no such robot, or it has no such action.

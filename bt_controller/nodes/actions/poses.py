@@ -1,4 +1,4 @@
-"""Nav2's actions that read poses, and edit lists of goals."""
+"""Nav2's nodes that read the robot's pose or edit lists of goals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class GetCurrentPose(Located, Leaf):
 
 
 class RemovePassedGoals(Located, Leaf):
-    """Writes the goals to ``output_goals`` without the first ones that the robot is near; the last one always remains.
+    """Writes the goals to ``output_goals``, without leading ones near the robot; the last one always remains.
 
     In ``input_waypoint_statuses``, if given, the removed goals become COMPLETED.
     """

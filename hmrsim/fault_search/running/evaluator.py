@@ -1,4 +1,4 @@
-"""Runs of many cases on an executor, whose outcomes do not depend on which worker runs which case."""
+"""The evaluation of cases on an executor; outcomes do not depend on which worker runs which case."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 _PIECES: Final = 4
 """Tasks per worker in a batch: several, so that all workers stay busy until its end."""
 _MAX_PIECE: Final = 16
-_PIECE: Final = 0.25
-"""The maximum of wall seconds for a task, unless a single run takes longer."""
-_MANY: Final = 32
+"""Maximum cases per task."""
+_PIECE_SECONDS: Final = 0.25
+"""Maximum wall seconds for a task, unless a single run takes longer."""
+_ASSUMED_WORKERS: Final = 32
 """The number of workers to assume if it is unknown."""
-_KEPT: Final = 50_000
-"""The number of outcomes that are kept, so that no case is run twice."""
+_MAX_KNOWN: Final = 50_000
+"""Maximum remembered outcomes; a case with one is not run again."""
 
 
 class Evaluator:
@@ -38,7 +39,7 @@ class Evaluator:
     Args:
         check: The check.
         make: Creates an executor; called again when one breaks.
-        workers: The number of cases that it runs at once; 0 if unknown, as for a cluster.
+        workers: The number of cases that the executor runs at once; 0 if unknown, as for a cluster.
 
     Attributes:
         runs: The number of runs.
@@ -48,7 +49,7 @@ class Evaluator:
     def __init__(self, check: Check, make: Callable[[], Executor], workers: int) -> None:
         self.runs = 0
         self.covered = TotalCoverage()
-        self.workers = workers or _MANY
+        self.workers = workers or _ASSUMED_WORKERS
         self._check = check
         self._batches = Batches(make, self.workers)
         self._known: dict[str, Outcome] = {}
@@ -59,14 +60,14 @@ class Evaluator:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End the executor and the cases that it runs."""
+        """Stop the executor and the cases that it runs."""
         self.stop()
 
     def take(self, check: Check, nominal: Outcome | None = None) -> None:
         """Run the cases of another check from now on, on the same executor.
 
-        *nominal* is the outcome of its run without faults, if known. If a property compares runs with it, that run is
-        made again, since it has to be compared with itself.
+        *nominal* is the outcome of its run without faults, if known. It is ignored if a property compares runs with
+        that run, which then has to be compared with itself.
         """
         self._check = check
         self._known.clear()
@@ -74,7 +75,7 @@ class Evaluator:
             self._keep(Case().key, nominal)
 
     def stop(self) -> None:
-        """End the executor; the next cases get a new one."""
+        """Stop the executor; the next cases get a new one."""
         self._batches.stop()
 
     def outcomes(self, cases: Sequence[Case], until: float = math.inf) -> list[Outcome]:
@@ -84,12 +85,10 @@ class Evaluator:
     def stream(self, cases: Sequence[Case], until: float = math.inf) -> Generator[Outcome, None, None]:
         """Yield the outcomes of cases in order, as soon as each is available; known cases are not run again.
 
-        The stream ends early when time is up. Close it to start no further case.
+        The stream ends early at the time *until* of the monotonic clock. Close it to start no further case.
 
-        Only the first outcome of a case has features and moments, except for the run without a schedule: they take
-        most of the memory of an outcome, and a search makes tens of thousands.
-
-        *until* is the last moment, by the monotonic clock.
+        A repeated outcome has no features and moments, except that of the run without a schedule: they take most of the
+        memory of an outcome, and a search makes tens of thousands.
         """
         missing = {case.key: case for case in cases if case.key not in self._known}
         fresh: dict[str, Outcome] = {}
@@ -111,14 +110,14 @@ class Evaluator:
         return outcome or Outcome(NOT_RUN)
 
     def _keep(self, key: str, outcome: Outcome) -> None:
-        if len(self._known) >= _KEPT:
+        if len(self._known) >= _MAX_KNOWN:
             del self._known[next(iter(self._known))]
         self._known[key] = outcome
 
     def _run(
         self, cases: Sequence[Case], until: float, *, story: bool = False
     ) -> Generator[tuple[str, Outcome], None, None]:
-        """Yield the key and the outcome of each case, in order; fewer if time is over."""
+        """Yield the key and the outcome of each case, in order; fewer if time runs out."""
         pieces, check = self._pieces(cases), self._check
 
         def submit(executor: Executor, piece: Sequence[Case]) -> Future[list[Outcome]]:
@@ -137,10 +136,10 @@ class Evaluator:
                     yield case.key, outcome
 
     def _pieces(self, cases: Sequence[Case]) -> Iterator[Sequence[Case]]:
-        """Yield the cases in pieces of a fraction of a second, so that little is lost when the rest is dropped."""
+        """Yield the cases in pieces that take a fraction of a second, so that stopping early loses little work."""
         size = min(_MAX_PIECE, -(-len(cases) // (self.workers * _PIECES)))
         if self._seconds:
-            size = min(size, int(_PIECE / self._seconds))
+            size = min(size, int(_PIECE_SECONDS / self._seconds))
         size = max(1, size)
         return (cases[i : i + size] for i in range(0, len(cases), size))
 

@@ -1,7 +1,7 @@
 """Reservations: the vehicles that hold each slot, and those that wait for it.
 
-Waypoints and lanes are slots, each with a unique number. A vehicle that stands anywhere else, or is going to, holds a
-*spot*: a slot that is made when it is first needed, and touches the waypoints, lanes and spots around it.
+Each waypoint and lane is a slot with a unique number. A vehicle that stands anywhere else, or is about to, holds a
+*spot*: a slot that is added when needed, and is near the waypoints, lanes and spots around it.
 """
 
 from __future__ import annotations
@@ -22,31 +22,30 @@ if TYPE_CHECKING:
 
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})
 
-
 _SPARE_SPOTS = 256
-"""Spots that are kept although no vehicle needs them now, beside four for each vehicle."""
+"""Spots to keep, in addition to four per vehicle, before unused ones are dropped."""
 
 
 class Slots:
-    """The slots of a world, and the spots where vehicles stand that are at no waypoint.
+    """The slots of a world, including the spots of vehicles that stand away from waypoints.
 
-    simpy has resources for this; they take five times as long, and most slots are free most of the time.
+    simpy's resources would take five times as long.
 
     Args:
-        capacities: Of each slot, how many vehicles may hold it at once: first waypoints, then lanes.
-        waypoints: How many of these are waypoints.
-        near: The slots that a vehicle may have only while no other one is so near that their footprints touch.
-        around: Returns the waypoints and lanes that a vehicle at a point may touch, and how far away each is.
+        capacities: The number of vehicles that may hold each slot at once: waypoints first, then lanes.
+        waypoints: The number of waypoints.
+        near: The slots in which vehicles may touch a vehicle in a slot, with the distance of each, by slot.
+        around: Returns the waypoints and lanes in which vehicles may touch one at a point, with the distance of each.
         reach: The greatest sum of two vehicles' radii, in the world's unit.
         freed: Called with the vehicles that wait for slots that have just become free.
-        reserved: Whether a slot is going to be needed although no vehicle holds it or waits for it.
+        reserved: Returns whether a slot will be needed although no vehicle holds it or waits for it.
 
     Attributes:
-        near: As given, with the spots.
-        points: Where each spot is, by its slot.
-        free: How many more vehicles may come into each slot, as far as the slots near it allow; less than 1 where it is
-            full. To be read only, as it is many times a lane.
-        holders: The vehicles that hold each slot, in the order in which they came. To be read only, too.
+        near: The same with the spots.
+        points: The position of each spot, by slot.
+        free: The number of vehicles that may still enter each slot, regardless of nearby slots; less than 1 if it is
+            full. Read-only; public because policies read it often.
+        holders: The vehicles that hold each slot, in order of arrival. Read-only.
     """
 
     def __init__(
@@ -77,7 +76,7 @@ class Slots:
         self._reserved = reserved
 
     def of(self, leg: Leg) -> tuple[int, ...]:
-        """Return the slots that a vehicle needs for a leg; the last one is where it stands at its end."""
+        """Return the slots that a vehicle needs for a leg, with the one where it stands at the end last."""
         slots = leg.slots
         if not slots:
             return (self.spot(leg.end, shared=leg.shares_end),)
@@ -87,7 +86,7 @@ class Slots:
         return (self.spot(leg.leaves_for, shared=leg.shares_end), *slots)
 
     def destination(self, leg: Leg) -> int:
-        """Return the slot where a vehicle stands that has driven a leg, and has left the lanes if it does so next."""
+        """Return the slot where a vehicle stands after a leg: the spot to which it leaves the lanes, if it does."""
         return self.of(leg)[0 if leg.slots and leg.leaves_for is not None else -1]
 
     def is_lane(self, slot: int) -> bool:
@@ -95,7 +94,7 @@ class Slots:
         return self._waypoints <= slot < self._first_spot
 
     def spot(self, point: Point, *, shared: bool = False) -> int:
-        """Return the slot of a point that is no waypoint; a *shared* one is for any number, such as a dock."""
+        """Return the slot of a point away from waypoints; a *shared* one, such as a dock, holds any number."""
         slot = self._spots.get((point, shared))
         if slot is None:
             slot = self._add_spot(point, shared=shared)
@@ -114,7 +113,7 @@ class Slots:
             self.holders.append([])
         near, (x, y), reach = {**self._around(point)}, point, self._reach
         for other, at in self.points.items():
-            # Most are nowhere near.
+            # Most spots are far away: compare coordinates first.
             if -reach < at[0] - x < reach and -reach < at[1] - y < reach and (away := distance(point, at)) < reach:
                 near[other] = away
         self._spots[point, shared] = slot
@@ -144,38 +143,38 @@ class Slots:
                     del self.near[other]
 
     def held(self, robot: Vehicle) -> tuple[int, ...]:
-        """Return the slots that a vehicle holds, in the order in which it drives them."""
+        """Return the slots that a vehicle holds, in driving order."""
         return self._held.get(robot, ())
 
     def vehicles(self) -> Iterable[Vehicle]:
-        """Return the vehicles that hold slots, in the order in which they came into the world."""
+        """Return the vehicles that hold slots, in the order in which they entered the world."""
         return self._held
 
     def full(self, slot: int) -> bool:
-        """Return whether no other vehicle may come into a slot."""
+        """Return whether no more vehicles may enter a slot."""
         return self.free[slot] < 1
 
     def room(self, slot: int, group: Sequence[Vehicle]) -> float:
-        """Return how many vehicles of a group may hold a slot while all others stay."""
+        """Return how many vehicles of a group fit in a slot while all others stay."""
         return self.free[slot] + sum(other in group for other in self.holders[slot])
 
     def inside(self, slot: int) -> list[Vehicle]:
-        """Return the vehicles that hold a slot, in the order in which they came."""
+        """Return the vehicles that hold a slot, in order of arrival."""
         return self.holders[slot]
 
     def holders_near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
-        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
+        """Yield the vehicles in nearby slots that one of this radius in a slot would touch, each after its slot."""
         for at, away in self.near.get(slot, {}).items():
             for other in self.holders[at]:
                 if touch(away, radius + other.radius):
                     yield at, other
 
     def at_rest(self, idle: Callable[[Vehicle], bool]) -> bool:
-        """Return whether all vehicles that hold anything stand or wait, and are *idle*."""
+        """Return whether all vehicles that hold slots stand or wait, and are *idle*."""
         return all((other.stands or other.waits) and idle(other) for inside in self.holders for other in inside)
 
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> list[int]:
-        """Return those of some slots that a vehicle does not hold and can't have now."""
+        """Return the slots, of those given, that a vehicle neither holds nor can take now."""
         held, free, near = self._held.get(robot, ()), self.free, self.near
         if not near:
             return [slot for slot in slots if free[slot] < 1 and slot not in held]
@@ -186,38 +185,38 @@ class Slots:
         ]
 
     def in_the_way(self, robot: Vehicle, slot: int) -> Sequence[Vehicle]:
-        """Return the vehicles because of which one that does not hold a slot can't have it now."""
+        """Return the vehicles that keep another one from taking a slot now."""
         inside = self.holders[slot] if self.free[slot] < 1 else ()
         return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
 
     def blockers(self, robot: Vehicle, slots: tuple[int, ...]) -> list[Vehicle]:
-        """Return the vehicles because of which one can't have some slots now, each once."""
+        """Return the vehicles that keep another one from taking some slots now, each once."""
         held, free, near = self._held.get(robot, ()), self.free, self.near
-        found: list[Vehicle] = []
+        others: list[Vehicle] = []
         for slot in slots:
             if slot not in held and (free[slot] < 1 or slot in near):
-                found += self.in_the_way(robot, slot)
-        return [*dict.fromkeys(found)] if len(found) > 1 else found
+                others += self.in_the_way(robot, slot)
+        return [*dict.fromkeys(others)] if len(others) > 1 else others
 
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
-        """Yield the vehicles that a vehicle in a slot would touch from the slots near it."""
+        """Yield the vehicles in nearby slots that a vehicle in a slot would touch, and does not touch already."""
         return (other for _, other in self._beside(robot, slot))
 
     def _beside(
         self, robot: Vehicle, slot: int, moving: Mapping[Vehicle, Sequence[int]] = _NOTHING
     ) -> Iterator[tuple[int, Vehicle]]:
-        """Yield the slots near one and the vehicles there that one in it would touch, but for those it touches already.
+        """Yield the same vehicles as `beside`, each after the slot that it holds.
 
-        Vehicles that were put where they touch could not leave each other otherwise.
+        Vehicles that touch already are ignored: they could not separate otherwise.
 
-        *moving* are the slots of those that leave theirs at this instant.
+        *moving* maps vehicles that change slots at this instant to their new slots.
         """
         for at, away in self.near.get(slot, {}).items():
             if slot in self._shared and at >= self._first_spot:
                 continue
-            there = [other for other in self.holders[at] if other not in moving]
-            there += [other for other, slots in moving.items() if at in slots]
-            for other in there:
+            inside = [other for other in self.holders[at] if other not in moving]
+            inside += [other for other, slots in moving.items() if at in slots]
+            for other in inside:
                 if other is not robot and touch(away, robot.radius + other.radius) and not self._touches(robot, other):
                     yield at, other
 
@@ -225,11 +224,11 @@ class Slots:
         return any(self.touch(robot, self._standing(robot), other, at) for at in self._standing(other))
 
     def _standing(self, robot: Vehicle) -> Sequence[int]:
-        """Return where a vehicle stands or is going to: in the middle of a lane it holds all of that, too."""
+        """Return the slots where a vehicle stands or is about to, without the lanes that it holds."""
         return [slot for slot in self.held(robot) if not self.is_lane(slot)]
 
     def touch(self, robot: Vehicle, slots: Iterable[int], other: Vehicle, at: int) -> bool:
-        """Return whether a vehicle in one of some slots touches another one in the slot *at*, which is none of them."""
+        """Return whether a vehicle in any of *slots* touches another one in the slot *at*, which is not one of them."""
         radii = robot.radius + other.radius
         return any(at in near and touch(near[at], radii) for slot in slots if (near := self.near.get(slot)))
 
@@ -237,7 +236,7 @@ class Slots:
         """Give a vehicle the slots of a leg, and release all others.
 
         Returns:
-            Whether it may have them; if not, nothing has changed but that it waits.
+            Whether it got them; if not, it waits for them and keeps its own.
         """
         free, inside, held, wanted = self.free, self.holders, self._held.get(robot, ()), self.of(leg)
         crowded = False
@@ -247,7 +246,7 @@ class Slots:
             if free[slot] < 1:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
-            # Most slots are near no other.
+            # Most slots have no slots near them.
             crowded = crowded or slot in self.near
         if crowded and self._waits_beside(robot, wanted, held):
             return False
@@ -260,7 +259,7 @@ class Slots:
         return True
 
     def _waits_beside(self, robot: Vehicle, wanted: tuple[int, ...], held: tuple[int, ...]) -> bool:
-        """Return whether others are too near the slots that a vehicle wants; then it waits for all of them to leave."""
+        """Return whether other vehicles are too near the slots that a vehicle wants; if so, make it wait for them."""
         taken: list[int] = []
         for slot in wanted:
             if slot in self.near and slot not in held:
@@ -270,30 +269,30 @@ class Slots:
         return bool(taken)
 
     def exchange(self, moves: Sequence[tuple[Vehicle, Sequence[int]]]) -> bool:
-        """Give vehicles that stand the slots that they move to, all at once; return whether there is room for all."""
+        """Move standing vehicles to new slots, all at once; return False and change nothing if there is no room."""
         free = self.free
         if not self._fit(moves):
             return False
         if self.near and self._collide(dict(moves)):
             return False
-        left = []
+        vacated = []
         for robot, slots in moves:
             for slot in self.held(robot):
                 free[slot] += 1
                 self.holders[slot].remove(robot)
-                left.append(slot)
+                vacated.append(slot)
             self._held[robot] = tuple(slots)
         for robot, slots in moves:
             for slot in slots:
                 free[slot] -= 1
                 self.holders[slot].append(robot)
-        for slot in left:
+        for slot in vacated:
             if waiting := self._wanted.pop(slot, None):
                 self._freed([*waiting])
         return True
 
     def _fit(self, moves: Sequence[tuple[Vehicle, Sequence[int]]]) -> bool:
-        """Return whether there is room for vehicles that go to these slots at once, and leave those that they hold."""
+        """Return whether the new slots of vehicles have room for them once they have all left their old ones."""
         after: dict[int, float] = {}
         for robot, slots in moves:
             for slot in self._held.get(robot, ()):
@@ -303,14 +302,14 @@ class Slots:
         return all(after[slot] >= 0 for _, slots in moves for slot in slots)
 
     def _collide(self, moving: Mapping[Vehicle, Sequence[int]]) -> bool:
-        """Return whether vehicles that move to these slots at once would touch each other, or one that stays."""
+        """Return whether vehicles in their new slots would touch each other, or a vehicle that stays."""
         return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
 
     def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
         """Make a waiting vehicle request again when another leaves one of these slots, or comes to rest there."""
         self._unwatch(robot)
         if self.near:
-            # What is in the way may be beside them.
+            # The blocking vehicle may be in a nearby slot.
             beside = [at for slot in slots for at in self.near.get(slot, ()) if self.holders[at]]
             slots = dict.fromkeys([*slots, *beside])
         self._watched[robot] = slots
@@ -329,9 +328,9 @@ class Slots:
                 waiting.pop(robot, None)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """Give a vehicle that stands these slots, also full ones, and release all others.
+        """Give a standing vehicle these slots, even if they are full, and release all others.
 
-        Away from the waypoints it also holds its spot.
+        Away from waypoints it also holds a spot.
         """
         if not slots or (len(slots) == 1 and self._waypoints <= slots[0] < self._first_spot):
             slots = (self.spot(robot.pose().point), *slots)
@@ -341,7 +340,7 @@ class Slots:
             if slot not in held:
                 self.free[slot] -= 1
                 self.holders[slot].append(robot)
-        # A vehicle that waits for one that stays may prefer another route.
+        # Vehicles that wait for this one may now prefer another route.
         self._release(robot, held, slots, stays=True)
 
     def leave(self, robot: Vehicle) -> None:
@@ -359,7 +358,10 @@ class Slots:
             self._unwatch(robot)
 
     def _release(self, robot: Vehicle, held: Sequence[int], kept: Sequence[int] = (), *, stays: bool = False) -> None:
-        """Release the slots held but for those that are kept; who waits for one asks again, for all if it *stays*."""
+        """Release the slots held except those kept, and make the vehicles that wait for released ones request again.
+
+        If the vehicle *stays*, so do those that wait for the slots that it keeps.
+        """
         for slot in held:
             if slot not in kept:
                 self.free[slot] += 1

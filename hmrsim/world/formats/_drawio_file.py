@@ -15,11 +15,12 @@ from hmrsim.safe_xml import XmlError
 from hmrsim.world.formats._layouts import choose_page
 
 MAX_ELEMENTS = 200_000
+"""Maximum XML elements of a file."""
 
 
 @dataclass
 class Element:
-    """An element: its tag, attributes, line, children and own text."""
+    """An XML element."""
 
     tag: str
     attributes: dict[str, str]
@@ -51,12 +52,12 @@ class Element:
 
 
 def parse(text: str, *, line: int | None = None) -> Element:
-    """Return the root element.
+    """Return the root element of an XML text.
 
-    *line* is that of all elements, for XML that is packed into one; None to count.
+    *line* is the line number of all elements, for XML that is packed into one line; None to count lines.
 
     Raises:
-        Refused: It is not valid XML, has a document type, or exceeds a bound.
+        XmlError: The text is not valid XML, has a document type, or exceeds a limit.
     """
     data = text.encode("utf-8", "surrogatepass")
     return safe_xml.parse(
@@ -70,7 +71,7 @@ MAX_INFLATED = 32 * 1024 * 1024
 _SVG = re.compile(r"<(!DOCTYPE\s+)?svg[\s/>]")
 
 _UNNAMED = "Window 1"
-"""The original's name for a page without a name."""
+"""The name of a page without a name."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def read_page(text: str, file: str, wanted: str | None) -> Page:
     *wanted* is the page's name, or its number from 1; None for the first.
 
     Raises:
-        XmlError: It can't be unpacked.
+        XmlError: The file is no drawing, or can't be unpacked.
         WorldError: There is no such page.
     """
     start = text[:1000]

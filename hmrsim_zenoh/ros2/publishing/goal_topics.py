@@ -1,4 +1,4 @@
-"""The topics of actions: the statuses of their goals, and feedback."""
+"""The status and feedback topics of actions."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
-_SECOND: Final = 33
-"""Where the second entry of a list begins. All entries except the first have the same padding."""
+_SECOND_ENTRY: Final = 33
+"""The offset of the second entry of an encoded status list. All entries except the first have the same padding."""
 _PADDING: Final = slice(16, 19)
-"""After the goal's id: the times that follow are aligned to 4 bytes, and an entry has 25."""
+"""The padding of an entry, between the goal's id and its stamp; the first entry of a list has none."""
 
 
 class Statuses:
-    """Encodes status lists; encoded entries are cached, as most of a long list does not change."""
+    """An encoder of status lists, which caches entries because most of a long list does not change."""
 
     def __init__(self, type_: MessageType) -> None:
         self._type = type_
@@ -38,7 +38,7 @@ class Statuses:
         self._encoded: list[bytes] = []
 
     def encode(self, goals: Sequence[GoalEntry]) -> bytes:
-        """Return the list of these goals."""
+        """Return the encoded status list of these goals."""
         self._drop_oldest(goals)
         # A Python loop over all entries would take most of the time: identical ones are skipped in C.
         for i in compress(count(), map(is_not, goals, self._goals)):
@@ -52,27 +52,28 @@ class Statuses:
         return b"\0\1\0\0%b%b%b" % (len(entries).to_bytes(4, "little"), first, b"".join(entries[1:]))
 
     def _drop_oldest(self, goals: Sequence[GoalEntry]) -> None:
-        """Drop expired entries at the beginning, so that the others keep their indices."""
+        """Drop the cached entries of goals that have expired, so that the indices match again."""
         oldest = goals[0].goal_id if goals else ""
-        gone = next((i for i, goal in enumerate(self._goals) if goal.goal_id == oldest), len(self._goals))
-        del self._goals[:gone], self._encoded[:gone]
+        expired = next((i for i, goal in enumerate(self._goals) if goal.goal_id == oldest), len(self._goals))
+        del self._goals[:expired], self._encoded[:expired]
 
     def _entry(self, goal: GoalEntry) -> bytes:
+        """Return the encoded entry of a goal, with padding."""
         info = {"goal_id": {"uuid": bytes.fromhex(goal.goal_id)}, "stamp": values_of(goal.stamp)}
-        return self._type.encode({"status_list": [{"goal_info": info, "status": int(goal.status)}] * 2})[_SECOND:]
+        return self._type.encode({"status_list": [{"goal_info": info, "status": int(goal.status)}] * 2})[_SECOND_ENTRY:]
 
 
 _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
-"""The names of all feedback."""
+"""The topic names of the feedback of robots' actions, and of the world's actions."""
 _KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
 
 
 class _Layout(NamedTuple):
-    """The feedback topic in one layout, which one or several distributions have."""
+    """A feedback topic in one message layout, which one or more ROS distributions use."""
 
     type: MessageType
-    listened: str
-    """The kind of keys that `SubscriberWatch` checks for subscribers of any robot's feedback."""
+    pattern: str
+    """The key pattern on which `SubscriberWatch` checks for subscribers to any robot's feedback."""
     publishers: list[Publisher]
 
 
@@ -85,12 +86,12 @@ class _Goals(NamedTuple):
 
 
 def patterns(wire: Wire) -> dict[str, str]:
-    """Return the keys on which feedback is published."""
+    """Return the key patterns on which feedback is published."""
     return {kind: wire.key(kind) for kind in _KINDS}
 
 
 class GoalTopics:
-    """Publishes statuses always, as they are latched, and feedback where there are subscribers."""
+    """Publishes statuses always, as they are latched, and feedback if it has subscribers."""
 
     def __init__(
         self, wire: Wire, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]
@@ -100,7 +101,7 @@ class GoalTopics:
         self._publishers = publishers
         self._interest = interest
         self._limiter = FeedbackLimiter()
-        # Referenced here, as latched publishers have to keep their message until they are declared.
+        # Keeps the latched publishers alive: they hold their message until they are declared.
         self._robots: dict[str, dict[str, _Goals]] = {}
 
     def wants(self, topic: Topic) -> bool:
@@ -110,8 +111,8 @@ class GoalTopics:
         return topic is Topic.STATUS
 
     def kinds(self, action: str, *, of_world: bool) -> list[str]:
-        """Return the kinds of keys of an action's feedback: of any, and of each of its layouts that has been sent."""
-        sent = [kind for _, kind in self._patterns(action, of_world=of_world) if kind in self._interest]
+        """Return the key patterns of an action's feedback: the general one, and those of the layouts sent so far."""
+        sent = [pattern for _, pattern in self._patterns(action, of_world=of_world) if pattern in self._interest]
         return [_OF_WORLD if of_world else _OF_ROBOTS, *sent]
 
     def begin(self, robot: str, names: Names) -> None:
@@ -152,7 +153,7 @@ class GoalTopics:
         if not goals.feedback:
             goals.feedback.extend(self._layouts(event, names))
         for layout in goals.feedback:
-            if self._interest[layout.listened] and any(layout.publishers):
+            if self._interest[layout.pattern] and any(layout.publishers):
                 goal_id = {"uuid": bytes.fromhex(event.goal_id)}
                 payload = layout.type.encode({"goal_id": goal_id, "feedback": event.feedback})
                 for publisher in layout.publishers:
@@ -170,7 +171,7 @@ class GoalTopics:
             yield _Layout(type_, pattern, self._of(called, "feedback", type_, DEFAULT_QOS))
 
     def _patterns(self, action: str, *, of_world: bool) -> Iterator[tuple[MessageType, str]]:
-        """Yield the layouts of an action's feedback, each with the kind of its keys."""
+        """Yield the message types of an action's feedback, each with its key pattern."""
         for type_ in self._endpoints.feedback_types(action):
             yield type_, self._wire.key(_OF_WORLD if of_world else _OF_ROBOTS, type_.dds_name, type_.hash)
 
