@@ -60,6 +60,11 @@ class Motion:
         self.drive: Drive | None = None
         self.drives = False
 
+    def detach(self) -> None:
+        """Call its vehicle no more, which leaves the simulation: no reference cycle keeps both."""
+        self._abandon_end()
+        self._ended.clear()
+
     def follow(self, drive: Drive) -> None:
         """Take a drive, and wait to begin it; nothing may be driven now."""
         self.drive, self._seconds, self.final = drive, drive.seconds, len(drive.seconds) - 1

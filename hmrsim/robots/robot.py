@@ -223,6 +223,11 @@ class Robot(MobileBase):
         if self.energy is not None:
             self.energy.stop()
 
+    def leave(self) -> None:
+        """Leave the simulation for good."""
+        self.retire()
+        self.motion.detach()
+
     def disable(self, cause: str, why: str) -> None:
         """Stop, and be able to do nothing until this and all other causes are gone.
 

@@ -93,7 +93,7 @@ class Roster:
     def fill(self, world: World, graph: WaypointGraph) -> None:
         """Replace all entities by those of a world."""
         for _, robot in sorted(self.robots.items()):
-            robot.retire()
+            robot.leave()
         self._world, self._graph = world, graph
         self.admission = Admission(
             self._env,
@@ -177,7 +177,7 @@ class Roster:
             self._leaving(name)
             self.robots[name].halt()
             self.robots[name].release_all()
-            self.robots[name].retire()
+            self.robots[name].leave()
             self.admission.remove(self.robots[name])
             self._publisher.publish(lambda: Deleted(name))
             self._change({other: robot for other, robot in self.robots.items() if other != name})

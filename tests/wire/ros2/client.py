@@ -58,13 +58,19 @@ class Unanswered(Exception):
     """A request without an answer, whose future in rclpy would never complete."""
 
 
+# As in hmrsim_zenoh.wire.session: garbage collection in a callback would wait for Zenoh's thread with the GIL held.
+_never_deallocated: list[zenoh.Session] = []
+
+
 def open_session(endpoint: str, **settings: Any) -> zenoh.Session:
     """Return a session as a ROS node opens it; *settings* are more of its configuration, with ``__`` for ``/``."""
     config = zenoh.Config()
     more = {key.replace("__", "/"): value for key, value in settings.items()}
     for key, value in {**SESSION, "connect/endpoints": [endpoint], **more}.items():
         config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
+    session = zenoh.open(config)
+    _never_deallocated.append(session)
+    return session
 
 
 def ros_action(action: str, distro: str = "jazzy") -> ActionType:
