@@ -97,6 +97,15 @@ class AsyncClient:
         """Return a robot of this name."""
         return AsyncRobot(self.client, self._time, name, self._places)
 
+    async def info(self) -> dict[str, Any]:
+        """Return the simulator's description, as of `Client`; no time passes in lockstep.
+
+        Raises:
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `Client.get`.
+        """
+        with self._time.held():
+            return await asyncio.to_thread(self.client.info)
+
     async def now(self) -> float:
         """Return simulated seconds.
 

@@ -123,6 +123,16 @@ async def charge(client):
     return round(before.percentage, 3), round(after.percentage, 3), await client.now()
 
 
+def test_the_description_of_a_simulator_takes_no_time():
+    async def described(cafe):
+        robots = (await cafe.info())["robots"]
+        return {robot["name"]: robot["type"] for robot in robots}, await cafe.now()
+
+    robots, now = played(described).answer
+
+    assert ("waiter", 0.0) == (robots["mocha"], now)
+
+
 def test_time_goes_on_until_a_battery_is_charged():
     """Time stops at that charge, and each run is the same."""
     first, second = played(charge, LOW), played(charge, LOW)
