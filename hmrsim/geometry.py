@@ -241,3 +241,24 @@ class Obstacles:
             and (c[1] >= low or d[1] >= low)
             and (c[1] <= high or d[1] <= high)
         ]
+
+
+class PlaceNames:
+    """The names of points.
+
+    Args:
+        named: Points by name. Of several names of a point, the first one is used.
+    """
+
+    def __init__(self, *named: Mapping[str, Point]) -> None:
+        self._names: dict[Point, str] = {}
+        for points in named:
+            for name, point in points.items():
+                self._names.setdefault(point, name)
+
+    def of(self, point: Point) -> str:
+        """Return the name of a point, or its coordinates."""
+        if point in self._names:
+            return self._names[point]
+        near = (name for at, name in self._names.items() if distance(at, point) <= SAME_PLACE)
+        return next(near, f"({point[0]:g}, {point[1]:g})")

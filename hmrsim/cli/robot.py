@@ -12,8 +12,8 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import listed
+from hmrsim.history.causes import dock_queues, running_actions
 from hmrsim.program.command_line import add_commands
-from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -48,36 +48,25 @@ def _list(args: argparse.Namespace) -> int:
 
 def rows(scene: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Yield a row for each robot of a scene: name, type, position, charge, and what it does or why it waits."""
-    queues = dict(_queues(scene["fixtures"]))
+    queues = dock_queues(scene)
     for robot in scene["robots"]:
         yield _row(robot, queues.get(robot["name"]))
 
 
-def _queues(fixtures: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str]]:
-    """Yield the robots that queue for a dock, and the text for their state."""
-    for fixture in fixtures:
-        tags = [tag.partition(":") for tag in fixture["tags"]]
-        inside = listed([name for tag, _, name in tags if tag == "docked"])
-        for tag, _, name in tags:
-            if tag == "queued":
-                yield name, f"queues for {fixture['name']} (docked there: {inside})"
-
-
-def _row(robot: Mapping[str, Any], queue: str | None) -> tuple[str, ...]:
+def _row(robot: Mapping[str, Any], queue: tuple[str, Sequence[str]] | None) -> tuple[str, ...]:
     x, y, _ = robot["pose"]
     battery = robot.get("battery")
     charge = f"{battery['percentage']:.0%}" if battery else "-"
     return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, queue)) or "idle"
 
 
-def _states(robot: Mapping[str, Any], queue: str | None) -> list[str]:
-    # The scene also contains the last goal of each action after it has ended.
-    states = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
+def _states(robot: Mapping[str, Any], queue: tuple[str, Sequence[str]] | None) -> list[str]:
+    states = [*running_actions(robot)]
     states += sorted(robot["ailments"])
     states += [f"holds {item}" for item in robot["holds"]]
     states += [f"docked at {robot['dock']}"] if robot["dock"] else []
     states += [] if robot["connected"] else ["connection lost"]
-    states += [queue] if queue else []
+    states += [f"queues for {queue[0]} (docked there: {listed(queue[1])})"] if queue else []
     return states + ([_why_it_waits(robot["waiting"] or {})] if robot["waits"] else [])
 
 

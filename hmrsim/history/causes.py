@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.geometry import PlaceNames
 from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
@@ -28,8 +28,6 @@ _HELP: Final[Mapping[str, str]] = {
     "cycle": "the robots wait for each other: cancel the goal of one and send it elsewhere, or use the traffic policy "
     "`planned`, which resolves what `reserve` and `priority` can't",
 }
-
-
 _NO_GOAL: Final = "it waits for nothing but a goal from its controller"
 
 
@@ -42,6 +40,7 @@ class Standing:
         at: Where it is, as text.
         goals: The actions that it executes.
         disabled: Why it can do nothing, such as the name of a fault; empty if it can.
+        offline: Whether its connection is lost: it gets no goal, but continues the one that it has.
         moves: Whether it drives now.
         dock: The dock at which it is; empty if it is at none.
         since: When it began to wait, in simulated seconds; None while it does not.
@@ -54,6 +53,7 @@ class Standing:
     at: str
     goals: tuple[str, ...] = ()
     disabled: tuple[str, ...] = ()
+    offline: bool = False
     moves: bool = False
     dock: str = ""
     since: float | None = None
@@ -62,33 +62,28 @@ class Standing:
     queue: str = ""
 
     @classmethod
-    def of_scene(
-        cls,
-        robot: Mapping[str, Any],
-        queues: Mapping[str, tuple[str, Sequence[str]]],
-        places: Mapping[str, Point],
-    ) -> Self:
+    def of_scene(cls, robot: Mapping[str, Any], queue: tuple[str, Sequence[str]], places: PlaceNames) -> Self:
         """Return what the scene of a simulation says of a robot.
 
         Args:
             robot: Its entry in ``_world/scene``.
-            queues: By robot, the dock for which it queues, and the robots that are docked there.
-            places: The named points of the world.
+            queue: The dock for which it queues, if any, and the robots that are docked there.
+            places: The names of the world's points.
         """
         waiting = (robot.get("waiting") or {}) if robot["waits"] else {}
-        queue, docked = queues.get(robot["name"], ("", ()))
-        x, y, _ = robot["pose"]
+        dock, docked = queue
         return cls(
             robot["name"],
-            next((name for name, at in places.items() if distance(at, (x, y)) <= SAME_PLACE), f"({x:g}, {y:g})"),
-            tuple(goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal),
-            (*sorted(robot["ailments"]), *([] if robot["connected"] else ["connection lost"])),
+            places.of(tuple(robot["pose"][:2])),
+            running_actions(robot),
+            tuple(sorted(robot["ailments"])),
+            not robot["connected"],
             robot["motion"] is not None,
             robot["dock"] or "",
             waiting.get("since"),
             tuple(waiting.get("for") or docked),
             waiting.get("why", ""),
-            queue,
+            dock,
         )
 
 
@@ -119,16 +114,28 @@ class Chain:
     links: tuple[Link, ...]
     help: str
 
-    @property
-    def root(self) -> Link:
-        """The cause that starts the chain."""
-        return self.links[-1]
+
+def running_actions(robot: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the actions that a robot of a scene executes; the scene also has its last goal that has ended."""
+    return tuple(goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal)
+
+
+def dock_queues(scene: Mapping[str, Any]) -> dict[str, tuple[str, list[str]]]:
+    """Return, for each robot that queues for a dock, its name and the robots that are docked there."""
+    queues: dict[str, tuple[str, list[str]]] = {}
+    for fixture in scene["fixtures"]:
+        tags = [tag.partition(":") for tag in fixture["tags"]]
+        docked = [name for tag, _, name in tags if tag == "docked"]
+        queues |= {name: (fixture["name"], docked) for tag, _, name in tags if tag == "queued"}
+    return queues
 
 
 def standings(scene: Mapping[str, Any], places: Mapping[str, Point]) -> dict[str, Standing]:
     """Return what a scene says of each robot, by name; *places* are the named points of its world."""
-    queues = dict(_queues(scene["fixtures"]))
-    return {robot["name"]: Standing.of_scene(robot, queues, places) for robot in scene["robots"]}
+    queues, names = dock_queues(scene), PlaceNames(places)
+    return {
+        robot["name"]: Standing.of_scene(robot, queues.get(robot["name"], ("", ())), names) for robot in scene["robots"]
+    }
 
 
 def why_waits(robot: str, known: Mapping[str, Standing]) -> Chain:
@@ -174,7 +181,8 @@ def _last(here: Standing) -> Link:
         return Link(here.robot, "drives", f"{here.robot} drives, now {at}")
     if here.goals:
         return Link(here.robot, "works", f"{here.robot} executes {_listed(here.goals)} {at}")
-    return Link(here.robot, "idle", f"{here.robot} is idle {at}, without a goal")
+    offline = ", and its connection is lost" if here.offline else ""
+    return Link(here.robot, "idle", f"{here.robot} is idle {at}, without a goal{offline}")
 
 
 def _since(here: Standing) -> str:
@@ -183,11 +191,3 @@ def _since(here: Standing) -> str:
 
 def _listed(names: Iterable[str]) -> str:
     return " and ".join(names)
-
-
-def _queues(fixtures: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, tuple[str, Sequence[str]]]]:
-    """Yield the robots that queue for a dock, with its name and the robots that are docked there."""
-    for fixture in fixtures:
-        tags = [tag.partition(":") for tag in fixture["tags"]]
-        inside = [name for tag, _, name in tags if tag == "docked"]
-        yield from ((name, (fixture["name"], inside)) for tag, _, name in tags if tag == "queued")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from hmrsim.geometry import SAME_PLACE, distance
+from hmrsim.geometry import PlaceNames
 from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
-    from hmrsim.geometry import Point
     from hmrsim.world.model import World
 
 _MOST_TOLD = 3
@@ -46,23 +45,11 @@ def described(blockers: Sequence[Blocker]) -> str:
     return ", and by ".join([*map(str, blockers[:_MOST_TOLD]), *rest])
 
 
-class PlaceNames:
-    """The names of points: of waypoints, places and docks."""
-
-    def __init__(self, world: World) -> None:
-        self._names: dict[Point, str] = {}
-        docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
-        for named in (world.points, {name: place.at for name, place in world.places.items()}, docks):
-            for name, point in named.items():
-                self._names.setdefault(point, name)
-
-    def of(self, point: Point) -> str:
-        """Return the name of a point, or its coordinates."""
-        if point in self._names:
-            return self._names[point]
-        near = (name for at, name in self._names.items() if distance(at, point) <= SAME_PLACE)
-        return next(near, f"({point[0]:g}, {point[1]:g})")
+def _names_of(world: World) -> PlaceNames:
+    places = {name: place.at for name, place in world.places.items()}
+    docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
+    return PlaceNames(world.points, places, docks)
 
 
-place_names: Final = Derived(PlaceNames)
-"""Returns the names of the points of a world."""
+place_names: Final = Derived(_names_of)
+"""Returns the names of the waypoints, places and docks of a world."""

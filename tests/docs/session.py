@@ -34,7 +34,7 @@ _PAGE_PORT: Final = "7448"
 _OURS: Final = ("hmrsim", "bt-controller")
 _SHELL: Final = re.compile(r"[|&;<>$`*?~()\n]|^\w+=")
 """What only a shell understands, outside of quotes."""
-_PROGRESS = re.compile(r"^(?:searching: |reducing a failure of |[\d,]+ of [\d,]+ runs \().*\n", re.MULTILINE)
+_PROGRESS: Final = re.compile(r"^(?:searching: |reducing a failure of |[\d,]+ of [\d,]+ runs \().*\n", re.MULTILINE)
 """What commands report of their progress every few seconds, more often on a slow machine; no page shows it."""
 _GOES_ON: Final = re.compile(r"hmrsim (?:run|view)\b")
 """Programs that go on, as in another terminal, until the page starts the next such one."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.history.causes import Standing, why_waits
+from hmrsim.history.causes import Standing, standings, why_waits
 
 
 def waits(robot, *others, **fields):
@@ -63,3 +63,26 @@ def test_a_robot_that_does_not_wait_says_what_it_does():
 
     assert ["a is idle at b, without a goal"] == [link.text for link in chain.links]
     assert "it waits for nothing but a goal from its controller" == chain.help
+
+
+def robot_in(name, **fields):
+    """Return a robot of a scene."""
+    at_rest = {"pose": [1.0, 2.0, 0.0], "goals": [], "ailments": {}, "connected": True, "motion": None, "dock": None}
+    return {"name": name, **at_rest, "waits": False, "waiting": None, **fields}
+
+
+def test_a_robot_that_is_offline_goes_on_with_its_goal():
+    """Only its controller can't reach it."""
+    goals = [{"action": "navigate_to_pose", "status": 4}, {"action": "wait", "status": 2}]
+    robots = [robot_in("a", connected=False, goals=goals), robot_in("b", connected=False)]
+    known = standings({"robots": robots, "fixtures": []}, {"home": (1.0, 2.0)})
+
+    texts = [why_waits(name, known).links[-1].text for name in "ab"]
+    assert ["a executes wait at home", "b is idle at home, without a goal, and its connection is lost"] == texts
+
+
+def test_a_scene_tells_who_queues_for_a_dock():
+    dock = {"name": "charger", "tags": ["docked:b", "queued:a"]}
+    known = standings({"robots": [robot_in("a"), robot_in("b", dock="charger")], "fixtures": [dock]}, {})
+
+    assert ("charger", ("b",)) == (known["a"].queue, known["a"].waits_for)
