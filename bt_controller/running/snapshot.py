@@ -43,6 +43,9 @@ _OF_TAGS: Final = {
 """The symbols of XML trees' controls that correspond to py_trees' composites."""
 
 _OTHER_CONTROL: Final = "{*}"
+_DECORATOR: Final = "-^-"
+_LEAF: Final = "-->"
+_CATEGORIES: Final = {_LEAF: "Action", _DECORATOR: "Decorator"}
 
 
 class NodeCounts(NamedTuple):
@@ -76,6 +79,11 @@ class Node(NamedTuple):
     message: str
     origin: str = ""
     coverage: NodeCounts | None = None
+
+    @property
+    def category(self) -> str:
+        """Its category in BehaviorTree.CPP: ``Action``, ``Decorator`` or ``Control``."""
+        return _CATEGORIES.get(self.symbol, "Control")
 
     @property
     def words(self) -> str:
@@ -211,9 +219,9 @@ def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Beha
 def _symbols(kind: type[Behaviour]) -> tuple[str, str]:
     """Return the symbol of a kind, and that of one without memory."""
     if issubclass(kind, Decorator):
-        return "-^-", "-^-"
+        return _DECORATOR, _DECORATOR
     if not issubclass(kind, Composite):
-        return "-->", "-->"
+        return _LEAF, _LEAF
     if issubclass(kind, Parallel):
         return "/_/", "/_/"
     if issubclass(kind, Sequence):

@@ -12,6 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Final, Self
 from uuid import UUID, uuid5
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -60,24 +61,19 @@ class Groot2Publishers:
 
     def __init__(self, missions: Sequence[Mission], port: int = PORT) -> None:
         self._servers = {mission.robot: _Server(mission, port + 2 * i) for i, mission in enumerate(missions)}
+        self._ending = ExitStack()
 
     def __enter__(self) -> Self:
         """Serve the trees."""
-        started: list[_Server] = []
-        try:
+        with ExitStack() as started:
             for server in self._servers.values():
-                server.start()
-                started.append(server)
-        except BadOptions:
-            for server in started:
-                server.stop()
-            raise
+                started.enter_context(server.serving())
+            self._ending = started.pop_all()
         return self
 
     def __exit__(self, *_error: object) -> None:
         """Stop the servers."""
-        for server in self._servers.values():
-            server.stop()
+        self._ending.close()
 
     @property
     def ports(self) -> dict[str, int]:
@@ -95,28 +91,32 @@ class _Server:
     def __init__(self, mission: Mission, port: int) -> None:
         self.port = port
         self._mission = mission
-        self._context = zmq.Context()
-        self._thread = threading.Thread(target=self._serve, name=f"groot2 {mission.robot}", daemon=True)
-        self._stopping = threading.Event()
         self._recording = _Recording()
-        self._tree_id = uuid5(_NAMESPACE, mission.robot).bytes
+        # Clients read the tree again when this changes.
+        self._tree_id = uuid5(_NAMESPACE, tree_xml(self._nodes()).decode()).bytes
 
-    def start(self) -> None:
-        """Take the port, and answer from now on."""
-        self._socket = self._context.socket(zmq.REP)
-        self._socket.setsockopt(zmq.LINGER, 0)
-        try:
-            self._socket.bind(f"tcp://127.0.0.1:{self.port}")
-        except zmq.ZMQError as error:
-            self._context.destroy(linger=0)
-            raise BadOptions(f"--groot2: port {self.port} can't be served: {error}; name another") from None
-        self._thread.start()
+    @contextmanager
+    def serving(self) -> Iterator[None]:
+        """Answer requests during the context.
 
-    def stop(self) -> None:
-        """Answer no further request, and free the port."""
-        self._stopping.set()
-        self._thread.join()
-        self._context.destroy(linger=0)
+        Raises:
+            BadOptions: The port is taken.
+        """
+        stopping = threading.Event()
+        with zmq.Context() as context, context.socket(zmq.REP) as socket:
+            socket.setsockopt(zmq.LINGER, 0)
+            try:
+                socket.bind(f"tcp://127.0.0.1:{self.port}")
+            except zmq.ZMQError as error:
+                raise BadOptions(f"--groot2: port {self.port} can't be served: {error}; name another") from None
+            name = f"groot2 {self._mission.robot}"
+            thread = threading.Thread(target=self._answer_all, args=(socket, stopping), name=name, daemon=True)
+            thread.start()
+            try:
+                yield
+            finally:
+                stopping.set()
+                thread.join()
 
     def note_transitions(self) -> None:
         """Record which nodes have changed, while a recording runs."""
@@ -126,10 +126,10 @@ class _Server:
     def _nodes(self) -> Sequence[Node]:
         return self._mission.snapshot(None).nodes
 
-    def _serve(self) -> None:
-        while not self._stopping.is_set():
-            if self._socket.poll(_LOOK_MS):
-                self._socket.send_multipart(self._answer(self._socket.recv_multipart()))
+    def _answer_all(self, socket: zmq.Socket[bytes], stopping: threading.Event) -> None:
+        while not stopping.is_set():
+            if socket.poll(_LOOK_MS):
+                socket.send_multipart(self._answer(socket.recv_multipart()))
 
     def _answer(self, request: Sequence[bytes]) -> Sequence[bytes]:
         """Return the frames of a reply; those of an error for a request that makes no sense."""
@@ -140,7 +140,7 @@ class _Server:
         argument = request[1].decode("utf-8", "replace") if len(request) > 1 else ""
         try:
             content = self._content(chr(kind), argument)
-        except ValueError as error:
+        except (ValueError, OverflowError) as error:
             return [b"error", str(error).encode()]
         return [header] if content is None else [header, content]
 
@@ -149,6 +149,7 @@ class _Server:
 
         Raises:
             ValueError: The request is not supported.
+            OverflowError: A number on the blackboard has more than 64 bits, which MessagePack can't hold.
         """
         answers: dict[str, Callable[[], bytes | None]] = {
             "T": lambda: tree_xml(self._nodes()),
@@ -192,11 +193,11 @@ class _Recording:
             return str(time.time_ns() // 1000).encode()
 
     def note(self, nodes: Sequence[Node]) -> None:
-        """Record which nodes have another status than before."""
+        """Record which nodes have another status than before; a behavior may have changed its children."""
         with self._lock:
             elapsed = int(1e6 * (time.monotonic() - self._began)).to_bytes(6, "little")
             statuses = [node.status for node in nodes]
-            for i, (before, status) in enumerate(zip(self._statuses, statuses, strict=True), 1):
+            for i, (before, status) in enumerate(zip(self._statuses, statuses, strict=False), 1):
                 if status is not before:
                     self._transitions.append(_TRANSITION.pack(elapsed, i, _STATUSES[status]))
             self._statuses = statuses
@@ -216,46 +217,20 @@ def tree_xml(nodes: Sequence[Node]) -> bytes:
     """
     root = Element("root", BTCPP_format="4", main_tree_to_execute=nodes[0].name)
     models: dict[str, str] = {}
-    _add_tree(root, nodes[0].name, "", [(1, nodes[0])], list(enumerate(nodes, 1)), models)
-    described = SubElement(root, "TreeNodesModel")
-    for tag, model in sorted(models.items()):
-        SubElement(described, model, ID=tag)
-    return tostring(root)
-
-
-_Numbered = tuple[int, "Node"]
-
-
-def _add_tree(
-    root: Element, name: str, path: str, tops: Sequence[_Numbered], nodes: Sequence[_Numbered], models: dict[str, str]
-) -> None:
-    """Add a tree whose first nodes are *tops*, and then the subtrees in it."""
-    tree = SubElement(root, "BehaviorTree", ID=name, _fullpath=path)
-    subtrees: list[tuple[str, str, Sequence[_Numbered]]] = []
-
-    def add(parent: Element, number: int, node: Node) -> None:
-        tag = _TAGS.get(node.kind, node.kind)
-        full = f"{path}/{node.name}::{number}".lstrip("/")
-        children = [*_children(number, node, nodes)]
-        if node.kind == _SUBTREE:
-            SubElement(parent, tag, ID=node.name, name=node.name, _uid=str(number), _fullpath=full)
-            subtrees.append((node.name, full, children))
-            return
+    # By depth: the element to which a node is added, and the beginning of its path.
+    above = [(SubElement(root, "BehaviorTree", ID=nodes[0].name, _fullpath=""), "")]
+    for number, node in enumerate(nodes, 1):
+        del above[node.depth + 1 :]
+        parent, path = above[-1]
+        tag, full = _TAGS.get(node.kind, node.kind), f"{path}{node.name}::{number}"
         element = SubElement(parent, tag, name=node.name, _uid=str(number), _fullpath=full)
-        models[tag] = "Action" if not children else "Decorator" if len(children) == 1 else "Control"
-        for child in children:
-            add(element, *child)
-
-    for top in tops:
-        add(tree, *top)
-    for subtree, full, children in subtrees:
-        _add_tree(root, subtree, full, children, nodes, models)
-
-
-def _children(number: int, node: Node, nodes: Sequence[_Numbered]) -> Iterator[_Numbered]:
-    """Yield the children of a node, with their numbers."""
-    for i, other in nodes[number:]:
-        if other.depth <= node.depth:
-            return
-        if other.depth == node.depth + 1:
-            yield i, other
+        if node.kind == _SUBTREE:
+            element.set("ID", node.name)
+            element, path = SubElement(root, "BehaviorTree", ID=node.name, _fullpath=full), f"{full}/"
+        else:
+            models[tag] = node.category
+        above.append((element, path))
+    described = SubElement(root, "TreeNodesModel")
+    for tag, category in sorted(models.items()):
+        SubElement(described, category, ID=tag)
+    return tostring(root)

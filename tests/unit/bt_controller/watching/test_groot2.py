@@ -16,11 +16,12 @@ from bt_controller.watching.groot2 import Groot2Publishers, tree_xml
 from hmrsim_zenoh.errors import BadOptions
 
 PATIENCE_MS = 60_000
+SYMBOLS = {"Selector": "{o}", "SubTree": "-^-", "Inverter": "-^-"}
 
 
 def node(depth, kind, name, status=Status.INVALID):
     """Return a node of a snapshot."""
-    return Node(depth, "", kind, name, status, "")
+    return Node(depth, SYMBOLS.get(kind, "-->"), kind, name, status, "")
 
 
 TREE = (
@@ -40,10 +41,11 @@ class FakeMission:
 
     def __init__(self):
         self.nodes = TREE
+        self.entries = {"goal": "ward_a"}
 
     def snapshot(self, sim_time, *, blackboard=False):
         """Return the tree as it is."""
-        return Snapshot(self.robot, sim_time, 1, self.nodes, blackboard={"goal": "ward_a"} if blackboard else None)
+        return Snapshot(self.robot, sim_time, 1, self.nodes, blackboard=self.entries if blackboard else None)
 
 
 @pytest.fixture
@@ -169,6 +171,34 @@ def test_requests_that_are_not_supported_are_errors(client, frames, error):
 
     assert [b"error", error] == answer
     assert 2 == len(client.recv_multipart())
+
+
+def test_a_control_with_one_child_is_no_decorator():
+    root = ET.fromstring(tree_xml((node(0, "Selector", "serve"), node(1, "Pickup", "pick up"))))
+
+    assert root.find("TreeNodesModel/Control[@ID='Fallback']") is not None
+
+
+def test_another_tree_has_another_id(port):
+    """A client that stays connected reads the new tree."""
+    ids = []
+    for nodes in (TREE, TREE[:3], TREE):
+        mission = FakeMission()
+        mission.nodes = nodes
+        with Groot2Publishers([mission], port), zmq.Context() as context, context.socket(zmq.REQ) as client:
+            client.setsockopt(zmq.RCVTIMEO, PATIENCE_MS)
+            client.connect(f"tcp://127.0.0.1:{port}")
+            client.send(struct.pack("<BBI", 2, ord("S"), 1))
+            ids.append(client.recv_multipart()[0][6:])
+
+    assert ids[0] == ids[2] != ids[1]
+
+
+def test_a_blackboard_that_messagepack_can_not_hold_is_an_error(ask, mission):
+    mission.entries = {"goal": 2**70}
+
+    assert b"error" == ask("B", b"ROOT")[0]
+    assert 2 == len(ask("S"))
 
 
 def test_a_port_that_is_taken(mission):
