@@ -107,10 +107,15 @@ class DeadlockResolver:
     def _search_nearest(
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
     ) -> tuple[list[Step] | None, bool]:
-        """Search the places of the nearest vehicles; finding no steps is final if all of them took part."""
+        """Search the places of the nearest vehicles; finding no steps is final if all of them took part.
+
+        A vehicle that is in nobody's way where the group can go takes part in the next search without one of its own.
+        """
         group = self._group(robot, target)
-        for other in nearest[: _MAX_SEARCHED - 1]:
+        for number, other in enumerate(nearest[: _MAX_SEARCHED - 1]):
             group.add(other)
+            if number and not group.gains_ways_from(other):
+                continue
             steps, searched = self._search(group, max_states)
             max_states -= searched
             if steps is not None or max_states <= 0:
@@ -220,7 +225,7 @@ def _moves(group: Group, places: Places) -> Iterator[_Drives]:
             elif {places[j] for j in others} == {way.end}:
                 ahead.append((i, way))
         into.append(ahead)
-    if len(places) > _PAIR:
+    if sum(map(bool, into)) > _PAIR:
         for drive in chain.from_iterable(into):
             yield from filter(group.fit, _circles(places, into, (drive,)))
 

@@ -83,6 +83,11 @@ class Group:
         self._ways.clear()
         self._rooms.clear()
 
+    def gains_ways_from(self, robot: Vehicle) -> bool:
+        """Return whether a way that has been considered is open to the group because this member may be moved."""
+        members = self._members
+        return any(robot in others and others <= members for found in self._found.values() for _, others in found)
+
     def _ways_to_target(self) -> dict[int, list[Way]]:
         """Return the ways from waypoints to the first vehicle's target, if that is no waypoint."""
         found: dict[int, list[Way]] = {}
