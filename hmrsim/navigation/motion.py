@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from hmrsim.events.robots import MotionBegan
@@ -361,9 +360,19 @@ class Drives:
             return _Steady(legs, speed)
         yaw = math.nan if final_yaw is None else final_yaw
         numbers = exact(*start, yaw, speed, acceleration or 0.0, turning_rate or 0.0, run_up)
-        make = partial(drive, start, legs, final_yaw, speed=speed, acceleration=acceleration, turning_rate=turning_rate)
         # A drive that is kept holds its legs, so that no others have their ids.
-        return self._kept.get((numbers, *map(id, legs)), partial(make, run_up=run_up))
+        return self._kept.get(
+            (numbers, *map(id, legs)),
+            lambda: drive(
+                start,
+                legs,
+                final_yaw,
+                speed=speed,
+                acceleration=acceleration,
+                turning_rate=turning_rate,
+                run_up=run_up,
+            ),
+        )
 
 
 def spin(start: Pose, angle: float, turning_rate: float | None) -> Piece:

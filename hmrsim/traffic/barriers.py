@@ -72,7 +72,7 @@ class Barriers:
 
     def changed(self, lanes: Iterable[Lane]) -> None:
         """Record that a barrier on these lanes has changed."""
-        if self._kept_off and any(lane in self._refusing for lane in lanes):
+        if self._kept_off and not self._refusing.keys().isdisjoint(lanes):
             self._kept_off.clear()
 
     def kept_off(self, robot: Vehicle) -> Collection[Lane]:
