@@ -48,6 +48,7 @@ _LOOK_MS: Final = 100
 _TAGS: Final = {"Selector": "Fallback"}
 """The names of BehaviorTree.CPP for nodes of py_trees."""
 _SUBTREE: Final = "SubTree"
+_MAX_PORT: Final = 65_535
 
 
 class Groot2Publishers:
@@ -56,10 +57,14 @@ class Groot2Publishers:
     Each server takes a port and leaves the next one free, as BehaviorTree.CPP publishes breakpoints there.
 
     Raises:
-        BadOptions: A port is taken.
+        BadOptions: A port is taken, or does not exist.
     """
 
     def __init__(self, missions: Sequence[Mission], port: int = PORT) -> None:
+        last = port + 2 * (len(missions) - 1)
+        if not 1 <= port <= last <= _MAX_PORT:
+            asked = f"{port} is not a port" if port == last else f"the trees need the ports {port} to {last}"
+            raise BadOptions(f"--groot2: {asked}; ports are numbers from 1 to {_MAX_PORT}")
         self._servers = {mission.robot: _Server(mission, port + 2 * i) for i, mission in enumerate(missions)}
         self._ending = ExitStack()
 

@@ -201,6 +201,16 @@ def test_a_blackboard_that_messagepack_can_not_hold_is_an_error(ask, mission):
     assert 2 == len(ask("S"))
 
 
+def test_ports_that_do_not_exist(mission):
+    for port, trees, error in (
+        (70_000, 1, "70000 is not a port"),
+        (-1, 1, "-1 is not a port"),
+        (65_535, 2, "the trees need the ports 65535 to 65537"),
+    ):
+        with pytest.raises(BadOptions, match=f"--groot2: {error}; ports are numbers from 1 to 65535"):
+            Groot2Publishers([mission] * trees, port)
+
+
 def test_a_port_that_is_taken(mission):
     """The error names it."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
