@@ -102,7 +102,7 @@ def contrast(
         alpha: The probability that any verdict is false.
 
     Raises:
-        ResultsError: They have no seed in common, or no such measure.
+        ResultsError: One of them has no runs, they have no seed in common, or there is no such measure.
     """
     with ExitStack() as stack:
         first, second = (stack.enter_context(Results(side.folder)) for side in (a, b))
@@ -114,6 +114,9 @@ def contrast(
         columns = [*COLUMNS, *dict.fromkeys(["number", "replication", "seed", "ending", SUCCESS, *wanted])]
         runs_a = {row["seed"]: row for row in first.rows(columns, {"treatment": a.treatment})}
         runs_b = {row["seed"]: row for row in second.rows(columns, {"treatment": b.treatment})}
+        for side, runs in ((a, runs_a), (b, runs_b)):
+            if not runs:
+                raise ResultsError(f"{side} has no runs yet; `hmrsim experiment run FILE -o {side.folder}` makes them")
         # By replication, and in pseudo-random order within each, not level by level as in the design.
         seeds = sorted(runs_a.keys() & runs_b.keys(), key=lambda seed: (runs_a[seed]["replication"], seed))
         if not seeds:

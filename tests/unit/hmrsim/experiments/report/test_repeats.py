@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.cli import main
+from hmrsim.errors import ResultsError
 from hmrsim.experiments.contrast import contrast, sides_of
 from hmrsim.experiments.report import summary_of
 from hmrsim.experiments.results.repeats import Repeats, counted, pairs_that_count
@@ -123,6 +124,13 @@ def test_effects_and_running_means_count_repeats_once(results):
     last = summary.running["time"]["a"][-1].mean
     mean = summary.treatments[0].measures["time"].mean
     assert (last.low, last.high) == pytest.approx((mean.low, mean.high))
+
+
+def test_a_side_without_runs_is_not_compared(results):
+    folder = results(lambda *_run: None).folder
+
+    with pytest.raises(ResultsError, match=r":a has no runs yet; `hmrsim experiment run FILE -o .*` makes them"):
+        contrast(*sides_of(f"{folder}:a", f"{folder}:b"))
 
 
 def test_pairs_that_repeat_others_are_compared_once(results):
