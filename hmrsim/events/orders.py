@@ -27,6 +27,8 @@ class OrderPlaced(
     to: Annotated[_Place, Field(description="The destination.")]
     priority: Annotated[int, Field(description="The priority; a greater number comes first.")] = 0
     within: Annotated[Number | None, Field(description="Seconds after which it is late; omitted for never.")] = None
+    weight: Annotated[Number, Field(description="The mass of the item, in kg.")] = 0.0
+    demand: Annotated[str, Field(description="The demand that places it; omitted if a client does.")] = ""
 
 
 class OrderPickedUp(OrderEvent, kind="order_picked_up", text="is on its way with {robot}", sets={"step": "picked_up"}):

@@ -160,7 +160,9 @@ class Demand:
         self._open_of[demand] += 1
         self.totals.placed += 1
         self._roster.spawn_item(item, spec.weight, world.point(at))
-        self._publisher.publish(lambda: OrderPlaced(order.name, item, at, to, spec.priority, within))
+        self._publisher.publish(
+            lambda: OrderPlaced(order.name, item, at, to, spec.priority, within, spec.weight, demand)
+        )
         if within is not None:
             self._due[order.name] = self._env.alarm(within, partial(self._be_late, order))
         self._tell()

@@ -62,6 +62,14 @@ def test_an_order_is_delivered_when_its_item_lies_at_its_destination() -> None:
         assert ["order_placed", "order_picked_up"] == [each.kind for each in run.happened() if "order" in each.kind][:2]
 
 
+def test_an_order_tells_its_demand_and_the_weight_of_its_item() -> None:
+    with simulation(world(weight=2.5)) as run:
+        run.client.sleep(40)
+        (placed,) = run.happened("order_placed")
+
+        assert ("sample", 2.5) == (placed.fields["demand"], placed.fields["weight"])
+
+
 def test_an_order_that_is_not_served_is_late_and_stays_open() -> None:
     with simulation(WORLD) as run:
         run.client.sleep(80)
