@@ -1,15 +1,41 @@
-"""The fixture `simulation` for pytest, which closes the runs that a test has made."""
+"""The plugin of pytest: the fixture `simulation`, and tracebacks that end at the line of the test."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
+from hmrsim.errors import HmrsimError
+
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from hmrsim.testing.run import Run
+
+_PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller", "hmrsim_gym")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    """End the traceback of an error that hmrsim reports at the test's own line, unless ``--full-trace`` is given."""
+    if call.excinfo is None or item.config.getoption("fulltrace") or not isinstance(call.excinfo.value, HmrsimError):
+        return
+    own = [entry for entry in _entries(call.excinfo.tb) if _package(entry) not in _PACKAGES]
+    if own:
+        own[-1].tb_next = None
+
+
+def _entries(traceback: TracebackType | None) -> Iterator[TracebackType]:
+    while traceback is not None:
+        yield traceback
+        traceback = traceback.tb_next
+
+
+def _package(entry: TracebackType) -> str:
+    return str(entry.tb_frame.f_globals.get("__name__", "")).partition(".")[0]
 
 
 @pytest.fixture

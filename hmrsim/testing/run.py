@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
+import inspect
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
 from itertools import repeat
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
@@ -23,6 +25,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.orders import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.deferred import DeferredTrace
+from hmrsim.trials.controllers import play_async
 from hmrsim.trials.local import LocalTrial
 from hmrsim.trials.worlds import AnyWorld, read_world
 from hmrsim_zenoh.client.commander import Commander
@@ -34,11 +37,14 @@ if TYPE_CHECKING:
     from hmrsim.simulation.orders import Order
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
+    from hmrsim_zenoh.client.aio import AsyncClient
     from hmrsim_zenoh.client.client import Client
 
+T = TypeVar("T")
 
-class TreeGoesOn(HmrsimError):
-    """A tree of a test has not ended in time; the text names the goals that it repeats."""
+
+class ControllerGoesOn(HmrsimError):
+    """A tree or another controller of a test has not ended in time; the text names the goals that it repeats."""
 
 
 AnyTree = str | Path | Callable[..., object]
@@ -171,22 +177,60 @@ class Run:
             NotServed: The world lacks a robot or an action.
             TreeCrashed: A behavior raised an error.
             Idle: A tree waits for something that can't happen.
-            TreeGoesOn: It has not ended after an hour of simulated time, and the settings have no duration.
+            ControllerGoesOn: It has not ended after an hour of simulated time, and the settings have no duration.
         """
         if self._plan is None:
             raise ValueError("there is no tree to run; give one: simulation(WORLD, tree=...)")
         robots = self._robots if self._robots is not None else [*self.simulator.robots]
         self.outcome = run_tree(self.client, self._plan, robots, coverage=self.coverage)
         if self._limited and self.now >= LIMIT:
-            raise TreeGoesOn(f"the tree goes on after {LIMIT:g} simulated seconds; {self._what_repeats()}")
+            repeats = self._what_repeats("settings=RunSettings(duration=...)")
+            raise ControllerGoesOn(f"the tree goes on after {LIMIT:g} simulated seconds; {repeats}")
         return self.outcome
 
-    def _what_repeats(self) -> str:
-        """Return the goals that a tree sent most often, and the fix if that is intended."""
+    def play(
+        self, controller: Callable[..., Coroutine[Any, Any, T]], *, duration: float | None = None, **arguments: Any
+    ) -> T | None:
+        """Run an asyncio controller, such as a dispatcher, until it returns; return its result.
+
+        ::
+
+            run.play(dispatch, duration=600, rule="nearest")
+
+        Args:
+            controller: A coroutine function, which is called with an `AsyncClient`.
+            duration: Simulated seconds after which the controller is canceled, and None returned.
+            arguments: Further arguments of the controller, by name.
+
+        Raises:
+            TypeError: It is no coroutine function.
+            ControllerGoesOn: It has not returned after an hour of simulated time, and there is no *duration*.
+        """
+        if not inspect.iscoroutinefunction(controller):
+            name = getattr(controller, "__qualname__", repr(controller))
+            raise TypeError(f"{name} is no `async def` function; call it with the run's client: {name}(run.client)")
+
+        async def limited(client: AsyncClient) -> T | None:
+            try:
+                async with asyncio.timeout(LIMIT if duration is None else duration) as limit:
+                    return await controller(client, **arguments)
+            except TimeoutError:
+                if not limit.expired():
+                    raise
+            if duration is None:
+                repeats = self._what_repeats("play(..., duration=...)")
+                raise ControllerGoesOn(f"the controller goes on after {LIMIT:g} simulated seconds; {repeats}")
+            return None
+
+        result: T | None = asyncio.run(play_async(self.client, limited))
+        return result
+
+    def _what_repeats(self, remedy: str) -> str:
+        """Return the goals that were sent most often, and the remedy if that is intended."""
         sent = Counter((goal.robot, goal.action) for goal in self._record.goals.values())
         goals = listed([f"{action} of {robot} {number} times" for (robot, action), number in sent.most_common(3)])
         told = f"the goals that it sent most often: {goals}" if sent else "it has sent no goal"
-        return f"{told}; if that is meant, say how long it may take: settings=RunSettings(duration=...)"
+        return f"{told}; if that is intended, give it a duration: {remedy}"
 
     @property
     def now(self) -> float:

@@ -118,7 +118,7 @@ def controller_of(
     further = {key: value for key, value in parameters.items() if key not in said}
     found = _function(substituted(treatment.python, known), folder).called_with(further)
     if inspect.iscoroutinefunction(found.function):
-        return lambda client, _robots: asyncio.run(_played(client, found.applied)) is not False
+        return lambda client, _robots: asyncio.run(play_async(client, found.applied)) is not False
     return lambda client, _robots: found.applied(client) is not False
 
 
@@ -137,7 +137,7 @@ def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:
     return words
 
 
-async def _played(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:
+async def play_async(client: Client, function: Callable[[AsyncClient], Awaitable[Any]]) -> Any:
     """Run a coroutine function with a client for asyncio.
 
     If the run ends first, the error has a note for each task that failed without being awaited.

@@ -16,15 +16,18 @@ from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.goal import parse_goal_id
 from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
 from hmrsim_zenoh.client.goal_exchange import GoalExchange
+from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, UnreadableError, around, plain, read
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, AnyAction
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
+    from hmrsim_zenoh.client.places import NamedPlaces
 
 _log = logging.getLogger(__name__)
 
@@ -35,6 +38,10 @@ class Participating(Protocol):
     @property
     def lockstep(self) -> Lockstep | None:
         """The client's participation in lockstep; None where simulated time moves by itself."""
+
+    @property
+    def places(self) -> NamedPlaces:
+        """The waypoints, places and docks of the world by name, as of the first lookup."""
 
 
 class ActionClient(Generic[G, R, F]):
@@ -49,6 +56,7 @@ class ActionClient(Generic[G, R, F]):
         self._lock = threading.Lock()
         self._listening: dict[str, GoalExchange[R, F]] = {}
         self._listens = False
+        self._places: NamedPlaces | None = None
 
     def send_goal(
         self,
@@ -63,7 +71,8 @@ class ActionClient(Generic[G, R, F]):
         """Send a goal and return its handle; only the client's first goal waits, for the simulator's clock mode.
 
         Args:
-            goal: The goal as a message, or as plain values, which the simulator checks.
+            goal: The goal as a message, or as plain values, which the simulator checks; there, a pose may be the name
+                of a waypoint, place or dock, which is looked up first.
             goal_id: 32 hex digits, hyphens optional; generated if not given.
             adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
                 that was killed and restarted finds its goal. The handle is *adopted* then; its *error* is
@@ -79,7 +88,8 @@ class ActionClient(Generic[G, R, F]):
             ClientClosed: The client was closed.
             Dropped: The simulator goes on without this client.
             RequestError: The simulator refuses this participant.
-            ValueError: *goal_id* is not a valid goal id.
+            ValueError: *goal_id* is not a valid goal id, or a place does not exist.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: The lookup of a place has no answer.
             TypeError: *goal* is of another action.
         """
         exchange = self._exchange(self._client.lockstep, goal, goal_id, on_feedback, on_change)
@@ -125,7 +135,7 @@ class ActionClient(Generic[G, R, F]):
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         next_id = (lockstep or self._link).next_goal_id()
         # Plain values become a message where they enter the simulator.
-        sent: Any = goal
+        sent: Any = with_poses(goal, self.action.goal, self._pose_of) if isinstance(goal, Mapping) else goal
         exchange: GoalExchange[R, F] = GoalExchange(
             self._link,
             lockstep,
@@ -139,6 +149,11 @@ class ActionClient(Generic[G, R, F]):
         if on_feedback is not None:
             self._listen(exchange, lockstep)
         return exchange
+
+    def _pose_of(self, place: str) -> PoseStamped:
+        if self._places is None:
+            self._places = self._client.places
+        return self._places.pose(place)
 
     def cancel_all(self) -> None:
         """Cancel all goals of the action, also those of other clients, and wait for the answer.

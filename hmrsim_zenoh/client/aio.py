@@ -17,7 +17,7 @@ import asyncio
 import json
 import threading
 from contextlib import suppress
-from functools import partial, wraps
+from functools import cached_property, partial, wraps
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Self, TypeVar
 
 from hmrsim.diagnostics import known_name
@@ -33,8 +33,9 @@ from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine
+    from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
 
+    from hmrsim.geometry import Pose
     from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.aio_time import Waiting
     from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -205,6 +206,41 @@ class AsyncRobot:
         self._time = time
         self._places = places
         self._charge = Charge(client, name)
+
+    @cached_property
+    def _description(self) -> Mapping[str, Any]:
+        robots: dict[str, dict[str, Any]] = {robot["name"]: robot for robot in self._client.info()["robots"]}
+        return robots[known_name("robot", self.name, robots)]
+
+    @property
+    def type(self) -> str:
+        """The robot's type in the world file; the first access asks the simulator, and no time passes in lockstep.
+
+        Raises:
+            ValueError: There is no such robot.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `Client.get`.
+        """
+        kind: str = self._description["type"]
+        return kind
+
+    @property
+    def components(self) -> Sequence[str]:
+        """The names of the robot's components, such as ``battery``; asked for and failing as `type`."""
+        components: list[str] = self._description["components"]
+        return components
+
+    async def pose(self) -> Pose:
+        """Return where the robot is, as it reports it in ``odom``; no time passes in lockstep.
+
+        Returns:
+            x and y in the world's unit of length, yaw in radians, in the frame ``map``. It can be a target.
+
+        Raises:
+            RequestError, Unreachable: There is no such robot.
+            SimulatorNotFound, SimulatorGone, RequestTimeout: As `Client.get`.
+        """
+        with self._time.held():
+            return await asyncio.to_thread(self._client.pose_of, self.name)
 
     navigate_to = _awaitable(verbs.navigate_to)
     navigate_through = _awaitable(verbs.navigate_through)

@@ -24,6 +24,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
 
+from hmrsim.geometry import Pose, yaw_of
+from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
 from hmrsim_zenoh.client.connection import PATIENCE, Ask, ReadInfo
@@ -42,7 +44,7 @@ from hmrsim_zenoh.errors import (
     SimulatorNotFound,
     Unreachable,
 )
-from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read_often
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import enclave_of, open_client
@@ -199,6 +201,20 @@ class Client:
         """The waypoints, places and docks of the world by name, as of the first lookup."""
         # A lookup changes nothing, so that it can be repeated if the answer is lost.
         return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), PATIENCE))
+
+    def pose_of(self, robot: str) -> Pose:
+        """Return where a robot is, as it reports it in ``odom``.
+
+        Returns:
+            x and y in the world's unit of length, yaw in radians, in the frame ``map``.
+
+        Raises:
+            RequestError, Unreachable: There is no such robot.
+            SimulatorNotFound, SimulatorGone, RequestTimeout: As `get`.
+        """
+        reported: Odometry = read_often(plain(Odometry), self.get(self.keys.topic(robot, "odom")))
+        at = reported.pose.pose
+        return Pose(at.position.x, at.position.y, yaw_of(at.orientation.z, at.orientation.w))
 
     def action_client(self, robot: str, action: Action[G, R, F]) -> ActionClient[G, R, F]:
         """Return the client of one action of a robot; it queries and subscribes to nothing yet.

@@ -22,6 +22,7 @@ from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from hmrsim.geometry import Pose
     from hmrsim.interfaces.nav2_msgs import NavigateToPose
     from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.action_client import ActionClient
@@ -99,6 +100,17 @@ class Commander:
     place = _blocking(verbs.place)
     wait = _blocking(verbs.wait)
     do = _blocking(verbs.do)
+
+    def pose(self) -> Pose:
+        """Return where the robot is, as it reports it in ``odom``.
+
+        Returns:
+            x and y in the world's unit of length, yaw in radians, in the frame ``map``. It can be a target.
+
+        Raises:
+            RequestError, Unreachable: There is no such robot.
+        """
+        return self._client.pose_of(self.robot)
 
     def battery(self) -> BatteryState:
         """Return the state of the battery; its *percentage* is from 0 to 1, as in ROS.

@@ -16,7 +16,7 @@ from bt_controller.behaviours.nav_to_pose import GoTo
 from hmrsim.errors import WorldError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
-from hmrsim.testing.run import TreeGoesOn
+from hmrsim.testing.run import ControllerGoesOn
 from hmrsim_zenoh import GoalFailed
 
 WORLD = {
@@ -232,7 +232,9 @@ class TestEndlessTree:
         path.write_text(self.TREE)
         with (
             simulation(self.WORLD, tree=path) as run,
-            pytest.raises(TreeGoesOn, match=r"after 3600 simulated seconds; the goals .*: wait of ann 3\d\d times; if"),
+            pytest.raises(
+                ControllerGoesOn, match=r"after 3600 simulated seconds; the goals .*: wait of ann 3\d\d times; if"
+            ),
         ):
             run.to_the_end()
 
@@ -244,3 +246,57 @@ class TestEndlessTree:
             run.to_the_end()
 
             assert 4000 == run.now
+
+
+class TestAsyncioControllers:
+    """Controllers that `Run.play` runs."""
+
+    @staticmethod
+    async def patrol(client, places=("shelf", "ward")):
+        """Visit some places."""
+        for place in places:
+            await client.robot("wall_e").navigate_to(place)
+        return places
+
+    @staticmethod
+    async def wait_for_orders(client):
+        """Never return."""
+        await client.robot("wall_e").navigate_to("shelf")
+        async for _ in client.events("order_placed"):
+            pass
+
+    def test_its_result_is_returned(self, simulation):
+        run = simulation(WORLD)
+
+        assert ["ward"] == run.play(self.patrol, places=["ward"])
+        assert ["ward"] == run.visited("wall_e")
+
+    def test_it_is_canceled_after_its_duration(self, simulation):
+        run = simulation(WORLD)
+
+        assert run.play(self.wait_for_orders, duration=60) is None
+        assert run.now == 60
+        assert ["shelf"] == run.visited("wall_e")
+
+    def test_one_that_does_not_end(self, simulation):
+        with pytest.raises(
+            ControllerGoesOn, match=r"after 3600 simulated seconds; .* navigate_to_pose of wall_e 1 times"
+        ):
+            simulation(WORLD).play(self.wait_for_orders)
+
+    def test_a_blocking_controller(self, simulation):
+        with pytest.raises(TypeError, match=r"deliver is no `async def` function; call it .*: deliver\(run.client\)"):
+            simulation(WORLD).play(deliver)
+
+
+def test_the_traceback_of_an_invalid_world_ends_in_the_test(tmp_path):
+    (tmp_path / "test_world.py").write_text(
+        "from hmrsim.testing import simulation\n\n"
+        "def test_it():\n    simulation({'robots': {'eve': {'at': 'nowhere'}}})\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_world.py"]
+
+    output = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
+
+    assert "test_world.py:4: WorldError" in output
+    assert "hmrsim/testing/run.py" not in output

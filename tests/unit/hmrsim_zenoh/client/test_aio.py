@@ -123,6 +123,25 @@ async def charge(client):
     return round(before.percentage, 3), round(after.percentage, 3), await client.now()
 
 
+def test_a_robot_tells_its_pose_type_and_components():
+    async def told(cafe):
+        mocha = cafe.robot("mocha")
+        await mocha.navigate_to("table_1")
+        return mocha.type, [*mocha.components], await mocha.pose()
+
+    kind, components, pose = played(told).answer
+
+    assert ("waiter", ["battery", "claw"], (6.0, 6.0)) == (kind, components, pose.point)
+
+
+def test_the_type_of_a_robot_that_is_not_there():
+    async def told(cafe):
+        with pytest.raises(ValueError, match=r"no robot 'moccha'; did you mean 'mocha'\?"):
+            _ = cafe.robot("moccha").type
+
+    played(told)
+
+
 def test_the_description_of_a_simulator_takes_no_time():
     async def described(cafe):
         robots = (await cafe.info())["robots"]

@@ -62,3 +62,21 @@ def test_names_in_place_of_poses():
     kind = registry()["follow_waypoints"].goal
 
     assert {"poses": ["hall", {"pose": {}}]} == with_names({"poses": [{}, {"pose": {}}]}, kind, iter(["hall"]))
+
+
+class TestGoalsInPlainValues:
+    """Poses of goals of an action client that are given by name."""
+
+    def test_a_place_is_looked_up(self, simulation):
+        run = simulation("cafe")
+        client = run.client.action_client("mocha", registry()["navigate_to_pose"])
+
+        client.send_goal({"pose": "table_1"}).result()
+
+        assert run.where("mocha") == "table_1"
+
+    def test_a_place_that_does_not_exist(self, simulation):
+        client = simulation("cafe").client.action_client("mocha", registry()["navigate_to_pose"])
+
+        with pytest.raises(ValueError, match=r"goal: pose: no place 'tabel_1'; did you mean 'table_1'\?"):
+            client.send_goal({"pose": "tabel_1"})
