@@ -305,7 +305,7 @@ class Energy:
         settings, flow, volts = battery.settings, battery.flow(now), battery.cell_voltages(now)
         technology = f"POWER_SUPPLY_TECHNOLOGY_{settings.technology.upper()}"
         return BatteryState(
-            header=Header(stamp=Time.from_nanoseconds(nanoseconds(now))),
+            header=Header(stamp=Time.from_nanoseconds(nanoseconds(now)), frame_id=f"{self._robot.name}/base_link"),
             voltage=math.fsum(volts),
             temperature=settings.temperature,
             current=flow / settings.nominal_voltage + 0.0,

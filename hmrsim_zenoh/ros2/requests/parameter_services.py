@@ -35,7 +35,7 @@ _T = TypeVar("_T")
 
 _DOT: Final = "."
 _UNLIMITED: Final = 1e9
-"""The value for an unlimited rate, as clients expect a finite number."""
+"""The value for an unlimited turning rate, as clients expect a finite number."""
 _FIELDS: Final = ((bool, "bool"), (int, "integer"), (float, "double"), (str, "string"))
 
 
@@ -101,7 +101,9 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
     }
     speed = NodeParameter(robot.speed, f"The greatest speed now, in {units}/s.")
     turning = NodeParameter(robot.base.turning_rate or _UNLIMITED, "The turning rate in rad/s; 1e9 turns at once.")
-    change = NodeParameter(robot.base.acceleration or _UNLIMITED, f"In {units}/s²; 1e9 changes speed at once.")
+    # 0 is DWB's default. An unlimited deceleration is 0.0, too, not -0.0, which tools would print.
+    acceleration = robot.base.acceleration or 0.0
+    change = NodeParameter(acceleration, f"In {units}/s²; 0 is no limit: speed changes at once.")
     of_nodes: dict[str, dict[str, NodeParameter]] = {
         "amcl": {
             "global_frame_id": frames["global_frame"],
@@ -133,7 +135,7 @@ def _of_robot(robot: Robot, node: str, units: str) -> dict[str, NodeParameter]:
             "FollowPath.max_speed_xy": speed,
             "FollowPath.max_vel_theta": turning,
             "FollowPath.acc_lim_x": change,
-            "FollowPath.decel_lim_x": change._replace(value=-(robot.base.acceleration or _UNLIMITED)),
+            "FollowPath.decel_lim_x": change._replace(value=-acceleration or 0.0),
         },
         "behavior_server": {
             **frames,

@@ -74,6 +74,12 @@ def state(run):
     return run.simulator.robots["eve"].energy.state()
 
 
+def test_the_state_is_in_the_frame_of_the_robot(make_run):
+    run = make_run(world())
+
+    assert "eve/base_link" == state(run).header.frame_id
+
+
 class TestDrain:
     @pytest.mark.parametrize(
         ("drain", "left"),

@@ -50,11 +50,11 @@ def test_the_speed_is_that_of_now(simulator):
 
 
 def test_what_takes_no_time_has_a_number(simulator):
-    """A base that turns and accelerates instantly has large finite limits."""
+    """A base that turns instantly has a large finite rate; one that accelerates instantly has DWB's default."""
     found = parameters_of(simulator, Node("/plain", "controller_server"))
 
-    assert (1e9, 1e9, -1e9) == tuple(
-        found[f"FollowPath.{name}"].value for name in ("max_vel_theta", "acc_lim_x", "decel_lim_x")
+    assert ("1000000000.0", "0.0", "0.0") == tuple(
+        str(found[f"FollowPath.{name}"].value) for name in ("max_vel_theta", "acc_lim_x", "decel_lim_x")
     )
     assert "hmrsim/external" == parameters_of(simulator, Node("/plain", "planner_server"))["GridBased.plugin"].value
 
