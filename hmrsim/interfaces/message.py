@@ -72,8 +72,12 @@ def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
         annotation, *metadata = get_args(annotation)
     if get_origin(annotation) is list:
         return _is_of_ros(get_args(annotation)[0], ())
-    is_message = isinstance(annotation, type) and issubclass(annotation, Message)
-    return is_message or any(isinstance(mark, Primitive) for mark in metadata)
+    return is_message(annotation) or any(isinstance(mark, Primitive) for mark in metadata)
+
+
+def is_message(kind: Any) -> bool:
+    """Return whether an annotation is a type of message."""
+    return isinstance(kind, type) and issubclass(kind, Message)
 
 
 def complete(message: Message) -> None:
@@ -116,7 +120,7 @@ def _messages_in(kind: type[Message], path: str = "") -> Iterator[tuple[str, Any
     for name, field in kind.model_fields.items():
         of: Any = field.annotation
         item = get_args(of)[0] if get_origin(of) is list else of
-        if isinstance(item, type) and issubclass(item, Message):
+        if is_message(item):
             yield path + name, of
             if item is of:
                 yield from _messages_in(item, f"{path}{name}.")
@@ -127,11 +131,12 @@ def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:
 
     The message is neither validated nor built, which would dominate the time that large messages take.
     """
-    return {**_defaults(message), **fields}
+    return {**defaults(message), **fields}
 
 
 @cache
-def _defaults(message: type[Message]) -> dict[str, Any]:
+def defaults(message: type[Message]) -> dict[str, Any]:
+    """Return the plain values of a message without given fields; do not change them, as `unbuilt` uses them again."""
     return {name: _default(field) for name, field in message.model_fields.items()}
 
 
@@ -139,7 +144,7 @@ def _default(field: FieldInfo) -> Any:
     make: Any = field.default_factory
     if make is None:
         return field.default
-    return _defaults(make) if isinstance(make, type) and issubclass(make, Message) else make()
+    return defaults(make) if is_message(make) else make()
 
 
 Bool = Annotated[bool, Primitive("boolean")]

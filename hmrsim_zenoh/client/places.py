@@ -7,20 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final, get_args
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, get_args
 
 from hmrsim.diagnostics import dotted, instead, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
+from hmrsim.interfaces.message import defaults, is_message
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
     from hmrsim.diagnostics import Path
+    from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 
 Target = str | tuple[float, float] | tuple[float, float, float] | PoseStamped
 """A destination: the name of a waypoint, place or dock; x, y and optionally yaw, in the world's unit of length and
 radians; or a pose."""
+
+_Change: TypeAlias = "Callable[[Any, type[Message], Path], Any]"
 
 _STAMPED: Final = PoseStamped()
 
@@ -74,7 +77,7 @@ def pose_at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
     return PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y)), orientation=orientation))
 
 
-def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamped]) -> Any:
+def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped]) -> Any:
     """Return the plain values of a goal with each name of a place replaced by its pose.
 
     Args:
@@ -87,7 +90,7 @@ def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamp
     """
     errors: list[str] = []
 
-    def pose_of(value: Any, field: type[BaseModel], path: Path) -> Any:
+    def pose_of(value: Any, field: type[Message], path: Path) -> Any:
         if not isinstance(value, str):
             return value
         try:
@@ -103,20 +106,33 @@ def with_poses(data: Any, kind: type[BaseModel], pose: Callable[[str], PoseStamp
     return values
 
 
-def with_names(data: Any, kind: type[BaseModel], names: Iterator[str]) -> Any:
+def with_names(data: Any, kind: type[Message], names: Iterator[str]) -> Any:
     """Return the plain values of a goal with each of its poses replaced by the next of some *names*."""
     return _map_poses(data, kind, lambda value, _kind, _path: next(names, value))
 
 
-def _map_poses(data: Any, kind: Any, change: Callable[[Any, type[BaseModel], Path], Any], path: Path = ()) -> Any:
-    if kind in (Pose, PoseStamped):
+def _map_poses(data: Any, kind: type[Message], change: _Change, path: Path = ()) -> Any:
+    if kind is Pose or kind is PoseStamped:
         return change(data, kind, path)
-    fields = getattr(kind, "model_fields", None)
-    if fields is not None and isinstance(data, Mapping):
-        return {
-            name: _map_poses(value, fields[name].annotation, change, (*path, name)) if name in fields else value
-            for name, value in data.items()
-        }
-    if isinstance(data, list) and (of := get_args(kind)):
-        return [_map_poses(value, of[0], change, (*path, at)) for at, value in enumerate(data)]
-    return data
+    if not isinstance(data, Mapping) or data is defaults(kind):
+        return data
+    values, fields = dict(data), _fields_with_poses(kind)
+    for name in [name for name in values if name in fields]:
+        value, (of, is_list) = values[name], fields[name]
+        if not is_list:
+            values[name] = _map_poses(value, of, change, (*path, name))
+        elif isinstance(value, list):
+            values[name] = [_map_poses(each, of, change, (*path, name, at)) for at, each in enumerate(value)]
+    return values
+
+
+@cache
+def _fields_with_poses(kind: type[Message]) -> dict[str, tuple[type[Message], bool]]:
+    """Return the fields that are or contain poses: the type of the message in each, and whether it is a list of those."""
+    found = {}
+    for name, field in kind.model_fields.items():
+        items = get_args(field.annotation)
+        of: Any = items[0] if items else field.annotation
+        if is_message(of) and (of in (Pose, PoseStamped) or _fields_with_poses(of)):
+            found[name] = of, bool(items)
+    return found
