@@ -128,7 +128,7 @@ def _map_poses(data: Any, kind: type[Message], change: _Change, path: Path = ())
 
 @cache
 def _fields_with_poses(kind: type[Message]) -> dict[str, tuple[type[Message], bool]]:
-    """Return the fields that are or contain poses: the type of the message in each, and whether it is a list of those."""
+    """Return the fields that are or contain poses: the type of their messages, and whether they are lists."""
     found = {}
     for name, field in kind.model_fields.items():
         items = get_args(field.annotation)
