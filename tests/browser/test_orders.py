@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from playwright.sync_api import expect
 
 from benchmarks._browser import until
 
@@ -138,3 +139,38 @@ def test_a_robot_is_sent_to_the_chosen_one_of_two_entities_with_one_name(viewed,
     position = goal["goal"]["pose"]["pose"]["position"]
 
     assert (6.0, 18.0) == (position["x"], position["y"])
+
+
+def test_the_search_offers_both_entities_of_one_name_by_their_kind(viewed, open_page):
+    """The chosen door, not the place of its name, is the destination."""
+    _, url = viewed("hospital")
+    page = open_page(f"{url}?follow=wall_e")
+    page.keyboard.press("m")
+    page.keyboard.press("/")
+    page.keyboard.type("pharmacy")
+
+    options = page.get_by_role("option")
+    expect(options.nth(0)).to_contain_text("place · send wall_e here")
+    expect(options.nth(1)).to_contain_text("door · send wall_e here")
+    options.nth(1).click()
+
+    until(page, "hmrsim.model.robots.get('wall_e').goal?.goal")
+    goal = page.evaluate("hmrsim.model.robots.get('wall_e').goal.goal.pose.pose.position")
+    assert page.evaluate("hmrsim.model.doors.get('pharmacy').at.map(([x]) => x)")[0] < goal["x"]
+    assert 12 < goal["y"] < 15
+    expect(page.locator(".toasts")).to_contain_text("wall_e is driving to door pharmacy.")
+
+
+def test_a_goal_at_a_named_place_is_named_in_the_list_also_in_its_error(viewed, ask, open_page):
+    endpoint, url = viewed("hospital", "--real-time-factor", "0")
+    simulator, page = ask(endpoint), open_page(f"{url}?panel=goals")
+    x, y = page.evaluate("hmrsim.model.world.point('pharmacy')")
+    pose = {"pose": {"position": {"x": x + 0.004, "y": y - 0.004}}}
+
+    simulator.do("wall_e", "navigate_to_pose", pose=pose)
+    simulator.do("m_o", "navigate_to_pose", pose={"pose": {"position": {"x": x, "y": y}}})
+
+    rows = page.get_by_role("table", name="Goals").get_by_role("row")
+    expect(rows.filter(has_text="wall_e")).to_contain_text("go to pharmacy")
+    expect(rows.filter(has_text="m_o")).to_contain_text("go to pharmacy")
+    expect(rows.filter(has_text="no route from charger_4 to pharmacy")).to_have_count(1)

@@ -33,9 +33,16 @@ export class Orders {
   /** Send a robot to the point of a picked object. */
   sendToPoint(robot, pick) {
     this.app.aim(null);
-    const name = ['floor', 'lane', 'door'].includes(pick.kind) ? '' : pick.name;
-    const to = name || pick.point.map((each) => each.toFixed(this.app.model.world.units === 'px' ? 0 : 1)).join(', ');
+    const to = this.#nameOf(pick);
     this.ask(`send ${robot} to ${to}`, async () => this.#begun(await this.app.commands.goTo(robot, pick.point)), `${robot} is driving to ${to}.`);
+  }
+
+  /** Return the name of a picked object, or of the object at its point, or else the coordinates. */
+  #nameOf({ kind, name, point }) {
+    const { world } = this.app.model;
+    if (kind === 'door') return `door ${name}`;
+    const named = ['floor', 'lane'].includes(kind) ? world.nameAt(point) : name;
+    return named || point.map((each) => each.toFixed(world.units === 'px' ? 0 : 1)).join(', ');
   }
 
   /** @param {string} [dock] By default the nearest free one. */

@@ -26,7 +26,9 @@
  * @typedef {{name: string, at: Point, weight: number, blocks: boolean}} ItemSpec
  */
 
-const HERE = 1e-4;
+/** The distance within which a point is at a named object; lifts' stops are exact. */
+const HERE = { m: 0.01, px: 0.5 };
+const EXACT = 1e-4;
 /** The world before one is loaded. */
 const EMPTY = {
   name: 'world', units: 'm', bounds: null, walls: [], waypoints: [], lanes: [], places: [], docks: [], doors: [],
@@ -62,9 +64,13 @@ export class World {
     }));
     this.types = byName(all.robot_types.map((type, index) => ({ ...type, index }))); // in the order of their colors
     this.extent = this._extent(); // the extent of all objects, with the bounds
-    this._named = new Map();
+    this._cell = 2 * HERE[all.units];
+    this._named = new Map(); // by the cells around each object, so that none is found at one side only
     for (const things of [this.waypoints, this.docks, this.places]) {
-      for (const { name, at } of things.values()) this._named.set(spot(at), name);
+      for (const { name, at } of things.values()) {
+        const [x, y] = at.map((each) => Math.floor(each / this._cell));
+        for (const key of [`${x}|${y}`, `${x + 1}|${y}`, `${x}|${y + 1}`, `${x + 1}|${y + 1}`]) this._named.set(key, name);
+      }
     }
     this._stops = new Map();
     for (const { name, points } of this.lifts.values()) points.forEach((at) => this._stops.set(spot(at), name));
@@ -88,7 +94,12 @@ export class World {
 
   /** Return the name of the place, dock or waypoint at a point, or "". */
   nameAt(at) {
-    return this._named.get(spot(at)) ?? '';
+    return this._named.get(spot(at, this._cell)) ?? '';
+  }
+
+  /** Return a text with names instead of the coordinates of named points. */
+  withNames(text) {
+    return text.replaceAll(/\((-?[\d.]+), (-?[\d.]+)\)/g, (point, x, y) => this.nameAt([Number(x), Number(y)]) || point);
   }
 
   /** Return whether a lift carries robots from one point to the other. */
@@ -138,6 +149,6 @@ function byName(things) {
   return new Map(things.map((thing) => [thing.name, thing]));
 }
 
-function spot([x, y]) {
-  return `${Math.round(x / HERE)}|${Math.round(y / HERE)}`;
+function spot([x, y], size = EXACT) {
+  return `${Math.round(x / size)}|${Math.round(y / size)}`;
 }

@@ -114,8 +114,7 @@ function numberOf(text, { type, minimum, maximum, exclusiveMinimum: above, exclu
 
 /** Return the geometry_msgs/msg/PoseStamped of a place's name, or of x, y and a heading in degrees. */
 function poseOf(text, app) {
-  const named = app.pointOf(text.trim());
-  const numbers = named ? [named[0], named[1]] : text.trim().split(/[\s,]+/).map(Number);
+  const numbers = app.model.world.point(text.trim()) ?? text.trim().split(/[\s,]+/).map(Number);
   if (numbers.length < 2 || numbers.length > 3 || !numbers.every(Number.isFinite)) throw new Error(POINT);
   const [x, y, degrees = 0] = numbers;
   const half = (degrees * Math.PI) / 360;

@@ -1,9 +1,9 @@
 // The live table of goals: newest first, filtered by text and state.
 
 import { isActive } from '../model/goals.js';
-import { feedbackWords, goalWords } from '../model/texts.js';
+import { feedbackWords } from '../model/texts.js';
 import { ListPanel, button, el, mark, say, sign } from './dom.js';
-import { STATUS_WORDS, actionWords, lastingWords, lengthWords } from './phrases.js';
+import { STATUS_WORDS, lastingWords, lengthWords, taskWords } from './phrases.js';
 
 const SHOWN = {
   all: () => true,
@@ -15,7 +15,7 @@ const SHOWN = {
 
 export class GoalsPanel extends ListPanel {
   constructor(app) {
-    super(app, 'Goals', 'Robot, action, place, error', { height: 58, role: 'table' });
+    super(app, 'Goals', 'Robot, action, place, error', { height: 64, role: 'table' });
     this.chips = new Map();
     this.shown = 'all';
     this.lines = new WeakMap(); // the text to search for each goal
@@ -58,8 +58,8 @@ export class GoalsPanel extends ListPanel {
   #line(goal) {
     const known = this.lines.get(goal);
     if (known !== undefined) return known;
-    const asked = goalWords(goal.action, goal.goal, this.app.model.world);
-    const line = `${goal.robot} ${goal.action} ${asked} ${STATUS_WORDS[goal.status]} ${goal.errorMsg}`.toLowerCase();
+    const { robot, action, status, errorMsg } = goal;
+    const line = `${robot} ${action} ${taskWords(goal, this.app.model.world)} ${STATUS_WORDS[status]} ${errorMsg}`.toLowerCase();
     this.lines.set(goal, line);
     return line;
   }
@@ -69,7 +69,7 @@ export class GoalsPanel extends ListPanel {
       shape: sign('status', ''),
       robot: el('b', { class: 'name' }),
       task: el('span', { class: 'task' }),
-      status: el('span', { class: 'word' }),
+      status: el('span'),
       detail: el('span', { class: 'detail' }),
       long: el('span', { class: 'long' }),
     };
@@ -81,10 +81,11 @@ export class GoalsPanel extends ListPanel {
     const select = el('button', {
       type: 'button', class: 'goal-name', onclick: () => this.app.select(goal.robot, { center: true }),
     }, parts.robot, parts.task);
+    parts.main = el('div', { class: 'goal-main', role: 'cell' }, select,
+      el('div', { class: 'goal-how' }, parts.status, parts.detail));
     const row = el('div', { class: 'goal' },
       el('div', { class: 'goal-sign', role: 'cell' }, parts.shape),
-      el('div', { class: 'goal-main', role: 'cell' }, select,
-        el('div', { class: 'goal-how' }, parts.status, parts.detail)),
+      parts.main,
       el('div', { class: 'goal-end', role: 'cell' }, parts.long, cancel));
     row.fill = (given) => {
       goal = given;
@@ -100,12 +101,13 @@ export class GoalsPanel extends ListPanel {
     const word = STATUS_WORDS[goal.status] ?? 'unknown';
     mark(parts.shape, 'data-is', word);
     say(parts.robot, goal.robot === '_world' ? 'world' : goal.robot);
-    const asked = goalWords(goal.action, goal.goal, model.world);
-    say(parts.task, [actionWords(goal.action), asked].filter(Boolean).join(' '));
+    say(parts.task, taskWords(goal, model.world));
+    const detail = isActive(goal.status) ? this.#progress(goal, now) : errorWords(goal, model.world);
     say(parts.status, word);
-    const detail = isActive(goal.status) ? this.#progress(goal, now) : errorWords(goal);
+    // The sign shows the status, so that there is room for the detail.
+    mark(parts.status, 'class', detail ? 'unseen' : 'word');
     say(parts.detail, detail);
-    mark(parts.detail, 'title', detail);
+    mark(parts.main, 'title', [parts.task.textContent, word, detail].filter(Boolean).join('\n'));
     mark(parts.detail, 'data-error', String(goal.status === 6));
     say(parts.long, goal.accepted === null ? '' : lastingWords(Math.max(0, (goal.ended ?? now) - goal.accepted)));
     mark(row, 'data-selected', String(goal.robot === this.app.map.selected));
@@ -122,7 +124,7 @@ export class GoalsPanel extends ListPanel {
   }
 }
 
-function errorWords({ status, errorCode, errorMsg }) {
+function errorWords({ status, errorCode, errorMsg }, world) {
   if (errorMsg === STATUS_WORDS[status]) return ''; // A canceled goal has the text "canceled".
-  return [errorCode === null ? '' : `code ${errorCode}`, errorMsg].filter(Boolean).join(': ');
+  return [world.withNames(errorMsg), errorCode === null ? '' : `code ${errorCode}`].filter(Boolean).join(' · ');
 }

@@ -1,6 +1,5 @@
 // The selected robot: its state and the reason, its goal and equipment, and buttons for requests.
 
-import { goalWords } from '../model/texts.js';
 import { Facts, TypeSign, button, el, mark, say, sign } from './dom.js';
 import { actionWords, blockerWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
 
@@ -107,7 +106,7 @@ export class Inspector {
       ['Faults', faults.map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ')],
       ['In its way', blockerWords(robot, model, now)],
       ['Blocks', waiting.map(({ name }) => name).join(', ')],
-      ['Other goals', behind.map((goal) => `${actionWords(goal.action)} ${goalWords(goal.action, goal.goal, model.world)}`).join(', ')],
+      ['Other goals', behind.map((goal) => taskWords(goal, model.world)).join(', ')],
       ['Components', robot.components.map(actionWords).join(', ')],
       ['Planner', robot.planner === 'external' ? 'external planner' : ''],
       ['Detections', robot.detections.map(({ id }) => id).join(', ')],

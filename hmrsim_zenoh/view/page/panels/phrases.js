@@ -43,11 +43,13 @@ export function inWords(name) {
   return name.charAt(0).toUpperCase() + actionWords(name.slice(1));
 }
 
-/** Return a goal in one line: navigate to pose to ward_a. */
-export function taskWords(goal, world) {
-  const asked = goalWords(goal.action, goal.goal, world);
-  if (goal.action === 'navigate_to_pose' && asked) return `driving ${asked}`;
-  return [actionWords(goal.action), asked].filter(Boolean).join(' ');
+/** The verbs of actions that are followed by a destination. */
+const VERBS = { navigate_to_pose: 'go', navigate_through_poses: 'go', dock_robot: 'dock', drive_on_heading: 'drive' };
+
+/** Return a goal in one line: go to ward_a. */
+export function taskWords({ action, goal }, world) {
+  const asked = goalWords(action, goal, world);
+  return [(asked && VERBS[action]) || actionWords(action), asked].filter(Boolean).join(' ');
 }
 
 /**

@@ -33,16 +33,14 @@ export class Search {
     const { robots, items, docks, doors, world } = this.app.model;
     const groups = { robot: robots, place: world.places, dock: docks, item: items, door: doors };
     if (text) groups.waypoint = world.waypoints;
-    const first = [];
-    const later = [];
+    const found = [[], [], []]; // the same name, names that begin with the text, and names that contain it
     for (const [kind, things] of Object.entries(groups)) {
       for (const name of things.keys()) {
         const where = name.toLowerCase().indexOf(text);
-        if (where === 0) first.push({ kind, name });
-        else if (where > 0) later.push({ kind, name });
+        if (where >= 0) found[where ? 2 : Number(name.length > text.length)].push({ kind, name });
       }
     }
-    this.found = [...first, ...later].slice(0, MAX_FOUND);
+    this.found = found.flat().slice(0, MAX_FOUND);
     this.at = text && this.found.length ? 0 : -1;
     this.#show();
   }
@@ -60,7 +58,7 @@ export class Search {
 
   #about(kind, name) {
     const sent = this.app.aimed;
-    if (kind !== 'robot') return sent === null ? kind : `send ${sent} here`;
+    if (kind !== 'robot') return sent === null ? kind : `${kind} · send ${sent} here`;
     const robot = this.app.model.robots.get(name);
     return `${robot.type}, ${robot.stateAt(this.app.now())}`;
   }
