@@ -25,7 +25,7 @@ from benchmarks._report import Row
 from benchmarks._spread import Spread
 from benchmarks._timing import Rounds, microseconds
 from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
-from bt_controller.behaviours.nav_to_pose import pose_goal
+from bt_controller.behaviours.robot_actions import pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import STOP, Mailbox, clock_for

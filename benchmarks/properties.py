@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from benchmarks._report import Row
 from benchmarks._spread import Spread
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.program.memory import collect_rarely
 from hmrsim.properties import Ended, Monitor, Properties, properties_of
 from hmrsim.properties.temporal import Above, Always, Eventually, Implies, OnlineMonitor

@@ -12,10 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from bt_controller.behaviours.battery_guard import BatteryGuard
-    from bt_controller.behaviours.docks import Dock, Undock
-    from bt_controller.behaviours.items import Pickup, Place
-    from bt_controller.behaviours.nav_to_pose import GoTo
-    from bt_controller.behaviours.wait import Wait
+    from bt_controller.behaviours.robot_actions import Dock, GoTo, Pickup, Place, Undock, Wait
     from bt_controller.core.action_leaf import ActionLeaf
     from bt_controller.core.action_node import ActionNode
     from bt_controller.core.node import Condition, Control, Decoration, Leaf, Node
@@ -45,14 +42,14 @@ _HOMES = MappingProxyType(
         "Condition": "core.node",
         "Control": "core.node",
         "Decoration": "core.node",
-        "Dock": "behaviours.docks",
-        "GoTo": "behaviours.nav_to_pose",
+        "Dock": "behaviours.robot_actions",
+        "GoTo": "behaviours.robot_actions",
         "Leaf": "core.node",
         "Node": "core.node",
-        "Pickup": "behaviours.items",
-        "Place": "behaviours.items",
-        "Undock": "behaviours.docks",
-        "Wait": "behaviours.wait",
+        "Pickup": "behaviours.robot_actions",
+        "Place": "behaviours.robot_actions",
+        "Undock": "behaviours.robot_actions",
+        "Wait": "behaviours.robot_actions",
     }
 )
 """The module of each export."""

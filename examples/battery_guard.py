@@ -8,8 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import Dock, GoTo
 
 
 def round_trip() -> Behaviour:

@@ -8,8 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Sequence
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 
 
 def hand_over(robots: list[str]) -> Behaviour:

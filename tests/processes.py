@@ -117,7 +117,7 @@ def _loaded() -> dict[str, Callable[[], int]]:
     # Only the server needs these slow imports.
     import bt_controller.__main__  # noqa: PLC0415
     import bt_controller.cli._watching  # noqa: PLC0415
-    import bt_controller.running.run_tree  # noqa: PLC0415
+    import bt_controller.running.runner  # noqa: PLC0415
     import hmrsim.cli  # noqa: PLC0415
     import hmrsim.cli.event_log  # noqa: PLC0415
     import hmrsim.cli.goal_text  # noqa: PLC0415

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.events import from_json
 from hmrsim.history.occurrence import Occurrence, SceneSeen
 from hmrsim.properties import Ended, Monitor, MonitorSink, properties_of

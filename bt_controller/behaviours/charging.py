@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from py_trees.common import Status
 
 from bt_controller.behaviours.battery import is_charging, is_full
-from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient
-from bt_controller.core.directory import NotServed
+from bt_controller.behaviours.robot_actions import NavToPoseActionClient
 from bt_controller.core.node import EACH_PERIOD, Control, PortError, Ticks
 from bt_controller.core.ports import SHARE, input_port
+from bt_controller.core.robots import NotServed
 from bt_controller.core.sim_time import now, reached, time_behind
 from bt_controller.core.subtrees import finds_its_way, has_come_to_rest, repeat, suspend, verdicts
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -24,7 +24,7 @@ from hmrsim_zenoh.client.conditions import Condition
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.core.topics import Topics
+    from bt_controller.core.robots import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
     from hmrsim_zenoh.client.conditions import Operator
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, Status
 
-from bt_controller.core.directory import NotServed
+from bt_controller.core.robots import NotServed
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.geometry_msgs import PoseStamped

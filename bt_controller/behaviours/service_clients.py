@@ -19,7 +19,7 @@ from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
-    from bt_controller.core.topics import Topics
+    from bt_controller.core.robots import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.queries import Reply

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, Final
 from py_trees.behaviour import Behaviour
 from py_trees.common import Access, ClearingPolicy, Status
 
-from bt_controller.core.topics import TOPICS
+from bt_controller.core.robots import TOPICS
 from hmrsim_zenoh.client.conditions import Condition
 
 if TYPE_CHECKING:
-    from bt_controller.core.topics import Topics
+    from bt_controller.core.robots import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.conditions import Operator, Value
 

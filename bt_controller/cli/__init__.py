@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Final
 
-from bt_controller.cli._exits import EXAMPLES, EXIT_CODES, FAILED, exit_code
+from bt_controller.cli._options import EXAMPLES, EXIT_CODES, FAILED, exit_code
 from hmrsim import __version__
 from hmrsim.errors import printable
 from hmrsim.program.command_line import Later, LazyParser, add_commands, autocomplete, run_program

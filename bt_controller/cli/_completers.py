@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.core.directory import Directory, completions
+from bt_controller.core.robots import Directory, completions
 from hmrsim_zenoh.client.completion import robots, running
 
 if TYPE_CHECKING:

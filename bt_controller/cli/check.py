@@ -7,8 +7,14 @@ import json
 import sys
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._exits import DONE, EXIT_CODES
-from bt_controller.cli._options import add_picture_options, add_robot_option, add_tree_options, tree_of
+from bt_controller.cli._options import (
+    DONE,
+    EXIT_CODES,
+    add_picture_options,
+    add_robot_option,
+    add_tree_options,
+    tree_of,
+)
 from bt_controller.errors import TreeError
 from hmrsim.errors import printable
 

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._exits import DONE, EXIT_CODES
+from bt_controller.cli._options import DONE, EXIT_CODES
 from hmrsim.errors import printable
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from bt_controller.cli._exits import DONE, EXIT_CODES, WRONG_USE
+from bt_controller.cli._options import DONE, EXIT_CODES, WRONG_USE
 from hmrsim.diagnostics import meant
 
 if TYPE_CHECKING:

@@ -1,4 +1,7 @@
-"""``bt-controller run``: run a tree for each robot."""
+"""``bt-controller run``: run a tree for each robot.
+
+Ctrl-C and SIGTERM stop it, also while a behavior does not return.
+"""
 
 from __future__ import annotations
 
@@ -6,24 +9,82 @@ import argparse
 import gc
 import json
 import os
+import queue
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from bt_controller.cli._exits import DONE, EXAMPLES, EXIT_CODES, FAILED
-from bt_controller.cli._options import add_robot_option, add_tree_options, add_watching_options, tree_of
+from bt_controller.cli._options import (
+    DONE,
+    EXAMPLES,
+    EXIT_CODES,
+    FAILED,
+    add_robot_option,
+    add_tree_options,
+    add_watching_options,
+    tree_of,
+)
 from bt_controller.errors import TreeError
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
-from hmrsim.program.signals import exit_code_of
+from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim_zenoh.wire.options import add_session_options, seconds
 
 if TYPE_CHECKING:
     from bt_controller.loading.trees import Plan
     from bt_controller.running.runner import Outcome
     from hmrsim_zenoh.client.client import Client
+
+
+_STOP_SECONDS: Final = 4.0
+"""Wall seconds for a regular stop: longer than the grace period of canceled goals."""
+
+_OVER: Final = 0
+"""Ends the watch; no signal has this number."""
+
+
+@contextmanager
+def on_interrupt(stop: Callable[[], None], give_up: Callable[[], None]) -> Iterator[list[int]]:
+    """Stop regularly on the first SIGINT or SIGTERM, and end the process on the second or after a time limit.
+
+    A separate thread receives the signals, since the main thread may be in a behavior that blocks, even in C.
+    Yields where it keeps the numbers of the signals. In the main thread only.
+
+    Args:
+        stop: Asks for an end; called at the first signal.
+        give_up: Does what can be done without the main thread; then the process ends.
+    """
+    numbers: list[int] = []
+    heard: queue.SimpleQueue[int] = queue.SimpleQueue()
+    with on_signals(heard.put):
+        watch = threading.Thread(target=_watch, args=(heard, numbers, stop, give_up), daemon=True)
+        watch.start()
+        try:
+            yield numbers
+        finally:
+            heard.put(_OVER)
+            watch.join()
+
+
+def _watch(
+    heard: queue.SimpleQueue[int], numbers: list[int], stop: Callable[[], None], give_up: Callable[[], None]
+) -> None:
+    first = heard.get()
+    if first == _OVER:
+        return
+    numbers.append(first)
+    stop()
+    with suppress(queue.Empty):
+        if heard.get(timeout=_STOP_SECONDS) == _OVER:
+            return
+    # Whatever happens now must not keep the process alive.
+    with suppress(Exception):
+        give_up()
+    os._exit(exit_code_of(first))
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +98,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="extend",
         nargs="+",
         default=[],
-        type=partial(_checked, Later("bt_controller.core.directory", "check_selector")),
+        type=partial(_checked, Later("bt_controller.core.robots", "check_selector")),
         metavar="SELECTOR",
         help="all robots of a kind, by name: all, type:TYPE, action:ACTION, component:COMPONENT; repeatable",
     )
@@ -112,7 +173,7 @@ _SHOW_CURSOR: Final = b"\x1b[?25h"
 
 def _chosen(args: argparse.Namespace, client: Client) -> list[str]:
     """Return the robots that are named, followed by those that are selected."""
-    from bt_controller.core.directory import Directory, selected
+    from bt_controller.core.robots import Directory, selected
 
     found = selected(Directory.from_info(client.info()), args.robots) if args.robots else []
     return list(dict.fromkeys([*args.robot, *found]))
@@ -128,7 +189,6 @@ def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     """Run the tree that the options select for each of the robots; return the exit code."""
     from bt_controller.cli._watching import check_files, check_pictures, covering, display, draw, watching
     from bt_controller.running.clocks import STOP, Mailbox, clock_for
-    from bt_controller.running.interruption import on_interrupt
     from bt_controller.running.mission import missions_for, prepare
     from bt_controller.running.runner import Runner
     from bt_controller.running.snapshot import nodes_of

@@ -18,9 +18,9 @@ from py_trees.common import Access, Status
 from pydantic import ValidationError
 from pydantic_core import to_json
 
-from bt_controller.core.directory import Directory, NotServed
 from bt_controller.core.node import QuietBehaviour
 from bt_controller.core.resume import Resumption, place_of
+from bt_controller.core.robots import Directory, NotServed
 from bt_controller.errors import TreeError
 from hmrsim.actions import Action, F, G, R, error_of, registry
 from hmrsim.diagnostics import known_name

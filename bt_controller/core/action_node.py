@@ -12,9 +12,9 @@ from py_trees.common import Status
 from pydantic import ValidationError
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import Directory
 from bt_controller.core.node import EACH_PERIOD, Node, PortError
 from bt_controller.core.ports import DOUBLE, INT, STRING, input_port, output_port
+from bt_controller.core.robots import Directory
 from hmrsim.actions import registry
 from hmrsim.errors import GoalRejected
 from hmrsim.interfaces.builtin_interfaces import Duration

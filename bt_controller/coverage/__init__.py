@@ -1,7 +1,7 @@
 """Coverage of behavior trees: which nodes were ticked, how they ended, and what never happened.
 
 `node_coverage` counts the outcomes of a node, `kinds` knows which outcomes are possible at a place in a tree,
-`recording` counts while a tree is ticked, `tree_coverage` merges counts, and `files` reads and writes them.
+`tree_coverage` counts while a tree is ticked and merges counts, and `files` reads and writes them.
 """
 
 from __future__ import annotations

@@ -11,10 +11,7 @@ from typing import TYPE_CHECKING
 
 from py_trees.composites import Selector, Sequence
 
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Pickup, Place, Wait
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

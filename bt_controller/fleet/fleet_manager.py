@@ -16,8 +16,7 @@ from bt_controller.fleet.allocation import PendingTask, Robot, TaskQueue, arriva
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 
 if TYPE_CHECKING:
-    from bt_controller.core.directory import Directory
-    from bt_controller.core.topics import Topics
+    from bt_controller.core.robots import Directory, Topics
     from bt_controller.fleet.allocation import Arrival, Assignment, Given, Task
     from hmrsim.interfaces.nav_msgs import Odometry
     from hmrsim_zenoh.client.places import NamedPlaces

@@ -11,8 +11,8 @@ from py_trees.composites import Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import NotServed
 from bt_controller.core.node import Control, Leaf, Ticks
+from bt_controller.core.robots import NotServed
 from bt_controller.core.sim_time import now
 from hmrsim.interfaces.message import unbuilt
 from hmrsim.interfaces.moveit_msgs import Pickup, Place

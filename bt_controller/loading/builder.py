@@ -25,7 +25,7 @@ from hmrsim.program.users_code import described
 from hmrsim.safe_xml import MAX_DEPTH
 
 if TYPE_CHECKING:
-    from bt_controller.loading.calls import Call
+    from bt_controller.loading.check import Call
     from bt_controller.loading.source import Faults, Origin
     from bt_controller.scripting.parser import Script
 

@@ -24,7 +24,7 @@ from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
-    from bt_controller.core.topics import Topics
+    from bt_controller.core.robots import Topics
     from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError

@@ -9,8 +9,7 @@ import time
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import GoTo, Wait
 from hmrsim.testing import simulation
 
 

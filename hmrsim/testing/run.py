@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import HmrsimError

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from bt_controller.loading.named_functions import NamedFunction, find_function
 from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.program.users_code import described
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.local import LocalTrial

@@ -14,7 +14,7 @@ from py_trees.blackboard import Blackboard
 
 from bt_controller.cli import main as bt_controller
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.actions import registry as actions
 from hmrsim.cli import main as hmrsim
 from hmrsim.goals.script_orders import read_order

@@ -29,9 +29,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Pickup, Place
+from bt_controller.behaviours.robot_actions import GoTo
+from bt_controller.behaviours.robot_actions import Wait
 from bt_controller.loading.trees import resumable
 
 LIVES = Path("lives")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from bt_controller.behaviours.docks import missing_dock
+from bt_controller.behaviours.robot_actions import missing_dock
 from bt_controller.core.action_node import ACTION_INPUTS, ACTION_OUTPUTS, ActionNode
 from bt_controller.core.node import PortError
 from bt_controller.core.ports import BOOL, FINITE, INT, POSE, STRING, input_port, output_port

@@ -1,4 +1,4 @@
-"""Nav2's actions that plan, follow, cut and join paths."""
+"""Nav2's actions on paths and poses: planning, following, cutting and joining paths, and editing lists of goals."""
 
 from __future__ import annotations
 
@@ -22,19 +22,20 @@ from bt_controller.core.ports import (
     SMOOTHER,
     STRING,
     TRACKING,
+    Kind,
     input_port,
     output_port,
 )
 from bt_controller.nodes import Family
-from bt_controller.nodes.located import BASE_FRAME, Located
-from bt_controller.nodes.paths import Trail, length_of, part_of, point_of
+from bt_controller.nodes.poses import BASE_FRAME, GLOBAL_FRAME, Located, Trail, apart, length_of, part_of, point_of
 from hmrsim.geometry import SAME_PLACE, heading
-from hmrsim.interfaces.nav2_msgs import TrackingFeedback
+from hmrsim.interfaces.nav2_msgs import TrackingFeedback, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
+
 
 _PLANNER_ID = input_port(PLANNER, "The planner: GridBased, or empty", default="")
 
@@ -258,6 +259,90 @@ class GetPoseFromPath(Leaf):
         return Status.SUCCESS
 
 
+_INPUT_GOALS = input_port(POSES, "The goals")
+_OUTPUT_GOALS = output_port(POSES, "The goals")
+
+
+def _no_text(text: str, _places: object) -> list[WaypointStatus]:
+    raise ValueError(f"{text!r} is not a list of statuses; expected a key of the blackboard")
+
+
+_STATUSES = Kind("nav2_msgs/WaypointStatus[]", list, _no_text)
+
+
+class GetCurrentPose(Located, Leaf):
+    """Writes the robot's pose to ``current_pose``."""
+
+    INPUTS: ClassVar = {"global_frame": GLOBAL_FRAME, "robot_base_frame": BASE_FRAME}
+    OUTPUTS: ClassVar = {"current_pose": output_port(POSE, "The robot's pose")}
+
+    def update(self) -> Status:
+        """Write the pose."""
+        self.write("current_pose", self.here)
+        return Status.SUCCESS
+
+
+class RemovePassedGoals(Located, Leaf):
+    """Writes the goals to ``output_goals``, without leading ones near the robot; the last one always remains.
+
+    In ``input_waypoint_statuses``, if given, the removed goals become COMPLETED.
+    """
+
+    INPUTS: ClassVar = {
+        "input_goals": _INPUT_GOALS,
+        "radius": input_port(FINITE, "Largest distance of a passed goal, in the world's unit of length", default=0.5),
+        "global_frame": GLOBAL_FRAME,
+        "robot_base_frame": BASE_FRAME,
+        "input_waypoint_statuses": input_port(_STATUSES, "The waypoint statuses", required=False),
+    }
+    OUTPUTS: ClassVar = {
+        "output_goals": _OUTPUT_GOALS,
+        "output_waypoint_statuses": output_port(_STATUSES, "The updated waypoint statuses"),
+    }
+
+    def update(self) -> Status:
+        """Remove the passed goals."""
+        goals, statuses = list(self.read("input_goals")), list(self.read("input_waypoint_statuses") or ())
+        while len(goals) > 1 and apart(goals[0], self.here) <= self.read("radius"):
+            passed = goals.pop(0)
+            for index, status in enumerate(statuses):
+                if status.waypoint_status == WaypointStatus.PENDING and status.waypoint_pose == passed:
+                    statuses[index] = status.model_copy(update={"waypoint_status": WaypointStatus.COMPLETED})
+                    break
+        self.write("output_goals", goals)
+        if statuses:
+            self.write("output_waypoint_statuses", statuses)
+        return Status.SUCCESS
+
+
+class AppendGoalPoseToGoals(Leaf):
+    """Writes the goals with one more at the end to ``output_goals``."""
+
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "goal_pose": input_port(POSE, "The goal to append")}
+    OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
+
+    def update(self) -> Status:
+        """Append the goal to the list."""
+        self.write("output_goals", [*self.read("input_goals"), self.read("goal_pose")])
+        return Status.SUCCESS
+
+
+class GetNextFewGoals(Leaf):
+    """Writes the first ``num_goals`` goals to ``output_goals``; fails if there are no goals."""
+
+    INPUTS: ClassVar = {"input_goals": _INPUT_GOALS, "num_goals": input_port(INT, "Number of goals")}
+    OUTPUTS: ClassVar = {"output_goals": _OUTPUT_GOALS}
+
+    def update(self) -> Status:
+        """Write the first goals."""
+        goals = self.read("input_goals")
+        if not goals:
+            self.feedback_message = "there are no goals"
+            return Status.FAILURE
+        self.write("output_goals", goals[: max(0, self.read("num_goals"))])
+        return Status.SUCCESS
+
+
 FAMILY = Family.of(
     "paths",
     ComputePathThroughPoses,
@@ -268,4 +353,8 @@ FAMILY = Family.of(
     GetPoseFromPath,
     TruncatePath,
     TruncatePathLocal,
+    AppendGoalPoseToGoals,
+    GetCurrentPose,
+    GetNextFewGoals,
+    RemovePassedGoals,
 )

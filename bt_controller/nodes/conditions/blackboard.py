@@ -10,7 +10,7 @@ from py_trees.common import Status
 from bt_controller.core.node import Condition
 from bt_controller.core.ports import ANY, INT, INTS, input_port
 from bt_controller.nodes import Family
-from bt_controller.nodes.located import Watching
+from bt_controller.nodes.poses import Watching
 from bt_controller.scripting.scripted import Scripted
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, ComputeRoute, FollowPath, SmoothPath
 

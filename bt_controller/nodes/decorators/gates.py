@@ -13,7 +13,7 @@ from bt_controller.core.node import EACH_PERIOD, Decoration, Ticks
 from bt_controller.core.ports import ANY, BOOL, STATUS, UNSIGNED, input_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.nodes.located import Watching
+from bt_controller.nodes.poses import Watching
 from bt_controller.scripting.scripted import Scripted
 
 

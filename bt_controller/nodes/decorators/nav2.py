@@ -11,8 +11,7 @@ from bt_controller.core.node import EACH_PERIOD, Decoration, PortError, Ticks
 from bt_controller.core.ports import FINITE, PATH, POSE, POSES, POSITIVE, input_port, output_port
 from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
-from bt_controller.nodes.located import BASE_FRAME, GLOBAL_FRAME, GOAL_PORTS, Located, goals_of
-from bt_controller.nodes.paths import apart, length_of
+from bt_controller.nodes.poses import BASE_FRAME, GLOBAL_FRAME, GOAL_PORTS, Located, apart, goals_of, length_of
 from hmrsim.interfaces.nav_msgs import Path
 
 

@@ -3,9 +3,7 @@
 from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Wait
 
 CHARGERS = {"eve": ("charger_1", "charger_2"), "wall_e": ("charger_2", "charger_1")}
 

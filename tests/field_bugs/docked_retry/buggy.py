@@ -4,9 +4,7 @@ from py_trees.composites import Sequence
 from py_trees.decorators import Retry
 
 from bt_controller.behaviours.battery import WaitUntilCharged
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Wait
 
 
 def read_meter():

@@ -5,9 +5,7 @@ from py_trees.decorators import Inverter, Retry
 from py_trees.timers import Timer
 
 from bt_controller.behaviours.battery import WaitUntilCharged
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Wait
 
 
 def read_meter():

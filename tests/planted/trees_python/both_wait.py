@@ -7,7 +7,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Sequence
 from steps import patient
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 
 WAYS = {"wall_e": ("west_mouth", "east_mouth", "north_east"), "eve": ("east_mouth", "west_mouth", "north_west")}
 

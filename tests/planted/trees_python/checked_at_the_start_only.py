@@ -5,7 +5,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 from steps import patient
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:

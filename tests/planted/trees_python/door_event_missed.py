@@ -6,7 +6,7 @@ from py_trees.composites import Sequence
 from py_trees.decorators import Timeout
 from steps import patient
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:

@@ -8,7 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
 
 from bt_controller.behaviours.battery import WaitUntilCharged
-from bt_controller.behaviours.docks import Dock
+from bt_controller.behaviours.robot_actions import Dock
 from bt_controller.behaviours.subscribers import CheckData
 
 ROUNDS = ("ward_a", "ward_b", "ward_c", "ward_b", "ward_a", "home") * 2

@@ -7,8 +7,7 @@ from py_trees.decorators import SuccessIsFailure
 from py_trees.timers import Timer
 from steps import ATTEMPTS, PAUSE, GoToItem, Holds, LiesAt, Look, bring, patient
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 
 WALL = 9.0
 

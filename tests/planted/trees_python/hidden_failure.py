@@ -5,8 +5,7 @@ from py_trees.behaviours import Success
 from py_trees.composites import Selector, Sequence
 from steps import bring, patient
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 
 
 def mission(*, bug: bool = False) -> Behaviour:

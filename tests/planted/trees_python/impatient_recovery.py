@@ -6,7 +6,7 @@ from py_trees.decorators import SuccessIsFailure
 from py_trees.timers import Timer
 from steps import ATTEMPTS, PAUSE
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 
 
 def mission(*, bug: bool = False) -> Behaviour:

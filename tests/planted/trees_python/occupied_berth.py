@@ -6,11 +6,9 @@ from py_trees.decorators import Inverter
 from steps import patient
 
 from bt_controller.behaviours.battery import WaitUntilCharged
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Wait
 from bt_controller.core.port_values import node
-from bt_controller.nodes.conditions.battery import IsBatteryLow
+from bt_controller.nodes.conditions.robot import IsBatteryLow
 
 WARDS = {"wall_e": "ward_a", "eve": "ward_b"}
 

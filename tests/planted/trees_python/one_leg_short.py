@@ -5,7 +5,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 from steps import patient
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 
 LEG = 0.06
 """The share of a battery that the drive from one ward to the next takes, and a little more."""

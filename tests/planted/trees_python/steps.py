@@ -13,8 +13,7 @@ from py_trees.composites import Selector, Sequence
 from py_trees.decorators import Retry
 from py_trees.timers import Timer
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo, NavToPoseActionClient, pose_goal
+from bt_controller.behaviours.robot_actions import GoTo, NavToPoseActionClient, Pickup, Place, pose_goal
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.nav2_msgs import NavigateToPose

@@ -8,8 +8,7 @@ from py_trees.timers import Timer
 from steps import GoToItem, Holds, patient
 
 from bt_controller.behaviours.action_clients import FromBlackboard
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import pose_goal
+from bt_controller.behaviours.robot_actions import Pickup, Place, pose_goal
 from hmrsim.actions.navigate_to_pose import ACTION
 
 WARD, HALL = pose_goal(18.0, 0.0), pose_goal(12.0, 0.0)

@@ -9,11 +9,8 @@ from py_trees.composites import Sequence
 
 from bt_controller.behaviours.battery import WaitUntilCharged
 from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.docks import Dock, Undock
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Pickup, Place, Undock, Wait
 from bt_controller.behaviours.subscribers import CheckData
-from bt_controller.behaviours.wait import Wait
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.sim_time import now
 from bt_controller.loading.trees import Plan, load

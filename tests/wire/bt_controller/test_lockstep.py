@@ -11,7 +11,7 @@ from py_trees.composites import Parallel, Sequence
 from py_trees.decorators import Repeat, Timeout
 from py_trees.timers import Timer
 
-from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from bt_controller.behaviours.robot_actions import NavToPoseActionClient, pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import STOP, Mailbox, clock_for

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from py_trees.common import Status
 
-from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
+from bt_controller.behaviours.robot_actions import NavToPoseActionClient, pose_goal
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
 from tests.patience import PATIENCE

@@ -8,8 +8,7 @@ from threading import Event
 
 import pytest
 
-from bt_controller.core.directory import NotServed
-from bt_controller.core.topics import Topics
+from bt_controller.core.robots import NotServed, Topics
 from hmrsim_zenoh.client.client import Client
 from tests.patience import PATIENCE
 from tests.served_world import served_world

@@ -3,8 +3,7 @@
 from py_trees.composites import Sequence
 from py_trees.decorators import Retry
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 
 
 def deliver(robots, code=0):

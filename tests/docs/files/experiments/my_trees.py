@@ -2,7 +2,7 @@
 
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Wait
 from bt_controller.examples import hospital
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from bt_controller.core.directory import Directory
+from bt_controller.core.robots import Directory
 from hmrsim_zenoh.client.places import pose_at
 
 if TYPE_CHECKING:

@@ -7,11 +7,8 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
 from bt_controller.behaviours.action_clients import FromBlackboard, FromConstant
-from bt_controller.behaviours.docks import Dock, Undock
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
-from bt_controller.behaviours.wait import Wait
-from bt_controller.core.directory import NotServed
+from bt_controller.behaviours.robot_actions import Dock, GoTo, Pickup, Place, Undock, Wait
+from bt_controller.core.robots import NotServed
 from hmrsim.interfaces import moveit_msgs, nav2_msgs
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim_zenoh.client.places import pose_at

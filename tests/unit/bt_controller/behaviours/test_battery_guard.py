@@ -16,11 +16,10 @@ from py_trees.decorators import Repeat, Timeout
 from py_trees.timers import Timer
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.nav_to_pose import NavToPoseActionClient, pose_goal
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import NavToPoseActionClient, Wait, pose_goal
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import Directory
 from bt_controller.core.node import PortError
+from bt_controller.core.robots import Directory
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.running.schedule import due
 from hmrsim.interfaces.builtin_interfaces import Duration

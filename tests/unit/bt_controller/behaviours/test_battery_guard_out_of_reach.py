@@ -5,8 +5,7 @@ from __future__ import annotations
 from py_trees.composites import Sequence
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import Dock, GoTo
 
 WORLD = {
     "waypoints": {"home": [0, 0], "ward": [20, 0]},

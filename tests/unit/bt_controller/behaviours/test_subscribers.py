@@ -9,7 +9,7 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import ClearingPolicy, Status
 
 from bt_controller.behaviours import battery, detections, places, subscribers
-from bt_controller.core.directory import NotServed
+from bt_controller.core.robots import NotServed
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseWithCovariance
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState

@@ -8,11 +8,10 @@ from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.docks import Dock
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import Dock, GoTo
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import Directory, NotServed
 from bt_controller.core.node import PortError
+from bt_controller.core.robots import Directory, NotServed
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Duration, Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.core.directory import Directory, NotServed, check_selector, completions, selected
+from bt_controller.core.robots import Directory, NotServed, check_selector, completions, selected
 
 WARD = Directory.from_info(
     {

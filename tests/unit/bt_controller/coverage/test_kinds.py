@@ -13,7 +13,7 @@ from py_trees.decorators import Inverter, Retry, Timeout
 from py_trees.timers import Timer
 
 from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Wait
 from bt_controller.coverage.kinds import _LEAVES, _PARENTS, possible_outcomes
 
 

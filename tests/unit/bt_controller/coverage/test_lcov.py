@@ -13,7 +13,7 @@ from py_trees.composites import Selector, Sequence
 from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import lcov
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.testing import simulation
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "scenario2.xml"

@@ -8,7 +8,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.decorators import Inverter, Retry
 
-from bt_controller.behaviours.wait import Wait
+from bt_controller.behaviours.robot_actions import Wait
 from bt_controller.core.node import Decoration
 from bt_controller.core.subtrees import suspend
 from bt_controller.coverage import TreeCoverage

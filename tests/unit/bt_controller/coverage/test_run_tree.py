@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import load
-from bt_controller.running.run_tree import run_tree
+from bt_controller.running.runner import run_tree
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 

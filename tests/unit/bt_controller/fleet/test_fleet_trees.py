@@ -9,7 +9,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import NotServed
+from bt_controller.core.robots import NotServed
 from bt_controller.loading.trees import Plan, load
 from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for

@@ -8,8 +8,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_controller.cli import main
-from bt_controller.cli._exits import exit_code
-from bt_controller.cli._options import _value
+from bt_controller.cli._options import _value, exit_code
 from bt_controller.cli.run import _report
 from bt_controller.core.node import PortError
 from bt_controller.running.runner import Outcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_controller.loading.calls import children_of
+from bt_controller.loading.check import children_of
 from bt_controller.nodes import registry
 
 NODES = registry()

@@ -13,9 +13,8 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 from bt_controller.core.blackboards import Board
-from bt_controller.core.directory import Directory
+from bt_controller.core.robots import TOPICS, Directory, Topics
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.core.topics import TOPICS, Topics
 from bt_controller.nodes import UNSUPPORTED, Family, actions, conditions, controls, decorators, registry
 from bt_controller.running.schedule import due
 from bt_controller.scripting.parser import parse

@@ -7,8 +7,8 @@ import math
 import pytest
 from py_trees.common import Status
 
-from bt_controller.core.directory import NotServed
 from bt_controller.core.node import PortError
+from bt_controller.core.robots import NotServed
 from bt_controller.nodes.actions.manipulation import DockRobot, Pickup, Place, UndockRobot
 from bt_controller.nodes.actions.navigation import (
     BackUp,
@@ -20,7 +20,7 @@ from bt_controller.nodes.actions.navigation import (
 )
 from bt_controller.nodes.actions.paths import ComputePathThroughPoses, ComputePathToPose, FollowPath, SmoothPath
 from bt_controller.nodes.actions.routes import ComputeAndTrackRoute, ComputeRoute
-from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
+from bt_controller.nodes.conditions.goals import IsWithinPathTrackingBounds
 from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.sequences import ReactiveSequence
 from hmrsim.actions import registry

@@ -11,7 +11,6 @@ from bt_controller.core.node import PortError
 from bt_controller.errors import TreeError
 from bt_controller.loading.trees import load
 from bt_controller.nodes import registry
-from bt_controller.nodes.conditions.battery import IsBatteryCharging, IsBatteryLow
 from bt_controller.nodes.conditions.blackboard import (
     AreErrorCodesPresent,
     WouldAControllerRecoveryHelp,
@@ -25,17 +24,19 @@ from bt_controller.nodes.conditions.goals import (
     GoalReached,
     GoalUpdated,
     IsGoalNearby,
+    IsWithinPathTrackingBounds,
 )
-from bt_controller.nodes.conditions.motion import (
+from bt_controller.nodes.conditions.robot import (
     DistanceTraveled,
     InitialPoseReceived,
+    IsBatteryCharging,
+    IsBatteryLow,
     IsStopped,
     IsStuck,
     PathExpiringTimer,
     TimeExpired,
     TransformAvailable,
 )
-from bt_controller.nodes.conditions.paths import IsWithinPathTrackingBounds
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.client.places import pose_at

@@ -7,20 +7,23 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_controller.core.directory import Directory
+from bt_controller.core.robots import Directory
 from bt_controller.nodes import registry
 from bt_controller.nodes.actions.navigation import CancelControl
-from bt_controller.nodes.actions.paths import ConcatenatePaths, GetPoseFromPath, TruncatePath, TruncatePathLocal
-from bt_controller.nodes.actions.poses import (
+from bt_controller.nodes.actions.paths import (
     AppendGoalPoseToGoals,
+    ConcatenatePaths,
     GetCurrentPose,
     GetNextFewGoals,
+    GetPoseFromPath,
     RemovePassedGoals,
+    TruncatePath,
+    TruncatePathLocal,
 )
 from bt_controller.nodes.actions.routes import ExtractRouteNodesAsGoals
 from bt_controller.nodes.controls.nav2 import PipelineSequence
 from bt_controller.nodes.controls.sequences import ReactiveSequence
-from bt_controller.nodes.paths import point_of, yaw_at
+from bt_controller.nodes.poses import point_of, yaw_at
 from hmrsim.interfaces.geometry_msgs import Point
 from hmrsim.interfaces.nav2_msgs import Route, RouteNode, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Path

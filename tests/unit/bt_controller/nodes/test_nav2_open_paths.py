@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from bt_controller.nodes.conditions.paths import IsPathValid, ValidatePath
+from bt_controller.nodes.conditions.goals import IsPathValid, ValidatePath
 from bt_controller.nodes.controls.sequences import ReactiveSequence
 from hmrsim.interfaces.nav_msgs import Path
 from hmrsim_zenoh.client.places import pose_at

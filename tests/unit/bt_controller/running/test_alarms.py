@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bt_controller.core.topics import Topics
+from bt_controller.core.robots import Topics
 from bt_controller.running.schedule import Alarms
 from hmrsim_zenoh.client.conditions import Condition
 from hmrsim_zenoh.errors import RequestError

@@ -13,7 +13,7 @@ from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.directory import NotServed
+from bt_controller.core.robots import NotServed
 from bt_controller.examples import go_to_pose
 from bt_controller.loading.trees import Plan
 from bt_controller.running.clocks import STOP, Mailbox, clock_for

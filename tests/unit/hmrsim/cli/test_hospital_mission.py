@@ -6,7 +6,7 @@ from itertools import combinations
 
 import pytest
 
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo
 from bt_controller.examples.hospital import mission
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world_checks import load_world

@@ -39,8 +39,8 @@ import time
 from contextlib import suppress
 
 from py_trees.composites import Sequence
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import Pickup, Place
+from bt_controller.behaviours.robot_actions import GoTo
 from hmrsim_zenoh import Commander, GoalFailed, GoalRejectedError
 
 

@@ -11,8 +11,7 @@ import pytest
 from py_trees.behaviours import Running
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 from hmrsim.errors import WorldError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings

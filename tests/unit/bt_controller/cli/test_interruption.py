@@ -8,21 +8,21 @@ import sys
 
 import pytest
 
-from bt_controller.running.interruption import on_interrupt
+from bt_controller.cli.run import on_interrupt
 
 BLOCKED = """\
 import os, signal, time
-from bt_controller.running import interruption
+from bt_controller.cli import run
 
 if {twice}:
-    interruption._PATIENCE = 1000
+    run._STOP_SECONDS = 1000
 
 def stop():
     print("stop", flush=True)
     if {twice}:
         os.kill(os.getpid(), {number})
 
-with interruption.on_interrupt(stop, lambda: print("give up", flush=True)):
+with run.on_interrupt(stop, lambda: print("give up", flush=True)):
     os.kill(os.getpid(), {number})
     time.sleep(1000)
 """
