@@ -46,6 +46,14 @@ def collect_runs_young() -> None:
         gc.set_threshold(*_OF_TRIALS)
 
 
+def collect_run() -> None:
+    """Collect the objects of a run that has just ended, in a process that makes many runs.
+
+    Its objects are still in the processor's caches: each takes a quarter of the time that it takes after forty runs.
+    """
+    gc.collect(0)
+
+
 class Heap:
     """The C library's heap of this process, with few arenas for all threads; create it before any thread starts.
 

@@ -17,6 +17,7 @@ from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_st
 from typing import TYPE_CHECKING, Any, Final, Generic, NamedTuple, TypeVar
 
 from hmrsim.errors import HmrsimError
+from hmrsim.program.memory import collect_run
 from hmrsim.program.users_code import described
 from hmrsim.trials.meter import Meter
 from hmrsim.trials.trial import DIED, ERROR, HUNG, MEMORY, OUT_OF_MEMORY, TimeLimit
@@ -107,6 +108,7 @@ def attempt(
         result = failed(ERROR, str(error))
     except Exception as error:  # noqa: BLE001 - a bug of ours must not end the other runs
         result = failed(ERROR, described(error))
+    collect_run()
     return Attempt(result, tail.text, time.perf_counter() - began)
 
 
