@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from pydantic import BaseModel
 
 from hmrsim.experiments.endings import Judge
-from hmrsim.report.orders import quantile
+from hmrsim.report.figures import quantile
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.history.facilities import Doors, Lanes
 from hmrsim.history.faults import Faults
-from hmrsim.history.items import Items
-from hmrsim.history.orders import Orders
+from hmrsim.history.items import Items, Orders
 from hmrsim.history.robots import Batteries, Robots
 from hmrsim.history.timeline import Part
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation

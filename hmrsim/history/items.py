@@ -1,14 +1,16 @@
-"""Where the items of a run are, and which robots carry them."""
+"""Where the items of a run are, which robots carry them, and the orders of the demand."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hmrsim.events.orders import OrderDelivered, OrderEvent, OrderLate, OrderLost, OrderPickedUp, OrderPlaced
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.history.occurrence import SceneSeen, point, records, text
 from hmrsim.history.timeline import Part
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -78,3 +80,99 @@ class Items(Part):
             else:
                 carried = seen[name].get("carrier") is not None
                 self._set(name, point(seen[name], "at"), text(seen[name], "carrier") if carried else "")
+
+
+@dataclass(slots=True)
+class Order:
+    """An order and its progress; times in nanoseconds.
+
+    Attributes:
+        at: The place of the item.
+        to: The destination.
+        due: When it is late; None for never.
+        picked_up: When a robot picked up the item for the first time; None if none did.
+        ended: When it was delivered or lost; None while it is open.
+        robot: The robot that delivered the item, or carries it.
+        state: The name of the state, as in ``_world/scene``.
+    """
+
+    name: str
+    item: str
+    at: str
+    to: str
+    priority: int
+    placed: int
+    due: int | None
+    picked_up: int | None = None
+    ended: int | None = None
+    robot: str = ""
+    state: str = "waiting"
+    late: bool = False
+
+
+class Orders(Part):
+    """The orders of a run, watched by name.
+
+    Attributes:
+        all: All orders whose beginning is known, in the order in which they were placed.
+    """
+
+    def __init__(self, timeline: Timeline) -> None:
+        super().__init__()
+        self.all: list[Order] = []
+        self._known: dict[str, Order] = {}
+        self._items: dict[str, str] = {}
+        timeline.on(OrderPlaced, self._place)
+        timeline.on(OrderPickedUp, self._pick_up)
+        timeline.on(OrderDelivered, self._end)
+        timeline.on(OrderLost, self._end)
+        timeline.on(OrderLate, self._be_late)
+        for lies in (ItemPlaced, ItemDropped):
+            timeline.on(lies, self._put_down)
+
+    def is_(self, order: str, state: str) -> bool:
+        """Return whether an order is in a state; a late order is also in another one."""
+        known = self._known.get(order)
+        return known is not None and (known.late if state == "late" else known.state == state)
+
+    def begin_anew(self) -> None:
+        """Forget all orders; the open ones stay open in `all`."""
+        known, self._known, self._items = self._known, {}, {}
+        for name in known:
+            self.changed(name)
+
+    def _place(self, at: int, event: OrderPlaced) -> None:
+        due = None if event.within is None else at + round(event.within * NANOSECONDS)
+        order = Order(event.order, event.item, event.from_, event.to, event.priority, at, due)
+        self.all.append(order)
+        self._known[order.name], self._items[order.item] = order, order.name
+        self.changed(order.name)
+
+    def _pick_up(self, at: int, event: OrderPickedUp) -> None:
+        order = self._order(at, event)
+        order.robot, order.state = event.robot, "carried"
+        order.picked_up = at if order.picked_up is None else order.picked_up
+        self.changed(order.name)
+
+    def _put_down(self, _at: int, event: ItemPlaced | ItemDropped) -> None:
+        order = self._known.get(self._items.get(event.item, ""))
+        if order is not None and order.state == "carried":
+            order.state, order.robot = "waiting", ""
+            self.changed(order.name)
+
+    def _end(self, at: int, event: OrderDelivered | OrderLost) -> None:
+        order = self._order(at, event)
+        if isinstance(event, OrderDelivered):
+            order.robot, order.state, order.ended = event.robot, "delivered", at
+        else:
+            order.state, order.ended = "lost", at
+        self.changed(order.name)
+
+    def _be_late(self, at: int, event: OrderLate) -> None:
+        order = self._order(at, event)
+        order.late = True
+        self.changed(order.name)
+
+    def _order(self, at: int, event: OrderEvent) -> Order:
+        """Return the order of an event, which a recording may lack from an earlier time."""
+        return self._known.setdefault(event.order, Order(event.order, event.item, "", "", 0, at, None))

@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.properties.model.conditions import RobotCondition
-from hmrsim.properties.observing.signal import FAILS, HOLDS
 from hmrsim.properties.operators import Clause, Clauses, Instance, Temporal
+from hmrsim.properties.signals import FAILS, HOLDS
 from hmrsim.properties.temporal import Above, And, Formula, Implies, Not, Previous, Since
 from hmrsim.properties.terms import Term
 from hmrsim.properties.watcher import Obligation, Obligations, cut_off

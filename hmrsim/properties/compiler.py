@@ -10,26 +10,24 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.events import EventPattern
 from hmrsim.properties import arrivals
 from hmrsim.properties.arrivals import Patrol, Visit
-from hmrsim.properties.built_in.controller import ControllerLives, MissionEnds, Recovers
-from hmrsim.properties.built_in.fleet import NobodyStranded, NoDeadlock, OrdersInTime
-from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
+from hmrsim.properties.controller_properties import ControllerLives, GoalsEnd, MissionEnds, NoVainGoals, Recovers
+from hmrsim.properties.fleet_properties import NobodyStranded, NoDeadlock, OrdersInTime
 from hmrsim.properties.formulas import Windows
 from hmrsim.properties.model.conditions import BatteryCondition, ItemsCondition
 from hmrsim.properties.model.part import BOUND, EACH, bound_names, for_robot, key_of, speaks_of_each, walk
 from hmrsim.properties.model.property import KINDS, Sometimes
 from hmrsim.properties.operators import Always, Eventually, Instance, Never, Reports
 from hmrsim.properties.operators import Sometimes as Happening
-from hmrsim.properties.patterns import AvoidedAfter, Counted, DelayedReaction, HeldUntil, Reaction
+from hmrsim.properties.patterns import AvoidedAfter, Counted, DelayedReaction, HeldUntil, Reaction, Whenever
 from hmrsim.properties.terms import prepare
 from hmrsim.properties.watcher import Each, Incomparable
-from hmrsim.properties.whenever import Whenever
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from hmrsim.history.timeline import Timeline
     from hmrsim.properties.model.file import BuiltIn, Properties
-    from hmrsim.properties.observing.observations import Observations
+    from hmrsim.properties.observations import Observations
     from hmrsim.properties.results import Tell
     from hmrsim.properties.watcher import Watcher
     from hmrsim.world.model import World

@@ -12,9 +12,9 @@ from hmrsim.events.simulation import PropertyViolated, SimulationReset, WorldLoa
 from hmrsim.history.occurrence import BatterySeen, Occurrence, SceneSeen
 from hmrsim.history.timeline import GoalSeen, Timeline
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
-from hmrsim.properties.built_in.goals import GoalsEnd, NoVainGoals
 from hmrsim.properties.compiler import built_in_watchers, watchers_of
-from hmrsim.properties.observing.observations import Observations
+from hmrsim.properties.controller_properties import GoalsEnd, NoVainGoals
+from hmrsim.properties.observations import Observations
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.sinks import SelectiveSink

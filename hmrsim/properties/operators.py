@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.events.simulation import RunReported
 from hmrsim.properties.model.conditions import RobotCondition
-from hmrsim.properties.observing.signal import FAILS, HOLDS
+from hmrsim.properties.signals import FAILS, HOLDS
 from hmrsim.properties.temporal import Above, And, Formula, Not, Or, Previous
 from hmrsim.properties.terms import Term
 from hmrsim.properties.watcher import Obligation, Obligations, Watcher, cut_off
 
 if TYPE_CHECKING:
-    from hmrsim.properties.observing.observations import Observations
+    from hmrsim.properties.observations import Observations
     from hmrsim.properties.results import Ended, Tell, Verdict
 
 _FAR: Final = 9.0

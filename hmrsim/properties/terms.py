@@ -21,16 +21,15 @@ from hmrsim.properties.model.conditions import (
 )
 from hmrsim.properties.model.part import walk
 from hmrsim.properties.model.property import PatrollingPattern, VisitPattern
-from hmrsim.properties.observing.pulses import watch
-from hmrsim.properties.observing.signal import FAILS, HOLDS
 from hmrsim.properties.robustness import JUST
+from hmrsim.properties.signals import FAILS, HOLDS, watch
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from hmrsim.properties.model.conditions import Condition
-    from hmrsim.properties.observing.observations import Observations
-    from hmrsim.properties.observing.signal import Signal
+    from hmrsim.properties.observations import Observations
+    from hmrsim.properties.signals import Signal
 
 Value = Callable[[], float]
 

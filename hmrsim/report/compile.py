@@ -12,18 +12,25 @@ from hmrsim.faults import SUBJECTS
 from hmrsim.history.robots import STATES, State
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
+from hmrsim.report.figures import (
+    demand_of,
+    errors_of,
+    fixtures_of,
+    goal_of,
+    lanes_of,
+    orders_of,
+    paths_of,
+    throughput_of,
+)
 from hmrsim.report.goals import count_waits
 from hmrsim.report.html import as_text, in_seconds, rounded, times
-from hmrsim.report.orders import demand_of, orders_of
-from hmrsim.report.outcomes import errors_of, goal_of, throughput_of
-from hmrsim.report.places import fixtures_of, lanes_of, paths_of
 
 if TYPE_CHECKING:
     from hmrsim.history.faults import Fault
     from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.model import Source
+    from hmrsim.report.robots import Track
     from hmrsim.report.story import Story
-    from hmrsim.report.track import Track
 
 _MAX_POINTS: Final = 300
 """Maximum points of a battery's curve."""

@@ -13,6 +13,7 @@ from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.events.traffic import WentOn
 from hmrsim.history.facilities import Docks, Doors, Lanes, Lifts
 from hmrsim.history.faults import Faults
+from hmrsim.history.items import Orders
 from hmrsim.history.motion import Motion, motion_in
 from hmrsim.history.occurrence import (
     BatterySeen,
@@ -25,7 +26,6 @@ from hmrsim.history.occurrence import (
     text,
     whole,
 )
-from hmrsim.history.orders import Orders
 from hmrsim.history.timeline import Timeline
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.goals import GoalLog, WaitRecord

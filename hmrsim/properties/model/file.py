@@ -1,17 +1,26 @@
-"""The model of a file of properties, with the settings of those that are built in."""
+"""Files of properties: their model, and their reader, which reports all errors at once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, WithJsonSchema
 
-from hmrsim.diagnostics import Finding, Path, problems_of
-from hmrsim.properties.model.part import Count, Identifier, Part, Seconds
-from hmrsim.properties.model.property import Property
+from hmrsim.diagnostics import Finding, instead, problems_of
+from hmrsim.diagnostics import Path as Place
+from hmrsim.documents.document import Document, read_document
+from hmrsim.documents.validation import explain
+from hmrsim.errors import PropertyError
+from hmrsim.events import EventPattern, registry
+from hmrsim.properties.model.conditions import CONDITIONS
+from hmrsim.properties.model.formulas import FORMULAS
+from hmrsim.properties.model.part import BOUND, EACH, Count, Identifier, Part, Seconds, key_of, texts, walk
+from hmrsim.properties.model.property import KINDS, DelayedReaction, InstantaneousReaction, Property, Whenever
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hmrsim.errors import Problem
 
 
@@ -75,9 +84,9 @@ class Properties(Part):
     properties: dict[Identifier, Property] = Field(default={}, description="By name.")
     built_in: BuiltIn = BuiltIn()
     _file: str = "properties"
-    _line: Callable[[Path], int | None] = lambda _path: None
+    _line: Callable[[Place], int | None] = lambda _path: None
 
-    def located(self, file: str, line: Callable[[Path], int | None]) -> Self:
+    def located(self, file: str, line: Callable[[Place], int | None]) -> Self:
         """Return the same properties, with their file and a function that returns the line of a path in it."""
         copied = self.model_copy()
         copied._file, copied._line = file, line  # noqa: SLF001 - its own
@@ -86,3 +95,147 @@ class Properties(Part):
     def problems(self, findings: Iterable[Finding]) -> list[Problem]:
         """Return findings about these properties with their file and lines, in the order of the file."""
         return problems_of(findings, self._file, self._line)
+
+
+_BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
+"""Properties whose ``then`` may name fields of the trigger's event."""
+
+_FORMULA: Final = "formula"
+
+_OF_GOALS: Final = ("robot", "action", "goal_id")
+"""The fields that a trigger about a goal binds."""
+
+
+def read_properties(path: str | Path) -> Properties:
+    """Return the properties of a file, YAML or JSON.
+
+    Raises:
+        PropertyError: Something is wrong; it has all errors of the file.
+    """
+    return _read(read_document(path, PropertyError, "a mapping with properties, built_in or both"))
+
+
+def properties_of(data: Mapping[str, Any], source: str = "properties") -> Properties:
+    """Return the properties of a mapping.
+
+    Args:
+        data: The content of a file.
+        source: The name of the source, for errors.
+
+    Raises:
+        PropertyError: Something is wrong; it has all errors.
+    """
+    return _read(Document(source, dict(data), PropertyError))
+
+
+def _read(document: Document) -> Properties:
+    data = document.data
+    try:
+        properties = Properties.model_validate(data).located(document.file, document.line)
+    except ValidationError as error:
+        document.raise_for([*explain(error, data, _parts(data)), *_flaws(_valid(data, error))])
+        raise AssertionError from error
+    document.raise_for(_flaws(properties))
+    return properties
+
+
+def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:
+    """Return the valid properties of a file with errors."""
+    wrong = {each["loc"][:2] for each in error.errors(include_url=False, include_input=False)}
+    known = data.get("properties")
+    if not isinstance(known, dict) or any(len(loc) < 2 for loc in wrong):  # noqa: PLR2004 - not of one property
+        return Properties()
+    return Properties.model_validate(
+        {"properties": {name: each for name, each in known.items() if ("properties", name) not in wrong}}
+    )
+
+
+def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
+    """Return the models of all parts of a file by their paths, as conditions are nested in each other."""
+    found: dict[Any, type[BaseModel]] = {(): Properties, ("built_in",): BuiltIn}
+    properties = data.get("properties")
+    for name, value in properties.items() if isinstance(properties, dict) else ():
+        kind = key_of(value, KINDS) if isinstance(value, dict) else None
+        if kind is not None:
+            path = ("properties", name)
+            found[path] = KINDS[kind]
+            known = FORMULAS if kind == _FORMULA else CONDITIONS
+            for key, inner in value.items():
+                found |= _nested((*path, key), inner, known)
+    return found
+
+
+def _nested(path: Place, value: Any, known: Mapping[str, type[BaseModel]]) -> Iterator[tuple[Place, type[BaseModel]]]:
+    key = key_of(value, known) if isinstance(value, dict) else None
+    if key is not None:
+        yield path, known[key]
+        for name, inner in value.items():
+            yield from _nested((*path, name), inner, known)
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _nested((*path, i), inner, known)
+
+
+def _flaws(properties: Properties) -> Iterator[Finding]:
+    """Yield the errors in valid properties that do not depend on a world."""
+    for name, each in properties.properties.items():
+        path = ("properties", name)
+        if name in BuiltIn.model_fields:
+            yield Finding(path, f"{name!r} is a property that is built in; give another name", name)
+        for inner, part in walk(each, path):
+            if isinstance(part, EventPattern):
+                yield from (Finding((*inner, *flaw.path), flaw.message, flaw.value) for flaw in part.flaws())
+                yield from (
+                    Finding((*inner, "where", key), f"each robot is said beside where: robot: {EACH!r}", value)
+                    for key, value in part.where.items()
+                    if value == EACH
+                )
+        yield from _unbound(path, each)
+        yield from _twice(path, each)
+
+
+def _unbound(path: Place, part: BaseModel) -> Iterator[Finding]:
+    """Yield an error for each ``$field`` that no trigger binds."""
+    bound, inside = list[str](), set[int]()
+    trigger = getattr(part, key_of(part, KINDS) or "")
+    if isinstance(trigger, EventPattern) and isinstance(part, _BINDING):
+        bound, inside = _fields_of(trigger), {id(each) for _, each in walk(part.then)}
+    for inner, each in walk(part, path):
+        for key, value in texts(each):
+            if not value.startswith(BOUND):
+                continue
+            if id(each) not in inside:
+                message = f"{value!r} stands for a field of a trigger's event; it can be used in `then` of one"
+                yield Finding((*inner, *key), message, value)
+            elif value[1:] not in bound:
+                message = f"the trigger has no field {value[1:]!r}{instead(value[1:], bound)}"
+                yield Finding((*inner, *key), message, value)
+
+
+_ORDERED: Final = (
+    "ordered_visit",
+    "strict_ordered_visit",
+    "fair_visit",
+    "ordered_patrolling",
+    "strict_ordered_patrolling",
+    "fair_patrolling",
+)
+"""Patterns that no run can satisfy if a place is in them twice."""
+
+
+def _twice(path: Place, part: BaseModel) -> Iterator[Finding]:
+    for field in _ORDERED:
+        places = getattr(part, field, ())
+        for i, place in enumerate(places):
+            if place in places[:i]:
+                message = f"{place!r} is there already; a place can have one position in an order"
+                yield Finding((*path, field, i), message, place)
+
+
+def _fields_of(trigger: EventPattern) -> list[str]:
+    """Return the fields that a trigger's event binds."""
+    if trigger.goal is not None:
+        return [*_OF_GOALS]
+    kind = registry().get(trigger.event or "")
+    fields = [] if kind is None else [name.rstrip("_") for name in kind._fields if name != kind.rest]
+    return [*fields, *(["robot"] if kind is not None and kind.rest and "robot" not in fields else [])]

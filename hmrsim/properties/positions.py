@@ -14,7 +14,7 @@ from hmrsim.history.motion import Motion, Span, closest, motion_in, spans_near
 from hmrsim.history.occurrence import SceneSeen, point, records, text
 from hmrsim.history.timeline import Phase
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation
-from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
+from hmrsim.properties.signals import FAILS, HOLDS, Signal
 from hmrsim.simulation.demand import NEAR
 
 if TYPE_CHECKING:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 from hmrsim.geometry import distance
 from hmrsim.history.history import History
-from hmrsim.properties.observing.positions import Positions, point_of
-from hmrsim.properties.observing.pulses import pulse
-from hmrsim.properties.observing.signal import FAILS, HOLDS, Signal
+from hmrsim.properties.positions import Positions, point_of
+from hmrsim.properties.signals import FAILS, HOLDS, Signal, pulse
 from hmrsim.simulation.demand import NEAR
 
 if TYPE_CHECKING:

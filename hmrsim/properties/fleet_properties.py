@@ -1,4 +1,4 @@
-"""Properties of robots and orders: no deadlock, no empty battery, no late order."""
+"""Built-in properties of robots and orders: no deadlock, no empty battery, no late order."""
 
 from __future__ import annotations
 

@@ -1,1 +1,0 @@
-"""The properties that are built in."""
