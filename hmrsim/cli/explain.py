@@ -6,12 +6,14 @@ import argparse
 import json
 import textwrap
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.options import add_connection_options
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.time import LOCKSTEP
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,20 +68,65 @@ def _explain(args: argparse.Namespace) -> int:
 
 def _explain_robot(args: argparse.Namespace) -> int:
     from hmrsim.cli.connection import connected
-    from hmrsim.history.causes import standings, why_waits
+    from hmrsim.traffic.causes import Link, chain_of
 
     if args.code is not None:
         raise WrongUse("give a code or --robot, not both")
     with connected(args) as (client, _):
-        places = {name: (at.position.x, at.position.y) for name, at in client.places.load().items()}
-        known = standings(json.loads(client.get(client.keys.world("scene"))), places)
-    if args.robot not in known:
-        raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, known)}")
-    chain = why_waits(args.robot, known)
-    lines = [f"{'  ' * depth}{link.text}" for depth, link in enumerate(chain.links)]
-    help_lines = textwrap.wrap(f"What would help: {chain.help}", _WIDTH)
-    show_result({**asdict(chain), "robot": args.robot}, [*lines, "", *help_lines], as_json=args.json)
+        scene = json.loads(client.get(client.keys.world("scene")))
+        time = json.loads(client.get(client.keys.world("time/state")))
+    robots = {robot["name"]: robot for robot in scene["robots"]}
+    if args.robot not in robots:
+        raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, robots)}")
+    chain = chain_of(args.robot, lambda name: Link(**robots[name]["cause"]))
+    stands, remedy = _why_time_stands(time)
+    found = {
+        "robot": args.robot,
+        "time": stands,
+        "links": [link._asdict() for link in chain.links],
+        "last_error": _last_error(robots[chain.links[-1].robot]),
+        "help": remedy or chain.help,
+    }
+    show_result(found, _lines_of(found), as_json=args.json)
     return ExitCode.DONE
+
+
+def _lines_of(found: dict[str, Any]) -> Iterator[str]:
+    """Yield the causes, each indented below the one before it, and what would help."""
+    if found["time"]:
+        yield found["time"]
+    for depth, link in enumerate(found["links"]):
+        yield f"{'  ' * depth}{link['text']}"
+    last = found["links"][-1]
+    if last["kind"] in ("idle", "docked") and found["last_error"]:
+        failed = f"{last['robot']}'s last goal failed: {found['last_error']}"
+        yield from textwrap.wrap(failed, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+    yield ""
+    yield from textwrap.wrap(f"What would help: {found['help']}", _WIDTH)
+
+
+def _last_error(robot: dict[str, Any]) -> str:
+    """Return the error message of the last goal of a robot in a scene; empty if it did not fail."""
+    from hmrsim.actions import error_of, registry
+
+    for goal in robot["goals"]:
+        action = registry().get(goal["action"])
+        if action is not None and goal["status"] == GoalStatus.ABORTED:
+            return error_of(action.result.model_validate(goal["result"], strict=False))
+    return ""
+
+
+def _why_time_stands(state: dict[str, Any]) -> tuple[str, str]:
+    """Return why simulated time does not advance, and what would help; empty texts while it advances."""
+    stands = f"Simulated time stands at {state['now']:g} s:"
+    if state["paused"]:
+        return f"{stands} it is paused", "`hmrsim time resume`"
+    if state["waiting_for"]:
+        names = ", ".join(state["waiting_for"])
+        return f"{stands} lockstep waits for {names}", f"look at {names}: it has not asked for time, or has not joined"
+    if state["clock"] == LOCKSTEP and not state["participants"]:
+        return f"{stands} no controller takes part in lockstep", "start the controller"
+    return "", ""
 
 
 def _lines(explanation: Explanation) -> Iterator[str]:

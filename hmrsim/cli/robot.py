@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.connection import connected
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json
 from hmrsim.cli.output import columns, show_result
-from hmrsim.diagnostics import listed
-from hmrsim.history.causes import dock_queues, running_actions
 from hmrsim.program.command_line import add_commands
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.traffic.causes import Chain, Link, chain_of
+from hmrsim.traffic.rules import Activity
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
@@ -48,29 +49,28 @@ def _list(args: argparse.Namespace) -> int:
 
 def rows(scene: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Yield a row for each robot of a scene: name, type, position, charge, and what it does or why it waits."""
-    queues = dock_queues(scene)
+    links = {robot["name"]: Link(**robot["cause"]) for robot in scene["robots"]}
     for robot in scene["robots"]:
-        yield _row(robot, queues.get(robot["name"]))
+        yield _row(robot, chain_of(robot["name"], links.__getitem__))
 
 
-def _row(robot: Mapping[str, Any], queue: tuple[str, Sequence[str]] | None) -> tuple[str, ...]:
+def _row(robot: Mapping[str, Any], chain: Chain) -> tuple[str, ...]:
     x, y, _ = robot["pose"]
     battery = robot.get("battery")
     charge = f"{battery['percentage']:.0%}" if battery else "-"
-    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, queue)) or "idle"
+    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, chain))
 
 
-def _states(robot: Mapping[str, Any], queue: tuple[str, Sequence[str]] | None) -> list[str]:
-    states = [*running_actions(robot)]
+def _states(robot: Mapping[str, Any], chain: Chain) -> list[str]:
+    states = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
     states += sorted(robot["ailments"])
     states += [f"holds {item}" for item in robot["holds"]]
     states += [f"docked at {robot['dock']}"] if robot["dock"] else []
     states += [] if robot["connected"] else ["connection lost"]
-    states += [f"queues for {queue[0]} (docked there: {listed(queue[1])})"] if queue else []
-    return states + ([_why_it_waits(robot["waiting"] or {})] if robot["waits"] else [])
-
-
-def _why_it_waits(waiting: Mapping[str, Any]) -> str:
-    if waiting.get("why"):
-        return f"waits: {waiting['why']}"
-    return f"waits for {'; and for '.join(waiting['blockers'])}" if waiting.get("blockers") else "waits"
+    first, last = chain.links[0], chain.links[-1]
+    if first.kind not in get_args(Activity):
+        cause = "" if first is last else f"; cause: {last.text}"
+        states.append(f"{first.text.removeprefix(first.robot).strip()}{cause}")
+    elif not states:
+        states.append(first.text.removeprefix(f"{first.robot} is "))
+    return states

@@ -45,7 +45,7 @@ class GaveUpWaiting(
     Event,
     kind="gave_up_waiting",
     severity="warning",
-    text="gives up after waiting {waited} s: blocked {why}",
+    text="gives up after waiting {waited} s: {why}",
     changes=Part.WAITING,
     sets={"waits": False},
 ):
@@ -57,7 +57,7 @@ class GaveUpWaiting(
     for_: Annotated[tuple[str, ...], Field(description="The robots in its way; none if something else is.")]
     why: Annotated[
         str,
-        Field(description="The robot in its way: its state, place, since when, and why it makes no room."),
+        Field(description="The chain of causes, from this robot to the one that starts it, and what would help."),
     ]
 
 

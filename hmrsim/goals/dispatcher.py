@@ -226,7 +226,7 @@ class Dispatcher:
             self._publisher.publish_untraced(goal.accepted)
         self._publish(goal, message)
         self._change(goal, GoalEvent.EXECUTE)
-        server.robot.act(server.action.name, begins=True)
+        server.robot.act(server.action.name)
 
     def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
         """Abort an executing goal, as a fault says."""
@@ -337,7 +337,7 @@ class Dispatcher:
         needed = _needed(goal)
         if self._holders.get(needed) is goal:
             del self._holders[needed]
-        goal.server.robot.act(goal.server.action.name, begins=False)
+        goal.server.robot.act(goal.server.action.name, next_status(goal.status, event))
         goal.end(self._env.stamp, result, cause)
         self._change(goal, event)
         late = name in self.updates.late

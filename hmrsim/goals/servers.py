@@ -48,8 +48,8 @@ class Owner(Protocol):
     def disabled_reasons(self) -> Mapping[str, str]:
         """Why it is disabled, by cause; empty while it is not."""
 
-    def act(self, action: str, *, begins: bool) -> None:
-        """Record that a goal of an action begins, or ends."""
+    def act(self, action: str, ended: GoalStatus | None = None) -> None:
+        """Record that a goal of an action begins, or how it has ended."""
 
 
 @dataclass(eq=False, slots=True)

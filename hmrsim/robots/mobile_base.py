@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.motion import Drive
     from hmrsim.navigation.route import Leg, Route
     from hmrsim.traffic.admission import Admission
+    from hmrsim.traffic.rules import Activity
     from hmrsim.world.model import Base
 
 _NANOSECOND: Final = 1e-9
@@ -188,15 +189,11 @@ class MobileBase:
         return self._state is VehicleState.WORKING
 
     @property
-    def activity(self) -> str:
-        """A description of the current state, in words."""
-        if self.disabled:
-            return f"disabled ({self.disabled})"
-        if self.busy:
-            return "working"
-        if self.waits:
-            return "waiting"
-        return "idle" if self.stands else "driving"
+    def activity(self) -> tuple[Activity, str, str]:
+        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
+        if self.disabled_reasons:
+            return "disabled", "is out of service", "; ".join(self.disabled_reasons.values())
+        return ("drives", "is driving", "") if self.moves else ("idle", "is idle", "")
 
     @property
     def still_since(self) -> float:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from hmrsim.components import Settings
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
+from hmrsim.diagnostics import listed
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
@@ -36,8 +37,10 @@ if TYPE_CHECKING:
     from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
+    from hmrsim.protocol.goal import GoalStatus
     from hmrsim.robots.docking import DockBay
     from hmrsim.traffic.admission import Admission
+    from hmrsim.traffic.rules import Activity
     from hmrsim.world.model import RobotSpec, World
 
 C = TypeVar("C")
@@ -67,6 +70,7 @@ class Robot(MobileBase):
         "_chance",
         "_errors",
         "_kind",
+        "_last_goal",
         "_turn",
         "_where",
         "components",
@@ -128,6 +132,7 @@ class Robot(MobileBase):
         self.docks = docks
         self.dock: DockBay | None = None
         self.doing: list[str] = []
+        self._last_goal: tuple[str, GoalStatus, float] | None = None
         self._turn: Event | None = None
         self._where: Callable[[], str] = str
         self.energy = self._power_up()
@@ -207,7 +212,7 @@ class Robot(MobileBase):
         self.localization_error = _NO_ERROR
         for cause in [*self.disabled_reasons]:
             super().enable(cause)
-        self.dock = None
+        self.dock = self._last_goal = None
         self.retire()
         self._trip = 0
         self.components = self._equip()
@@ -374,21 +379,33 @@ class Robot(MobileBase):
         return (self.dock is None or not self.stands) and super().will_yield
 
     @property
-    def activity(self) -> str:
-        """A description of the current state, in words."""
-        if self.dock is not None and self.stands and not self.disabled:
+    def activity(self) -> tuple[Activity, str, str]:
+        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
+        activity = super().activity
+        if activity[0] != "idle":
+            return activity
+        executes = f"executes {listed(self.doing)}"
+        if self.dock is not None:
             charging = self.energy is not None and self.energy.battery.charging
-            return f"{'charging' if charging else 'docked'} in {self.dock.name!r}"
-        if self.busy and self.doing:
-            return f"working ({', '.join(self.doing)})"
-        return f"waiting {self.queue}," if self.queue else super().activity
+            verb = f"is {'charging' if charging else 'docked'} in {self.dock.name!r}"
+            return "docked", verb, f"it {executes}" if self.doing else self._since_last_goal
+        return ("works", executes, "") if self.doing else ("idle", "is idle", self._since_last_goal)
 
-    def act(self, action: str, *, begins: bool) -> None:
-        """Record that a goal of an action begins or ends."""
-        if begins:
+    @property
+    def _since_last_goal(self) -> str:
+        """Since when it has had no goal, in words."""
+        if self._last_goal is None:
+            return "it has had no goal yet"
+        action, status, at = self._last_goal
+        return f"it has had no goal since {action} {status.name} at {at:g} s"
+
+    def act(self, action: str, ended: GoalStatus | None = None) -> None:
+        """Record that a goal of an action begins, or how it has ended."""
+        if ended is None:
             self.doing.append(action)
         else:
             self.doing.remove(action)
+            self._last_goal = action, ended, self.now
         if self.energy is not None:
             self.energy.act()
 

@@ -14,7 +14,7 @@ from hmrsim.engine.environment import Tick
 from hmrsim.engine.sim_time import nanoseconds
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.simulation_interfaces import SimulationState
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, GoalStatus
 
 if TYPE_CHECKING:
     import simpy
@@ -42,7 +42,7 @@ class Gate:
     components: Final[Mapping[str, Any]] = MappingProxyType({})
     disabled_reasons: Final[Mapping[str, str]] = MappingProxyType({})
 
-    def act(self, action: str, *, begins: bool) -> None:
+    def act(self, action: str, ended: GoalStatus | None = None) -> None:
         """Take no note of goals that begin and end."""
 
     def __init__(self, env: Environment, step_size: float, hindrance: Callable[[], str] = lambda: "") -> None:

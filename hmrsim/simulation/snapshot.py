@@ -34,6 +34,7 @@ def scene(simulator: Simulator) -> dict[str, Any]:
             {
                 **_robot(robot),
                 "waiting": roster.admission.waiting(robot),
+                "cause": roster.admission.causes.link(robot, simulator.dispatcher.cut_off).to_json(),
                 "connected": name not in simulator.dispatcher.cut_off,
                 "holds": held[name],
                 "goals": _goals(goals[name]),

@@ -18,7 +18,7 @@ from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.barriers import Barriers
-from hmrsim.traffic.blockers import Blocker, described, place_names
+from hmrsim.traffic.causes import Causes
 from hmrsim.traffic.lane_closures import LaneClosures
 from hmrsim.traffic.rules import Wait
 from hmrsim.traffic.wait_timeout import WaitTimeout
@@ -44,6 +44,7 @@ class Admission:
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
+        causes: What holds up each vehicle.
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
         by_legs: Whether a vehicle asks before each leg, as rules say who may drive.
@@ -70,13 +71,12 @@ class Admission:
         self._env = env
         self._barriers = Barriers()
         self.closures = LaneClosures(graph, publisher, self._follow_closures, ways_changed)
-        self._queues: dict[Vehicle, Callable[[], Sequence[Vehicle]]] = {}
         self._asking: dict[Vehicle, None] = {}
         self._wait_timeout = WaitTimeout(env, patience, since=self._hopeless_since, expired=self._give_up)
         self._rules = rules_of(self)
+        self.causes = Causes(world, self._vehicles, self.waits, self._rules, self.closures, self._barriers)
         self._obstructed = False
         self._lanes_change: Event | None = None
-        self._places = place_names(world)
         self.needed = self.by_legs = self._rules is not None
 
     @property
@@ -173,7 +173,7 @@ class Admission:
         return (
             "lane {}-{}".format(*lanes.tracks[track])
             if track < len(lanes.tracks)
-            else self._places.of(robot.pose().point)
+            else self.causes.places.of(robot.pose().point)
         )
 
     def remove(self, robot: Vehicle) -> None:
@@ -309,7 +309,7 @@ class Admission:
 
     def _ask_again(self, wait: Wait) -> None:
         robot, leg = wait.robot, wait.leg
-        if self._obstructed and self._for_good(robot, leg) and robot.reroute(()):
+        if self._obstructed and self.causes.for_good(wait) and robot.reroute(()):
             return
         wait.why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not wait.why and (self._rules is None or self._rules.take(robot, leg)):
@@ -326,11 +326,6 @@ class Admission:
         if closed or (lane and leg.joins is None and lane not in self._barriers.on_lanes):
             return closed
         return self._barriers.why_not(robot, leg)
-
-    def _for_good(self, robot: Vehicle, leg: Leg) -> bool:
-        """Return whether a vehicle would wait in vain, so that it is to take another route."""
-        lane = leg.lane
-        return lane is not None and (lane in self.closures.lanes or not self._barriers.may_pass(robot, lane))
 
     def kept_off(self, robot: Vehicle) -> Collection[Lane]:
         """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
@@ -402,31 +397,16 @@ class Admission:
         else:
             robot.ask_again()
 
-    def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
-        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
-        if robot in self._queues:
-            return self._queues[robot]()
-        wait = self.waits.get(robot)
-        return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
-
-    def queue(self, robot: Vehicle, holders: Callable[[], Sequence[Vehicle]]) -> None:
-        """Record that a vehicle queues until one of the *holders* leaves; the caller must `unqueue` it."""
-        self._queues[robot] = holders
+    def queue(self, robot: Vehicle, dock: str, holders: Callable[[], Sequence[Vehicle]]) -> None:
+        """Record that a vehicle queues for a dock until one of the *holders* leaves; see `Causes.unqueue`."""
+        self.causes.queue(robot, dock, self._env.now, holders)
         # Vehicles that wait for it may do so in vain from now on.
         self.became_idle(robot)
-
-    def unqueue(self, robot: Vehicle) -> None:
-        """Record that a vehicle has left its queue; do nothing if it was in none."""
-        self._queues.pop(robot, None)
-
-    def is_held_up(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle can't go on because of others."""
-        return robot.waits or robot in self._queues
 
     def waits_for_barrier(self, robot: Vehicle) -> bool:
         """Return whether a vehicle waits for a door or a lift that will let it pass."""
         wait = self.waits.get(robot)
-        return wait is not None and bool(wait.why) and not self._for_good(robot, wait.leg)
+        return wait is not None and bool(wait.why) and not self.causes.for_good(wait)
 
     def _wait(self, robot: Vehicle, leg: Leg, why: str) -> None:
         if robot in self._barriers.inside:
@@ -448,7 +428,7 @@ class Admission:
         if wait is None:
             return
         if wait.why:
-            if self._for_good(robot, wait.leg):
+            if self.causes.for_good(wait):
                 robot.reroute(())
         elif self._rules is not None:
             self._rules.blocked(robot)
@@ -470,23 +450,16 @@ class Admission:
 
     def _waits_for(self, wait: Wait) -> tuple[str, ...] | None:
         """Return the names of the vehicles that one waits for; None if it waits for something else."""
-        return None if wait.why else tuple(sorted([other.name for other in self.blockers(wait.robot)]))
+        return None if wait.why else tuple(sorted([other.name for other in self.causes.blockers(wait.robot)]))
 
     def _described(self, wait: Wait, others: tuple[str, ...] | None) -> Waiting:
         robot = wait.robot
         return Waiting(robot.name, robot.pose().point, wait.leg.lane or None, wait.why, others)
 
     def waiting(self, robot: Vehicle) -> dict[str, Any] | None:
-        """Return what a vehicle waits for, since when, and all about who is in its way, as JSON values.
-
-        None if it does not wait.
-        """
+        """Return what a vehicle waits for, and since when, as JSON values; None if it does not wait."""
         wait = self.waits.get(robot)
-        if wait is None:
-            return None
-        said = self._described(wait, self._waits_for(wait)).to_json()
-        blockers = [] if wait.why else [str(blocker) for blocker in self._blockers_of(wait)]
-        return {"since": wait.since, **said, "blockers": blockers}
+        return None if wait is None else {"since": wait.since, **self._described(wait, self._waits_for(wait)).to_json()}
 
     def _still_waits(self, wait: Wait) -> bool:
         return self.waits.get(wait.robot) is wait
@@ -503,7 +476,7 @@ class Admission:
         robot = wait.robot
         seen = dict.fromkeys(self._rules.ahead_of(robot) if self._rules and not wait.why else ())
         for each in (todo := [robot]):
-            for other in self.blockers(each) or self._behind_barrier(each):
+            for other in self.causes.blockers(each) or self.causes.behind_barrier(each):
                 if other not in seen:
                     seen[other] = None
                     todo.append(other)
@@ -512,45 +485,11 @@ class Admission:
     def _give_up(self, wait: Wait) -> None:
         """Abort the goal of a vehicle that has waited for too long."""
         robot, waited = wait.robot, self._env.now - wait.since
-        blockers = self._blockers_of(wait)
-        reasons = [*filter(None, [wait.why]), *([f"by {described(blockers)}"] if blockers else [])]
-        why = ", and ".join(reasons or ["by another robot"])
-        at = robot.pose().point
-        self.publisher.publish(
-            lambda: GaveUpWaiting(robot.name, at, waited, tuple(each.robot for each in blockers), why)
-        )
-        text = f"blocked for {waited:g} s at {self._places.of(at)}{':' if wait.why else ''} {why}"
+        chain = self.causes.give_up(robot, self._env.now)
+        at, others, why = robot.pose().point, chain.links[0].held_by, str(chain)
+        self.publisher.publish(lambda: GaveUpWaiting(robot.name, at, waited, others, why))
+        text = f"blocked for {waited:g} s: {why}"
         self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
-
-    def explain_blockers(self, robots: Sequence[Vehicle], waiting: Vehicle) -> list[Blocker]:
-        """Return descriptions of the vehicles for which another one waits."""
-        return [
-            Blocker(
-                other.name,
-                other.activity,
-                self._places.of(other.pose().point),
-                other.still_since,
-                self._rules.why_stays(other, waiting) if self._rules else "",
-            )
-            for other in robots
-        ]
-
-    def _behind_barrier(self, robot: Vehicle) -> Sequence[Vehicle]:
-        """Return the vehicles in the way of one for which a barrier opens: it closes again if they stay there."""
-        wait = self.waits.get(robot)
-        if self._rules is None or wait is None or not self.waits_for_barrier(robot):
-            return ()
-        return self._rules.blockers(robot, wait.leg)
-
-    def _blockers_of(self, wait: Wait) -> list[Blocker]:
-        """Return all about who is in a vehicle's way, or about those whose turn is before its own."""
-        robot = wait.robot
-        if self._rules is None:
-            return []
-        found = self.blockers(robot) or self._behind_barrier(robot)
-        if not found and not wait.why:
-            found = [*self._rules.ahead_of(robot)]
-        return self.explain_blockers(sorted(found, key=lambda other: other.name), robot)
 
     def forget(self, robot: Vehicle) -> None:
         """End the wait of a vehicle; do nothing if it does not wait."""

@@ -82,6 +82,10 @@ class LaneClosures:
         """Return whether something is in the way on a lane."""
         return _cause(name) in self.obstructions
 
+    def is_closed_by(self, lane: Lane | None, name: str) -> bool:
+        """Return whether a lane is closed as something is in the way there."""
+        return lane is not None and _cause(name) in self.lanes.get(lane, ())
+
     def clear(self, name: str) -> None:
         """Open the lanes on which something was in the way; nothing happens if it was not."""
         cause = _cause(name)
@@ -121,6 +125,7 @@ class LaneClosures:
 
 
 def _cause(name: str) -> str:
+    """Return the cause of lanes that are closed as something is in the way there."""
     return f"{name} in the way"
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Literal, Protocol
 
 if TYPE_CHECKING:
     from hmrsim.errors import GoalAborted
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from hmrsim.navigation.motion import Piece
     from hmrsim.navigation.route import Leg, Route
 
+
+Activity = Literal["disabled", "docked", "works", "drives", "idle"]
+"""What a vehicle does that nothing holds up: the first of these that applies."""
 
 by_rank: Final = attrgetter("rank")
 """The key by which vehicles are ordered."""
@@ -86,8 +89,12 @@ class Vehicle(Protocol):
         """Return how far its center is from *point*."""
 
     @property
-    def activity(self) -> str:
-        """A description of the state, such as ``idle``."""
+    def disabled_reasons(self) -> Mapping[str, str]:
+        """Why it is disabled, by cause; empty while it can be used."""
+
+    @property
+    def activity(self) -> tuple[Activity, str, str]:
+        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
 
     @property
     def still_since(self) -> float:

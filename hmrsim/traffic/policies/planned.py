@@ -353,7 +353,7 @@ class Planned(Priority):
 
     def _untie(self, robot: Vehicle) -> None:
         """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
-        cycle = waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
+        cycle = waits_for_cycle(self.admission, robot, self.admission.causes.blockers(robot))
         if cycle:
             self._publish(cycle)
             robot = min(cycle, key=by_rank)

@@ -194,6 +194,8 @@ class Priority(Reserve):
         ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
         holders = dict.fromkeys(who.name for at in chain.from_iterable(missing) for who in slots.in_the_way(other, at))
         holders.pop(other.name, None)
+        if [*holders] == [robot.name]:
+            return f"can't get out past {robot.name}"
         return (
             f"has nowhere to go: {' and '.join(ends)} {'is' if len(ends) == 1 else 'are'} taken by {listed([*holders])}"
         )
@@ -228,7 +230,7 @@ class Priority(Reserve):
         """Make blocking vehicles yield if they set out later, unless this is part of a resolution."""
         if self.resolutions.see_to(robot):
             return
-        blockers = self.admission.blockers(robot)
+        blockers = self.admission.causes.blockers(robot)
         cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
@@ -236,7 +238,7 @@ class Priority(Reserve):
             robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
             if self.resolutions.see_to(robot):
                 return
-            blockers = self.admission.blockers(robot)
+            blockers = self.admission.causes.blockers(robot)
         wait = self.admission.waits[robot]
         seen = dict.fromkeys(self.slots.missing(robot, self.slots.of(wait.leg)))
         if all(other.stands or other.waits for other in blockers):
@@ -434,11 +436,11 @@ class Priority(Reserve):
         patient = self.admission.now >= wait.since + self._pause or self.slots.at_rest(self._goes_nowhere)
         steps, sure = self._resolver.find_steps(robot, self.slots.destination(wait.leg), states, patient=patient)
         if steps is None:
-            around = any(other.stands for other in self.admission.blockers(robot)) and self.go_around(robot)
+            around = any(other.stands for other in self.admission.causes.blockers(robot)) and self.go_around(robot)
             if not around and not sure and (states < self._max_states or not patient):
                 self._asks_later(robot)
                 return
-            cycle = [] if around else waits_for_cycle(self.admission, robot, self.admission.blockers(robot))
+            cycle = [] if around else waits_for_cycle(self.admission, robot, self.admission.causes.blockers(robot))
             if cycle and not self.resolutions.by_robot and self.slots.at_rest(self._goes_nowhere):
                 # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
                 if any(other.rank < robot.rank for other in self.admission.asking):
@@ -459,7 +461,7 @@ class Priority(Reserve):
         """Return whether a vehicle that stands or waits will do so until another one moves."""
         if robot in self._opening or self.admission.waits_for_barrier(robot):
             return False
-        return self.admission.is_held_up(robot) or not robot.busy
+        return self.admission.causes.is_held_up(robot) or not robot.busy
 
     def _movable(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
         """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""

@@ -21,7 +21,6 @@ from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
-from hmrsim.traffic.blockers import described
 from hmrsim.traffic.policies import Policy, Settings
 from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
@@ -134,8 +133,8 @@ class Reserve:
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
-        if other.waits or self.admission.is_held_up(other):
-            names = sorted(each.name for each in self.admission.blockers(other))
+        if other.waits or self.admission.causes.is_held_up(other):
+            names = sorted(each.name for each in self.admission.causes.blockers(other))
             return f"waits for {listed(names)}" if names else "waits itself"
         if other.may_yield:
             return self._why_idle_stays(other, robot)
@@ -143,11 +142,11 @@ class Reserve:
 
     def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:
         """Return why a vehicle that could be moved is not."""
-        return f"makes no room under the policy {self.admission.world.policy!r}; others do"
+        return f"makes no room under the policy {self.admission.world.policy!r}"
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
-        blockers = self.admission.blockers(robot)
+        blockers = self.admission.causes.blockers(robot)
         cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
             self._publish(cycle)
@@ -175,8 +174,8 @@ class Reserve:
         """Abort the goal of the vehicle of a cycle that set out last."""
         last = max((robot for robot in cycle if robot.waits), key=by_rank)
         circle = " waits for ".join(robot.name for robot in (*cycle, cycle[0]))
-        ahead = self.admission.explain_blockers([cycle[(cycle.index(last) + 1) % len(cycle)]], last)
-        text = f"deadlock: {circle}; there is no other way; {last.name} is blocked by {described(ahead)}"
+        remedy = self.admission.causes.help_in_circle
+        text = f"deadlock: {circle}; there is no other way; what would help: {remedy}"
         self.admission.abort(last, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def _turn_off(self, robot: Vehicle, _cycle: Sequence[Vehicle]) -> bool:
@@ -242,8 +241,8 @@ def waits_for_cycle(admission: Admission, robot: Vehicle, blockers: Sequence[Veh
     todo = [robot]
     for waiting in todo:
         if waiting is not robot:
-            blockers = admission.blockers(waiting)
-        if not blockers or not all(admission.is_held_up(other) for other in blockers):
+            blockers = admission.causes.blockers(waiting)
+        if not blockers or not all(admission.causes.is_held_up(other) for other in blockers):
             return []
         for other in blockers:
             if other not in waits_for:

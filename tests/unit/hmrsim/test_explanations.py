@@ -72,7 +72,7 @@ def test_lists_keep_their_lines(capsys):
     main(["explain", "104"])
 
     lines = capsys.readouterr().out.splitlines()
-    first = next(i for i, line in enumerate(lines) if line.startswith("  - idle: it has no goal. "))
+    first = next(i for i, line in enumerate(lines) if line.startswith("  - idle: the robot has no goal. "))
     assert "" == lines[first - 1]
     assert lines[first + 1].startswith("    ")
 
@@ -86,9 +86,12 @@ def test_advice_names_the_policies_that_it_is_for():
     assert sentences[0].startswith("Under `reserve`")
 
 
-@pytest.mark.parametrize("state", ["idle", "waiting", "working", "docked or charging", "broken down"])
-def test_each_state_of_a_blocking_robot_has_advice(state):
-    assert f"\n- {state}: " in explanations()["104"].do
+CAUSES = ("idle", "a circle", "a goal such as `pickup` or `wait`", "docked or charging", "out of service")
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_each_last_cause_has_advice(cause):
+    assert f"\n- {cause}: " in explanations()["104"].do
 
 
 @pytest.mark.parametrize(

@@ -169,33 +169,37 @@ ROBOT = {
     "holds": [],
     "dock": None,
     "connected": True,
-    "waits": False,
-    "waiting": None,
+    "cause": {"robot": "mocha", "kind": "idle", "text": "mocha is idle at bay: it has had no goal yet"},
 }
-DOCK = {"name": "charger", "tags": ["dock", "charger", "full", "docked:latte", "queued:mocha"]}
+LATTE = {
+    **ROBOT,
+    "name": "latte",
+    "cause": {"robot": "latte", "kind": "works", "text": "latte executes wait at counter"},
+}
 
 
-def state(*fixtures, **robot):
-    ((*_, state),) = rows({"robots": [{**ROBOT, **robot}], "fixtures": fixtures})
+def state(**robot):
+    (*_, state), _ = rows({"robots": [{**ROBOT, **robot}, LATTE]})
     return state
 
 
 def test_missing_values_are_dashes():
-    assert [("mocha", "-", "(1, 2.5)", "-", "idle")] == list(rows({"robots": [ROBOT], "fixtures": []}))
+    idle = "idle at bay: it has had no goal yet"
+    assert [("mocha", "-", "(1, 2.5)", "-", idle)] == list(rows({"robots": [ROBOT]}))
 
 
-def test_the_state_names_docked_robots():
-    assert "dock_robot, queues for charger (docked there: latte)" == state(
-        DOCK, goals=[{"action": "dock_robot", "status": 2}]
+def test_the_state_names_the_cause_of_a_wait():
+    cause = {
+        "robot": "mocha",
+        "kind": "queue",
+        "text": "mocha has queued for 'charger', taken by latte",
+        "next": "latte",
+    }
+    assert "dock_robot, has queued for 'charger', taken by latte; cause: latte executes wait at counter" == state(
+        goals=[{"action": "dock_robot", "status": 2}], cause=cause
     )
 
 
-def test_the_state_names_the_blocking_robots():
-    blockers = ["latte, idle at counter since 8 s; it has nowhere to go", "chai, driving at hall"]
-    assert "waits for latte, idle at counter since 8 s; it has nowhere to go; and for chai, driving at hall" == state(
-        waits=True, waiting={"for": ["latte", "chai"], "blockers": blockers}
-    )
-
-
-def test_the_state_names_the_awaited_thing():
-    assert "waits: kitchen is locked" == state(waits=True, waiting={"why": "kitchen is locked"})
+def test_the_state_names_the_obstacle():
+    cause = {"robot": "mocha", "kind": "obstacle", "text": "mocha has waited at bay: kitchen is locked"}
+    assert "has waited at bay: kitchen is locked" == state(cause=cause)

@@ -240,7 +240,8 @@ class TestJams:
         run.simulator.run()
 
         assert (60.0, "ABORTED") == run.log.changes(EVE)[-1]
-        assert "blocked for 60 s at west: west-east is closed: gate is jammed" == run.log.result(EVE).error_msg
+        text = "blocked for 60 s: eve has waited at west since 0 s: west-east is closed: gate is jammed"
+        assert run.log.result(EVE).error_msg.startswith(f"{text}; what would help: clear the lane, or open the door")
 
     def test_a_door_that_jams_open_stays_open(self):
         run = simulate(world())

@@ -70,6 +70,14 @@ class TestScene:
             "route": [],
             "waits": False,
             "waiting": None,
+            "cause": {
+                "robot": "wall_e",
+                "kind": "docked",
+                "text": "wall_e is docked in 'charger' at home: it has had no goal yet",
+                "held_by": [],
+                "next": "",
+                "help": shown["cause"]["help"],
+            },
             "dock": "charger",
             "ailments": {},
             "battery": {"percentage": 1.0, "charging": False},
@@ -108,7 +116,7 @@ class TestScene:
 
         shown = robot(simulator)
 
-        waiting = {"since": 2.0, "at": [5.0, 2.0], "lane": ["door", "shelf"], "why": "gate is opening", "blockers": []}
+        waiting = {"since": 2.0, "at": [5.0, 2.0], "lane": ["door", "shelf"], "why": "gate is opening"}
         assert (True, waiting) == (
             shown["waits"],
             {key: value for key, value in shown["waiting"].items() if key != "robot"},

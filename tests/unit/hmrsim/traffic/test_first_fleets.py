@@ -20,10 +20,10 @@ def test_a_plain_dispatcher_serves_every_order(seed, policy):
 
 
 @pytest.mark.parametrize("seed", SEEDS[:4])
-def test_a_robot_that_is_given_up_names_blocker_state_and_reason(seed):
+def test_a_robot_that_is_given_up_names_the_last_cause_and_what_would_help(seed):
     """Under `reserve`, robots make no room."""
     outcome = dispatched(fleet(seed, "reserve"))
     blocked = [text for text in outcome.aborted if "blocked for" in text]
 
     assert blocked
-    assert all(" by " in text and " since " in text and "; it " in text for text in blocked)
+    assert all(" since " in text and " is idle at " in text and "; what would help: " in text for text in blocked)

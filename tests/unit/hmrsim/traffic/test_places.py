@@ -136,8 +136,13 @@ class TestExplanation:
         log = run((0.0, go("comes", 8, 0, A)))
         robots = {"robot": "comes", "at": [0.0, 0.0], "waited": 60.0, "for": ["docked"]}
 
-        why = "by docked, docked in 'berth' at b since 0 s; it makes no room meanwhile"
-        assert f"blocked for 60 s at a {why}" == log.result(A).error_msg
+        why = (
+            "comes has waited at a since 0 s for docked, which makes no room meanwhile;"
+            " docked is docked in 'berth' at b: it has had no goal yet;"
+            " what would help: have its controller undock it once it is charged,"
+            " add docks, or move the dock off the route; no policy moves a docked robot"
+        )
+        assert f"blocked for 60 s: {why}" == log.result(A).error_msg
         assert [(60.0, {**robots, "why": why})] == log.happened("gave_up_waiting")
 
     def test_a_robot_without_room_to_yield_is_named_with_its_blockers(self):
@@ -145,8 +150,8 @@ class TestExplanation:
         run = fleet("priority", world, {"idle": "b", "end": "c", "comes": "a"})
         log = run((0.0, go("comes", 8, 0, A)))
 
-        idle = "idle, idle at b since 0 s; it has nowhere to go: a and c are taken by comes, end"
-        assert f"blocked for 60 s at a by {idle}" == log.result(A).error_msg
+        text = "comes has waited at a since 0 s for idle, which has nowhere to go: a and c are taken by comes, end"
+        assert log.result(A).error_msg.startswith(f"blocked for 60 s: {text}; idle is idle at b")
 
 
 def test_a_door_stays_open_for_a_robot_that_waits_beside_the_lane():
@@ -169,7 +174,8 @@ def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
 
     assert (0.5, "EXECUTING") == end(log, A)
     log = run(until=100.0)
-    assert policy != "reserve" or "by works, idle at b since 60 s" in log.result(A).error_msg
+    cause = "works is idle at b: it has had no goal since wait SUCCEEDED at 60 s"
+    assert policy != "reserve" or cause in log.result(A).error_msg
 
 
 def test_unused_places_are_forgotten():

@@ -87,8 +87,12 @@ class TestReserve:
         run = under("reserve", TRACK, patience=5.0)
         log = run((0.0, go("ann", 20, 0, A)))
 
-        by = "bob, idle at c since 0 s; it makes no room under the policy 'reserve'; others do"
-        assert (15.0, "ABORTED", f"blocked for 5 s at b by {by}") == end(log, A)
+        text = (
+            "blocked for 5 s: ann has waited at b since 10 s for bob, which makes no room under the policy 'reserve';"
+            " bob is idle at c: it has had no goal yet; what would help: send bob elsewhere when it has nothing to do,"
+            " or use the traffic policy `planned`, under which idle robots make room"
+        )
+        assert (15.0, "ABORTED", text) == end(log, A)
         assert FollowPath.Result.PATIENCE_EXCEEDED == log.result(A).error_code
 
     def test_a_robot_takes_a_detour_around_one_that_stays(self):
@@ -125,7 +129,8 @@ class TestReserve:
 
         text = (
             "deadlock: ann waits for bob waits for ann; there is no other way;"
-            " bob is blocked by ann, waiting at b since 10 s; it waits for bob"
+            " what would help: send one of them elsewhere, or add room where two can pass;"
+            " or use the traffic policy `planned`, which resolves most circles"
         )
         assert (10.0, "ABORTED", text) == end(log, B)
 
@@ -228,7 +233,7 @@ class TestPriority:
 
         text = (
             "deadlock: ann waits for bob waits for ann; there is no other way;"
-            " bob is blocked by ann, waiting at b since 10 s; it waits for bob"
+            " what would help: send one of them elsewhere, or add room where two can pass"
         )
         assert (10.0, "ABORTED", text) == end(log, B)
 

@@ -1,0 +1,273 @@
+"""Why a robot does not go on: the chain of causes from it to the robot that starts it, and what would help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+
+from hmrsim.diagnostics import listed
+from hmrsim.geometry import PlaceNames
+from hmrsim.world.derived import Derived
+
+if TYPE_CHECKING:
+    from hmrsim.traffic.barriers import Barriers
+    from hmrsim.traffic.lane_closures import LaneClosures
+    from hmrsim.traffic.rules import Rules, Vehicle, Wait
+    from hmrsim.world.model import World
+
+Kind = Literal["robots", "queue", "obstacle", "turn", "circle", "disabled", "docked", "works", "drives", "idle"]
+"""What a link is about: other robots, the queue of a dock, an obstacle such as a door or a closed lane, or the turns of
+other robots hold a robot up, or robots wait for each other in a circle; a robot that is not held up is disabled,
+docked, executes a goal, drives, or is idle."""
+
+_LINKS_TOLD: Final = 4
+"""Links that a message has; of more, it has the first ones and the last."""
+
+_HELP: Final = {
+    "docked": "have its controller undock it once it is charged, add docks, or move the dock off the route; no policy "
+    "moves a docked robot",
+    "works": "wait until its goal has ended, or cancel it",
+    "drives": "nothing: it moves, and will clear the way",
+    "turn": "nothing: robots that set out earlier, or move to make room, go first",
+}
+_NO_GOAL: Final = (
+    "its controller has to send it a goal; it may wait for something that can't happen, such as an answer of its own, "
+    "or ignore how the last goal ended"
+)
+_OFFLINE: Final = "restore its connection, so that goals reach it: `hmrsim fault list` names the fault"
+
+
+class Link(NamedTuple):
+    """One cause: what holds a robot up, or what it does if nothing does.
+
+    Attributes:
+        robot: The robot.
+        kind: What it is about.
+        text: A sentence about the robot: where it is, what it waits for, and since when in simulated seconds.
+        held_by: The robots in its way, by name.
+        next: The robot whose own link is the cause of this one; empty for the last one.
+        help: What would help if this is the last link.
+    """
+
+    robot: str
+    kind: Kind
+    text: str
+    held_by: tuple[str, ...] = ()
+    next: str = ""
+    help: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as JSON values."""
+        return {**self._asdict(), "held_by": [*self.held_by]}
+
+
+class Chain(NamedTuple):
+    """The causes for which a robot does not go on, each the cause of the one before it.
+
+    Attributes:
+        links: The causes; for a robot that nothing holds up, one that says what it does.
+        help: What would end the last cause.
+    """
+
+    links: tuple[Link, ...]
+    help: str
+
+    def __str__(self) -> str:
+        """Return the causes and the help as a message."""
+        texts = [link.text for link in self.links]
+        if (more := len(texts) - _LINKS_TOLD) > 0:
+            texts[_LINKS_TOLD - 1 : -1] = [f"… {more} more …"]
+        return "; ".join([*texts, f"what would help: {self.help}"])
+
+
+def chain_of(robot: str, link_of: Callable[[str], Link]) -> Chain:
+    """Return the causes for which a robot does not go on; the last one may close a circle."""
+    link = link_of(robot)
+    links = {robot: link}
+    while link.next and link.next not in links:
+        link = link_of(link.next)
+        links[link.robot] = link
+    if link.next:
+        names = [*links]
+        circle = " → ".join([*names[names.index(link.next) :], link.next])
+        links[link.robot] = link._replace(kind="circle", text=f"{link.text}, which closes a circle: {circle}")
+    alone = len(links) == 1 and link.kind == "idle" and link.help != _OFFLINE
+    return Chain(tuple(links.values()), _NO_GOAL if alone else link.help)
+
+
+class _Queue(NamedTuple):
+    """A queue in which a vehicle is: of which dock, since when, and which vehicles hold the bays."""
+
+    dock: str
+    since: float
+    holders: Callable[[], Sequence[Vehicle]]
+
+
+class Causes:
+    """What holds up each vehicle of a world.
+
+    Args:
+        vehicles: All vehicles.
+        waits: The vehicles that wait for the right of way.
+        rules: Those of the traffic policy; None where no vehicle can block another.
+
+    Attributes:
+        places: The names of the world's points.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        vehicles: Collection[Vehicle],
+        waits: Mapping[Vehicle, Wait],
+        rules: Rules | None,
+        closures: LaneClosures,
+        barriers: Barriers,
+    ) -> None:
+        self._world = world
+        self._vehicles = vehicles
+        self._waits = waits
+        self._rules = rules
+        self._closures = closures
+        self._barriers = barriers
+        self._queues: dict[Vehicle, _Queue] = {}
+        self._given_up: dict[str, Link] = {}
+        self._gave_up_at = -1.0
+        self.places = _PLACE_NAMES(world)
+
+    def queue(self, robot: Vehicle, dock: str, since: float, holders: Callable[[], Sequence[Vehicle]]) -> None:
+        """Record that a vehicle queues for a dock until one of the *holders* leaves."""
+        self._queues[robot] = _Queue(dock, since, holders)
+
+    def unqueue(self, robot: Vehicle) -> None:
+        """Record that a vehicle has left its queue; do nothing if it was in none."""
+        self._queues.pop(robot, None)
+
+    def is_held_up(self, robot: Vehicle) -> bool:
+        """Return whether a vehicle can't go on because of others."""
+        return robot.waits or robot in self._queues
+
+    def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
+        if robot in self._queues:
+            return self._queues[robot].holders()
+        wait = self._waits.get(robot)
+        return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
+
+    def behind_barrier(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles in the way of one for which a barrier opens: it closes again if they stay there."""
+        wait = self._waits.get(robot)
+        if self._rules is None or wait is None or not wait.why or self.for_good(wait):
+            return ()
+        return self._rules.blockers(robot, wait.leg)
+
+    def for_good(self, wait: Wait) -> bool:
+        """Return whether a vehicle waits in vain, so that it is to take another route."""
+        lane = wait.leg.lane
+        return lane is not None and (lane in self._closures.lanes or not self._barriers.may_pass(wait.robot, lane))
+
+    def link(self, robot: Vehicle, offline: Collection[str] = ()) -> Link:
+        """Return what holds a vehicle up, or what it does; *offline* are the vehicles that no goal reaches."""
+        at = self.places.of(robot.pose().point)
+        if robot.disabled_reasons or not self.is_held_up(robot):
+            return self._activity(robot, at, offline)
+        queue, wait = self._queues.get(robot), self._waits.get(robot)
+        found = self.blockers(robot) or self.behind_barrier(robot)
+        if queue is not None:
+            text = f"{robot.name} has queued at {at} since {queue.since:g} s for {queue.dock!r}, taken by"
+            return self._held_up(robot, "queue", text, found)
+        waited = f"{robot.name} has waited at {at}" + ("" if wait is None else f" since {wait.since:g} s")
+        if wait is not None and wait.why:
+            return self._obstacle(wait, f"{waited}: {wait.why}", found)
+        if found:
+            return self._held_up(robot, "robots", f"{waited} for", found)
+        ahead = tuple(other.name for other in self._rules.ahead_of(robot)) if self._rules else ()
+        return Link(robot.name, "turn", f"{waited} for its turn", ahead, "", _HELP["turn"])
+
+    def chain(self, robot: Vehicle) -> Chain:
+        """Return the causes for which a vehicle does not go on."""
+        vehicles = {each.name: each for each in self._vehicles}
+        return chain_of(robot.name, lambda name: self._given_up.get(name) or self.link(vehicles[name]))
+
+    def give_up(self, robot: Vehicle, now: float) -> Chain:
+        """Return the causes for which a vehicle gives up; those that give up at the same instant have the same end."""
+        if now != self._gave_up_at:
+            self._given_up, self._gave_up_at = {}, now
+        chain = self.chain(robot)
+        self._given_up[robot.name] = chain.links[0]
+        return chain
+
+    @property
+    def help_in_circle(self) -> str:
+        """What would help vehicles that wait for each other."""
+        better = "" if self._yields else "; or use the traffic policy `planned`, which resolves most circles"
+        return f"send one of them elsewhere, or add room where two can pass{better}"
+
+    @property
+    def _yields(self) -> bool:
+        """Return whether idle vehicles make room under the world's policy, as far as it ships with hmrsim."""
+        return self._world.policy in ("priority", "planned")
+
+    def _held_up(self, robot: Vehicle, kind: Kind, text: str, found: Sequence[Vehicle]) -> Link:
+        """Return the link of a vehicle that others hold up; the first by name that does not just drive on is next."""
+        others = sorted(found, key=lambda other: other.name)
+        names = tuple(other.name for other in others)
+        following = next((other for other in others if not other.moves), others[0])
+        stays = ""
+        if kind == "robots" and self._rules is not None and following.stands and not self.is_held_up(following):
+            stays = f", {'which' if len(names) == 1 else following.name} {self._rules.why_stays(following, robot)}"
+        return Link(robot.name, kind, f"{text} {listed(names)}{stays}", names, following.name, self.help_in_circle)
+
+    def _obstacle(self, wait: Wait, text: str, beyond: Sequence[Vehicle]) -> Link:
+        """Return the link of a vehicle that waits at a closed lane, a door or a lift."""
+        lane = wait.leg.lane
+        robots = [each.name for each in self._vehicles if self._closures.is_closed_by(lane, each.name)]
+        if beyond:
+            text = f"{text}; beyond is {listed(sorted(each.name for each in beyond))}"
+            robots += sorted(each.name for each in beyond)
+        closed = self._closures.lanes.get(lane, {}) if lane else {}
+        faults = [cause.removeprefix("fault ") for cause in closed if cause.startswith("fault ")]
+        if faults:
+            remedy = f"end the fault: `hmrsim fault clear {' '.join(faults)}`"
+        elif closed:
+            remedy = (
+                "clear the lane, or open the door: `hmrsim fault clear` ends faults, and "
+                "`hmrsim service call /_world/set_door_state` unlocks doors"
+            )
+        elif self.for_good(wait):
+            remedy = "send a robot that the door opens for, or add this one to `opens_for` of the door"
+        else:
+            remedy = "nothing: it opens, or comes, by itself"
+        return Link(wait.robot.name, "obstacle", text, tuple(robots), robots[0] if robots else "", remedy)
+
+    def _activity(self, robot: Vehicle, at: str, offline: Collection[str]) -> Link:
+        """Return the link of a vehicle that nothing holds up."""
+        kind, words, detail = robot.activity
+        if kind == "disabled":
+            charge = "charge it in time, or move it to a charger"
+            broken = "end the fault: `hmrsim fault clear`; or send another robot"
+            remedy = charge if "battery_empty" in robot.disabled_reasons else broken
+        elif kind == "idle":
+            detail, remedy = self._idle(robot, detail, offline)
+        else:
+            remedy = _HELP[kind]
+        text = f"{robot.name} {words} at {at}" + (f": {detail}" if detail else "")
+        return Link(robot.name, kind, text, help=remedy)
+
+    def _idle(self, robot: Vehicle, detail: str, offline: Collection[str]) -> tuple[str, str]:
+        if robot.name in offline:
+            return "its connection is lost", _OFFLINE
+        park = f"send {robot.name} elsewhere when it has nothing to do"
+        if self._yields:
+            return detail, f"{park}, or add a waypoint where it can move aside"
+        return detail, f"{park}, or use the traffic policy `planned`, under which idle robots make room"
+
+
+def _names_of(world: World) -> PlaceNames:
+    places = {name: place.at for name, place in world.places.items()}
+    docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
+    return PlaceNames(world.points, places, docks)
+
+
+_PLACE_NAMES: Final = Derived(_names_of)
+"""Returns the names of the waypoints, places and docks of a world."""

@@ -1,0 +1,142 @@
+"""Why robots do not go on."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.actions import registry
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.simulation.snapshot import scene
+from hmrsim.traffic.causes import Link, chain_of
+from tests.simulation import simulate
+
+LINE = {
+    "waypoints": {name: [4 * number, 0] for number, name in enumerate("abcde")},
+    "lanes": [["a", "b"], ["b", "c"], ["c", "d"], ["d", "e"]],
+}
+ALL_POLICIES = pytest.mark.parametrize("policy", ["reserve", "priority", "planned"])
+
+
+def send(robot, action, **goal):
+    goal = registry()[action].goal.model_validate(goal, strict=False)
+    return SendGoal(robot, action, goal, f"{sum(map(ord, robot)):032x}")
+
+
+def go(robot, x):
+    return send(robot, "navigate_to_pose", pose={"pose": {"position": {"x": x}}})
+
+
+def chain(robot, *commands, until=30.0, policy="reserve", **world):
+    """Return the causes in the scene of a run: the robots and kinds of the links, the last text, and the help."""
+    traffic = {"policy": policy, "patience": 60}
+    run = simulate({**LINE, "traffic": traffic, **world})
+    run(*commands, until=until)
+    links = {each["name"]: Link(**each["cause"]) for each in scene(run.simulator)["robots"]}
+    found = chain_of(robot, links.__getitem__)
+    return [(link.robot, link.kind) for link in found.links], found.links[-1].text, found.help
+
+
+@ALL_POLICIES
+def test_a_chain_leads_to_the_idle_robot_that_starts_it(policy):
+    robots = {"r1": {"at": "a"}, "r2": {"at": "b"}, "r3": {"at": "e"}}
+    links, text, remedy = chain("r1", (0.0, go("r1", 16)), (0.0, go("r2", 16)), robots=robots, policy=policy)
+
+    assert [("r1", "robots"), ("r2", "robots"), ("r3", "idle")] == links
+    assert "r3 is idle at e: it has had no goal yet" == text
+    assert remedy.startswith("send r3 elsewhere when it has nothing to do")
+
+
+@ALL_POLICIES
+def test_a_robot_in_a_dead_end_cannot_get_out_past_the_waiting_one(policy):
+    run = simulate({**LINE, "traffic": {"policy": policy}, "robots": {"r1": {"at": "a"}, "r2": {"at": "e"}}})
+    run((0.0, go("r1", 16)), until=30.0)
+
+    why = "makes no room under the policy 'reserve'" if policy == "reserve" else "can't get out past r1"
+    cause = scene(run.simulator)["robots"][0]["cause"]
+    assert f"r1 has waited at d since 12 s for r2, which {why}" == cause["text"]
+    assert ("robots", ["r2"], "r2") == (cause["kind"], cause["held_by"], cause["next"])
+
+
+def test_a_robot_that_works_is_a_cause():
+    robots = {"r1": {"at": "a"}, "r2": {"at": "c"}}
+    links, text, remedy = chain("r1", (0.0, go("r1", 16)), (0.0, send("r2", "wait", time={"sec": 100})), robots=robots)
+
+    assert ([("r1", "robots"), ("r2", "works")], "r2 executes wait at c") == (links, text)
+    assert "wait until its goal has ended, or cancel it" == remedy
+
+
+def test_a_queue_leads_to_the_robot_in_the_dock():
+    kinds = {"t": {"components": {"battery": {"capacity": 1000, "initial_charge": 100}}}}
+    robots = {"r1": {"at": "a", "type": "t"}, "r2": {"at": "d", "type": "t"}}
+    dock = {"charger": {"at": [16, 2], "type": "charger"}}
+    commands = [(0.0, send(robot, "dock_robot", dock_id="charger")) for robot in ("r2", "r1")]
+    links, text, _ = chain("r1", *commands, robots=robots, docks=dock, robot_types=kinds)
+
+    assert [("r1", "queue"), ("r2", "docked")] == links
+    assert "r2 is charging in 'charger' at charger: it has had no goal since dock_robot SUCCEEDED at 6 s" == text
+
+
+def test_a_closed_lane_leads_to_the_robot_that_has_broken_down_on_it():
+    robots = {"r1": {"at": "a"}, "r2": {"at": "b"}}
+    faults = [{"type": "breakdown", "robot": "r2", "at": 3}]
+    links, _, remedy = chain("r1", (0.0, go("r1", 16)), (0.0, go("r2", 16)), robots=robots, faults=faults)
+
+    assert [("r1", "obstacle"), ("r2", "disabled")] == links
+    assert "hmrsim fault clear" in remedy
+
+
+def test_a_door_that_opens_needs_no_help():
+    doors = {"gate": {"at": [[6, -1], [6, 1]], "opening_time": 90}}
+    links, text, remedy = chain("r1", (0.0, go("r1", 16)), robots={"r1": {"at": "a"}}, doors=doors)
+
+    assert [("r1", "obstacle")] == links
+    assert "r1 has waited at b since 4 s: gate is opening" == text
+    assert remedy.startswith("nothing")
+
+
+def test_a_robot_without_a_goal_waits_for_its_controller():
+    links, text, remedy = chain("r1", (0.0, go("r1", 4)), robots={"r1": {"at": "a"}})
+
+    assert [("r1", "idle")] == links
+    assert "r1 is idle at b: it has had no goal since navigate_to_pose SUCCEEDED at 4 s" == text
+    assert remedy.startswith("its controller has to send it a goal")
+
+
+def test_a_robot_without_connection_gets_no_goal():
+    faults = [{"type": "messages_lost", "robot": "r1", "at": 1}]
+    _, text, remedy = chain("r1", robots={"r1": {"at": "a"}}, faults=faults)
+
+    assert "r1 is idle at a: its connection is lost" == text
+    assert "restore its connection" in remedy
+
+
+def test_robots_that_give_up_at_the_same_instant_name_the_same_cause():
+    robots = {"r1": {"at": "a"}, "r2": {"at": "b"}, "r3": {"at": "d"}}
+    run = simulate({**LINE, "traffic": {"policy": "reserve"}, "robots": robots})
+    log = run((0.0, go("r1", 16)), (0.0, go("r2", 16)), until=100.0)
+
+    gave_up = log.happened("gave_up_waiting")
+    assert [(64.0, "r2"), (64.0, "r1")] == [(at, fields["robot"]) for at, fields in gave_up]
+    assert all("r3 is idle at d: it has had no goal yet" in fields["why"] for _, fields in gave_up)
+
+
+def waits(robot, following):
+    return Link(robot, "robots", f"{robot} has waited", next=following, help="apart")
+
+
+def test_a_circle_is_told_in_words():
+    links = {"a": waits("a", "b"), "b": waits("b", "c"), "c": waits("c", "b")}
+    found = chain_of("a", links.__getitem__)
+
+    assert ["robots", "robots", "circle"] == [link.kind for link in found.links]
+    assert "c has waited, which closes a circle: b → c → b" == found.links[-1].text
+    assert "apart" == found.help
+
+
+def test_a_long_chain_is_cut_in_messages():
+    links = {f"r{number}": waits(f"r{number}", f"r{number + 1}") for number in range(2000)}
+    found = chain_of("r0", {**links, "r2000": Link("r2000", "idle", "r2000 is idle", help="go")}.__getitem__)
+
+    assert 2001 == len(found.links)
+    told = "r0 has waited; r1 has waited; r2 has waited; … 1997 more …; r2000 is idle; what would help: go"
+    assert told == str(found)
