@@ -263,6 +263,16 @@ def kind_of(node: Behaviour) -> Kind:
     return kind
 
 
+def variant_of(node: Behaviour) -> object:
+    """Return what the kind of a node depends on besides its class, as a key."""
+    if not node.children:
+        return None
+    kind, may_lack_memory = _kind_of_class(type(node))
+    if kind is _UNKNOWN and isinstance(node, ScriptConditions):
+        return tuple(node.scripts)
+    return not may_lack_memory or bool(getattr(node, "memory", True))
+
+
 @lru_cache(_MAX_CLASSES)
 def _kind_of_class(cls: type[Behaviour]) -> tuple[Kind, bool]:
     """Return the kind of a class, and whether its nodes may lack a memory, as in py_trees."""

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -34,7 +35,7 @@ class NodeCoverage:
     kind: str
     origin: str = ""
     possible: frozenset[str] = frozenset()
-    counts: Counter[str] = field(default_factory=Counter)
+    counts: defaultdict[str, int] = field(default_factory=partial(defaultdict, int))
 
     @property
     def name(self) -> str:
@@ -44,17 +45,17 @@ class NodeCoverage:
     @property
     def ticks(self) -> int:
         """The number of its ticks."""
-        return sum(self.counts[status] for status in (SUCCESS, FAILURE, RUNNING, SKIPPED))
+        return sum(self.counts.get(status, 0) for status in (SUCCESS, FAILURE, RUNNING, SKIPPED))
 
     @property
     def points(self) -> tuple[str, ...]:
         """The outcomes that count for the share: those that can happen, and those that were seen nevertheless."""
-        return tuple(each for each in ENDINGS if each in self.possible or self.counts[each])
+        return tuple(each for each in ENDINGS if each in self.possible or self.counts.get(each))
 
     @property
     def missing(self) -> tuple[str, ...]:
         """The outcomes that count, and never happened."""
-        return tuple(each for each in self.points if not self.counts[each])
+        return tuple(each for each in self.points if not self.counts.get(each))
 
     @property
     def seen(self) -> dict[str, int]:
@@ -76,7 +77,8 @@ class NodeCoverage:
         self.place = min(self.place, other.place)
         self.origin = self.origin or other.origin
         self.possible |= other.possible
-        self.counts.update(other.counts)
+        for outcome, count in other.counts.items():
+            self.counts[outcome] += count
 
 
 SUCCESS: Final = "SUCCESS"

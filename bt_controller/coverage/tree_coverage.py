@@ -7,10 +7,11 @@ by each node's ``stop``, and suspensions by each action leaf's ``suspend``.
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple, Self, TypeAlias
 
 from py_trees.common import Status
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -18,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.node import Node
 from bt_controller.core.subtrees import paths
-from bt_controller.coverage.kinds import possible_outcomes, recovers
+from bt_controller.coverage.kinds import possible_outcomes, recovers, variant_of
 from bt_controller.coverage.node_coverage import (
     CANCELED,
     FAILURE,
@@ -31,6 +32,7 @@ from bt_controller.coverage.node_coverage import (
     ending_of,
 )
 from hmrsim.errors import HmrsimError
+from hmrsim.navigation.cache import LruCache
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -38,23 +40,82 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
 
-Counted: TypeAlias = "tuple[Behaviour, bool, NodeCoverage]"
-"""A node, whether a node above it may make up for its failure, and what is counted of it."""
-
 _SELF: Final = "{robot}"
+_KEPT: Final = 1024
+"""The number of trees whose description a process keeps."""
 
 
-def watched(root: Behaviour, robot: str | None) -> Iterator[tuple[Behaviour, NodeCoverage]]:
-    """Yield the nodes of a tree, parents first, with nothing counted; the robot's name in paths is ``{robot}``."""
+class Described(NamedTuple):
+    """What the structure of a tree says about a node.
+
+    Attributes:
+        place: Which child of each parent, from the root.
+        path: As of `NodeCoverage`.
+        kind: Its class.
+        origin: File and line, if it comes from a file.
+        possible: Its possible outcomes.
+        end: The number after that of the last node below it; nodes are numbered from 0, parents first.
+        sends_goals: Whether it is an `ActionLeaf`.
+        recovers: Whether it makes up for failures of its children.
+    """
+
+    place: tuple[int, ...]
+    path: str
+    kind: str
+    origin: str
+    possible: frozenset[str]
+    end: int
+    sends_goals: bool
+    recovers: bool
+
+
+Counted: TypeAlias = tuple["Behaviour", Described, NodeCoverage]
+"""A node, and what is counted of it."""
+
+
+def described(root: Behaviour, robot: str | None) -> Iterator[tuple[Behaviour, Described]]:
+    """Return the nodes of a tree, parents first; the robot's name in paths is ``{robot}``."""
+    nodes, todo = [], [root]
+    while todo:
+        nodes.append(todo.pop())
+        todo += reversed(nodes[-1].children)
+    # Each run builds the same trees again, and their descriptions take longer than these keys.
+    shape = tuple([(node.__class__, node.name, len(node.children), variant_of(node), _origin(node)) for node in nodes])
+    return zip(nodes, _DESCRIPTIONS.get((robot, shape), lambda: [*_descriptions(root, robot)]), strict=True)
+
+
+_DESCRIPTIONS: Final[LruCache[tuple[str | None, tuple[object, ...]], list[Described]]] = LruCache(_KEPT)
+
+
+def _descriptions(root: Behaviour, robot: str | None) -> Iterator[Described]:
     possible = possible_outcomes(root)
     own = None if robot is None else re.compile(rf"\b{re.escape(robot)}\b")
     places: dict[Behaviour, tuple[int, ...]] = {root: ()}
-    for node, path in paths(root):
+    sizes: dict[Behaviour, int] = {}
+    _measure(root, sizes)
+    for number, (node, path) in enumerate(paths(root)):
         for index, child in enumerate(node.children):
             places[child] = (*places[node], index)
-        shown = path if own is None else own.sub(_SELF, path)
-        origin = node.origin if isinstance(node, Node) else ""
-        yield node, NodeCoverage(places[node], shown, type(node).__name__, origin, possible[node])
+        yield Described(
+            places[node],
+            path if own is None else own.sub(_SELF, path),
+            type(node).__name__,
+            _origin(node),
+            possible[node],
+            number + sizes[node],
+            isinstance(node, ActionLeaf),
+            recovers(node),
+        )
+
+
+def _origin(node: Behaviour) -> str:
+    return node.origin if isinstance(node, Node) else ""
+
+
+def _measure(node: Behaviour, sizes: dict[Behaviour, int]) -> int:
+    """Note how many nodes each subtree has."""
+    size = sizes[node] = 1 + sum([_measure(child, sizes) for child in node.children])
+    return size
 
 
 @dataclass(eq=False)
@@ -63,28 +124,19 @@ class _Seen:
 
     Attributes:
         number: Its number, parents before their children.
-        end: The number after that of the last node below it.
+        about: What the tree says about it.
         covered: Its counts.
-        recoverable: Whether a node above it may make up for its failure.
-        recovers: Whether it makes up for failures of its children.
+        leaf: The node, if it sends goals.
         handle: The goal whose end was counted last.
         halted: In which tick it was halted last.
     """
 
     number: int
-    end: int
+    about: Described
     covered: NodeCoverage
-    recoverable: bool
-    recovers: bool
     leaf: ActionLeaf[Any, Any, Any] | None
     handle: GoalHandle[Any, Any] | None = None
     halted: int = 0
-
-
-def _measure(node: Behaviour, sizes: dict[Behaviour, int]) -> int:
-    """Note how many nodes each subtree has."""
-    size = sizes[node] = 1 + sum([_measure(child, sizes) for child in node.children])
-    return size
 
 
 class Recorder:
@@ -137,11 +189,11 @@ class Recorder:
             self._note_goal(seen, seen.leaf.handle)
         if status is Status.SUCCESS:
             counts[SUCCESS] += 1
-            if seen.recovers and self._failed:
+            if seen.about.recovers and self._failed:
                 self._recovered(seen)
         elif status is Status.FAILURE:
             counts[FAILURE] += 1
-            if seen.recoverable:
+            if RECOVERED in seen.about.possible:
                 self._failed.add(seen.number)
             elif seen.number == 0:
                 self._failed.clear()
@@ -159,7 +211,7 @@ class Recorder:
                 seen.covered.counts[ending] += 1
 
     def _recovered(self, above: _Seen) -> None:
-        for number in [each for each in self._failed if above.number < each < above.end]:
+        for number in [each for each in self._failed if above.number < each < above.about.end]:
             self._failed.discard(number)
             self._by_number[number].covered.counts[RECOVERED] += 1
 
@@ -168,7 +220,7 @@ class Recorder:
             seen.covered.counts[CANCELED] += 1
             seen.halted = self._ticks
             # Failures below it were not recovered.
-            self._failed.difference_update(range(seen.number, seen.end))
+            self._failed.difference_update(range(seen.number, seen.about.end))
 
     def _of(self, node: Behaviour) -> _Seen:
         if node not in self._seen:
@@ -179,36 +231,28 @@ class Recorder:
         """Number the nodes, and listen to those that are new."""
         self._failed.clear()
         self._by_number.clear()
-        sizes: dict[Behaviour, int] = {}
-        _measure(self._root, sizes)
-        for number, (node, recoverable, covered) in enumerate(self._counted()):
-            leaf = node if isinstance(node, ActionLeaf) else None
-            seen = _Seen(number, number + sizes[node], covered, recoverable, recovers(node), leaf)
+        for number, (node, about, covered) in enumerate(self._counted()):
+            leaf: Any = node if about.sends_goals else None
+            seen = _Seen(number, about, covered, leaf)
             self._by_number.append(seen)
             if node not in self._seen:
-                self._listen(node)
+                # Not closures, which each run would make anew for each node.
+                node.stop = partial(self._stop, node, node.stop)  # type: ignore[method-assign]
+                if leaf is not None:
+                    leaf.suspend = partial(self._suspend, leaf, leaf.suspend)
             self._seen[node] = seen
 
-    def _listen(self, node: Behaviour) -> None:
-        stop: Callable[[Status], None] = node.stop
+    def _stop(self, node: Behaviour, stop: Callable[[Status], None], new_status: Status = Status.INVALID) -> None:
+        runs = node.status is Status.RUNNING
+        stop(new_status)
+        if runs and new_status is Status.INVALID:
+            self._halted(self._seen[node])
 
-        def stopped(new_status: Status = Status.INVALID) -> None:
-            runs = node.status is Status.RUNNING
-            stop(new_status)
-            if runs and new_status is Status.INVALID:
-                self._halted(self._seen[node])
-
-        node.stop = stopped  # type: ignore[method-assign]
-        if isinstance(node, ActionLeaf):
-            suspend: Callable[[], None] = node.suspend
-
-            def suspended() -> None:
-                active = node.status is Status.RUNNING and node.handle is not None and not node.handle.done
-                suspend()
-                if active and not self._ended:
-                    self._seen[node].covered.counts[CANCELED] += 1
-
-            node.suspend = suspended  # type: ignore[method-assign]
+    def _suspend(self, leaf: ActionLeaf[Any, Any, Any], suspend: Callable[[], None]) -> None:
+        active = leaf.status is Status.RUNNING and leaf.handle is not None and not leaf.handle.done
+        suspend()
+        if active and not self._ended:
+            self._seen[leaf].covered.counts[CANCELED] += 1
 
 
 _FORMAT: Final = "hmrsim tree coverage 1"
@@ -224,6 +268,14 @@ class _Tree:
 
     runs: int = 0
     nodes: dict[str, NodeCoverage] = field(default_factory=dict)
+
+    def node(self, about: Described) -> NodeCoverage:
+        """Return the node of a description."""
+        mine = NodeCoverage(about.place, about.path, about.kind, about.origin, about.possible)
+        known = self.nodes.setdefault(about.path, mine)
+        if known is not mine:
+            known.merge(mine)
+        return known
 
     def merge(self, other: _Tree) -> None:
         self.runs += other.runs
@@ -277,14 +329,8 @@ class TreeCoverage:
         tree = self._trees.setdefault(name, _Tree())
         tree.runs += 1
 
-        def counted() -> list[tuple[Behaviour, bool, NodeCoverage]]:
-            found = []
-            for node, mine in watched(root, robot):
-                known = tree.nodes.setdefault(mine.path, mine)
-                if known is not mine:
-                    known.merge(mine)
-                found.append((node, RECOVERED in mine.possible, known))
-            return found
+        def counted() -> list[Counted]:
+            return [(node, about, tree.node(about)) for node, about in described(root, robot)]
 
         return Recorder(root, counted)
 
@@ -335,7 +381,12 @@ class TreeCoverage:
             known = found._trees.setdefault(name, _Tree(tree.runs))
             for node in tree.nodes:
                 known.nodes[node.path] = NodeCoverage(
-                    tuple(node.place), node.path, node.kind, node.origin, frozenset(node.possible), Counter(node.counts)
+                    tuple(node.place),
+                    node.path,
+                    node.kind,
+                    node.origin,
+                    frozenset(node.possible),
+                    defaultdict(int, node.counts),
                 )
         return found
 

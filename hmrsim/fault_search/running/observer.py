@@ -216,9 +216,8 @@ class Novelty:
     def __init__(self) -> None:
         self._seen: dict[str, None] = {}
 
-    def new_in(self, coverage: TreeCoverage) -> bytes:
-        """Return the packed coverage of a run; empty if it adds nothing."""
-        keys = coverage.keys()
+    def new_in(self, coverage: TreeCoverage, keys: frozenset[str]) -> bytes:
+        """Return the packed coverage of a run; empty if its keys add nothing."""
         if self._seen.keys() >= keys:
             return b""
         self._seen |= dict.fromkeys(keys)

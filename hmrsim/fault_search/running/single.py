@@ -125,20 +125,21 @@ class _Run:
         compared = self._simulator if self._check.compares and not self._case.schedule else None
         self._monitor.end(now, Ended(ending, cause))
         observer, coverage = self._observer, self._coverage
+        covered = coverage.keys() if coverage else frozenset[str]()
         return Outcome(
             ending,
             cause,
             now / 1e9,
             tuple(self._monitor.violations),
             tuple(self._monitor.verdicts()),
-            (*observer.features, *(sorted(coverage.keys()) if coverage else ())),
+            (*observer.features, *sorted(covered)),
             tuple(observer.moments),
             self._began(),
             aborts=observer.aborts,
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
             output=self._output,
-            coverage=_novelty(self._check.hash).new_in(coverage) if coverage else b"",
+            coverage=_novelty(self._check.hash).new_in(coverage, covered) if coverage else b"",
             draws=self._battery_draws.finish() if self._battery_draws else (),
             items=reference_of(scene(compared)) if compared else None,
         )
