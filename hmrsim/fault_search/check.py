@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -83,14 +82,6 @@ class Check:
     def name(self) -> str:
         """The name in the file, or that of the world."""
         return self.file.name or self.world.name
-
-    @property
-    def participant(self) -> str:
-        """The participant's name of a controller in this process: the name in the file, or that of its function."""
-        treatment = self.treatment
-        if treatment.python is None or "name" in treatment.model_fields_set:
-            return treatment.name
-        return re.split(r"\W", treatment.python.rpartition(":")[2])[0] or treatment.name
 
     @cached_property
     def settings(self) -> RunSettings:

@@ -58,8 +58,9 @@ _SETTINGS = RunSettings()
 _SHOWN = 40
 """Lines of a story in an error."""
 
-_FLEET = "bt_controller"
-"""The participant's name, as ``bt-controller run`` has it; the ids of goals depend on it, and so does the trace."""
+_FLEET, _CLIENT = "bt_controller", "client"
+"""The participant's name with a tree, as of ``bt-controller run``, and without one, as of a `Client`; the ids of goals
+depend on it, and so does the trace."""
 
 
 def simulation(  # noqa: PLR0913 - the options of the commands
@@ -141,7 +142,7 @@ class Run:
         self._named: tuple[World | None, Sequence[str], Sequence[Point]] = (None, (), ())
         self._trial = LocalTrial(world, settings, sinks=[self._trace, self._record])
         self.simulator: Simulator = self._trial.simulator
-        self.client = self.open_client(_FLEET)
+        self.client = self.open_client(_CLIENT if plan is None else _FLEET)
         self.outcome: Outcome | None = None
         self.coverage = coverage
 

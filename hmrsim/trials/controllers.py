@@ -55,7 +55,6 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
     *,
     names: Mapping[str, Any] = _NOTHING,
     variables: Mapping[str, str] = _NOTHING,
-    name: str | None = None,
     coverage: TreeCoverage | None = None,
     sinks: Sequence[Sink] = (),
     watchers: Watchers = unwatched,
@@ -70,7 +69,6 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
         folder: The folder of the controller's files, in which commands are started.
         names: The values for its expressions.
         variables: Environment variables of a command, in addition to its parameters.
-        name: The participant's name; that of the treatment if left out.
         coverage: Counts the statuses of a tree's nodes, if given.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
@@ -82,9 +80,9 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
     """
     if treatment.in_process:
         player = controller_of(treatment, names, folder, coverage=coverage)
-        its_name = name or treatment.name
+        name = treatment.participant
         return LocalTrial(
-            loaded.world, settings, player, name=its_name, sinks=sinks, watchers=watchers, disturber=disturber
+            loaded.world, settings, player, name=name, sinks=sinks, watchers=watchers, disturber=disturber
         )
     parameters = {key: str(value) for key, value in parameters_of(treatment, names).items()}
     command = Command(words_of(treatment, names), folder, {**parameters, **variables})

@@ -71,7 +71,8 @@ class Controller(Part):
         robots: The robots of a tree; None for all.
         nodes: Modules with further nodes for trees in XML.
         tree_id: The ID of the tree in an XML file.
-        name: Its name as a participant; the ids of goals depend on it.
+        name: Its name as a participant, on which the ids of goals depend; that of the function, or ``bt_controller``,
+            if left out.
     """
 
     tree: str | None = None
@@ -81,7 +82,7 @@ class Controller(Part):
     robots: tuple[str, ...] | None = None
     nodes: tuple[str, ...] = ()
     tree_id: str | None = None
-    name: Identifier = "bt_controller"
+    name: Identifier | None = None
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -93,6 +94,12 @@ class Controller(Part):
     def in_process(self) -> bool:
         """True if it runs in the worker's process."""
         return self.command is None
+
+    @property
+    def participant(self) -> str:
+        """The participant's name of a controller in this process."""
+        function = "" if self.python is None else re.split(r"\W", self.python.rpartition(":")[2])[0]
+        return self.name or function or "bt_controller"
 
     @property
     def described(self) -> str:

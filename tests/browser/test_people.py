@@ -137,3 +137,75 @@ def test_an_unreachable_goal_shows_only_its_reason(hospital):
     ((kind, text, more),) = page.evaluate("said")
     assert ("error", "Could not send wall_e to 1000000.0, 1000000.0") == (kind, text)
     assert "outside" in more, json.dumps(more)
+
+
+@pytest.mark.parametrize(("role", "focus"), [("button", "Robots"), ("button", "Step"), ("combobox", "Sort robots by")])
+def test_space_pauses_whatever_has_the_focus(hospital, role, focus):
+    _, show = hospital
+    page = show("?panel=robots")
+    control = page.get_by_role(role, name=focus, exact=True)
+    control.focus()
+
+    page.keyboard.press("Space")
+    until(page, "hmrsim.clock.paused")
+    assert control.evaluate("(control) => control === document.activeElement")
+    assert "true" == page.get_by_role("button", name="Robots", exact=True).get_attribute("aria-expanded")
+    page.keyboard.press("Space")
+    until(page, "!hmrsim.clock.paused")
+
+
+def test_space_types_in_the_search(hospital):
+    _, show = hospital
+    page = show()
+
+    page.keyboard.press("/")
+    page.keyboard.type("ward a")
+
+    expect(page.get_by_role("combobox", name="Find a robot")).to_have_value("ward a")
+    assert page.evaluate("!hmrsim.clock.paused")
+
+
+def test_a_form_shows_only_its_own_errors(hospital):
+    """An error goes when the form changes or closes, and a late one does not appear in the next form."""
+    _, show = hospital
+    page = show("?follow=wall_e")
+    page.evaluate("""() => {
+      window.answers = [];
+      hmrsim.commands.sendGoal = () => new Promise((_, give) => answers.push(give));
+    }""")
+    dialog = page.get_by_role("dialog")
+    error = dialog.locator(".form-error")
+
+    page.keyboard.press("a")
+    page.get_by_role("combobox", name="Action").select_option("Undock robot")
+    page.get_by_role("button", name="Send", exact=True).click()
+    page.evaluate("answers.pop()(new Error('not now'))")
+    expect(error).to_have_text("not now")
+    page.get_by_role("combobox", name="Action").select_option("Wait")
+    expect(error).to_be_hidden()
+
+    page.get_by_role("combobox", name="Action").select_option("Undock robot")
+    page.get_by_role("button", name="Send", exact=True).click()
+    until(page, "answers.length")
+    dialog.get_by_role("button", name="Cancel").click()
+    page.keyboard.press("n")
+    page.keyboard.press("a")
+    expect(dialog).to_be_visible()
+    page.evaluate("answers.pop()(new Error('too late'))")
+    expect(page.locator(".toasts")).to_contain_text("Send a goal to wall_e: too late")
+    expect(error).to_be_hidden()
+    expect(page.get_by_role("button", name="Send", exact=True)).to_be_enabled()
+
+
+def test_the_list_shows_the_fault_of_an_idle_robot(hospital):
+    simulator, show = hospital
+    page = show("?panel=robots")
+    row = page.get_by_role("list", name="Robots").get_by_role("button").filter(has_text="wall_e")
+    expect(row).to_contain_text("idle")
+    expect(row.locator(".level")).to_be_hidden()
+
+    simulator.call("inject_fault", type="slip", name="wet", robot="wall_e", settings='{"factor": 0.5}')
+
+    expect(row).to_contain_text("wet (slip)")
+    expect(row).to_contain_text("idle")
+    expect(row.locator(".level")).to_be_visible()

@@ -153,7 +153,6 @@ class _Run:
             check.treatment,
             check.folder,
             variables={"HMRSIM_RUN": self._case.key[:16]},
-            name=check.participant,
             coverage=self._coverage,
             watchers=self._watchers,
             disturber=self._disturber,

@@ -153,7 +153,7 @@ export class FormDialog {
     this.more = el('div', { class: 'fields' });
     this.moreBox = el('details', {}, el('summary', { text: 'More options' }), this.more);
     this.submit = el('button', { type: 'submit', class: 'button primary' });
-    const form = el('form', { method: 'dialog', novalidate: true, onsubmit: (event) => this.#submit(event) }, this.title,
+    const form = el('form', { method: 'dialog', novalidate: true, onsubmit: (event) => this.#submit(event), oninput: () => this.#complain('') }, this.title,
       el('label', {}, this.label, this.choice), this.about, this.fields, this.moreBox, this.error,
       el('div', { class: 'actions' },
         el('button', { type: 'button', class: 'button', text: 'Cancel', onclick: () => this.element.close() }), this.submit));
@@ -163,6 +163,7 @@ export class FormDialog {
 
   open(asked) {
     this.asked = asked;
+    this.submit.disabled = false;
     say(this.title, asked.title);
     say(this.label, asked.label);
     say(this.submit, asked.verb);
@@ -199,14 +200,20 @@ export class FormDialog {
     }
     if (this.#showFirst()) return;
     this.submit.disabled = true;
+    const { asked } = this;
+    const shown = () => this.element.open && this.asked === asked;
     try {
-      await this.asked.send(this.choice.value, values);
-      this.element.close();
+      await asked.send(this.choice.value, values);
+      if (shown()) this.element.close();
     } catch (error) {
-      this.#place(error);
-      this.#showFirst();
+      if (shown()) {
+        this.#place(error);
+        this.#showFirst();
+      } else {
+        this.app.toasts.show('error', `${asked.title}: ${error.message}`);
+      }
     } finally {
-      this.submit.disabled = false;
+      if (this.asked === asked) this.submit.disabled = false;
     }
   }
 

@@ -37,6 +37,8 @@ export class Keyboard {
     this.actions.set('=', this.actions.get('+'));
     this.element = this.#overlay();
     addEventListener('keydown', (event) => this.#press(event));
+    // Or the button with the focus would be pressed, too.
+    addEventListener('keyup', (event) => event.key === ' ' && this.#applies(event) && event.preventDefault());
   }
 
   #overlay() {
@@ -53,18 +55,22 @@ export class Keyboard {
     else this.element.showModal();
   }
 
+  /** Return whether a key is for the page, not for a text that is typed, a choice, a menu or a dialog. */
+  #applies({ key, target, ctrlKey, metaKey, altKey }) {
+    if (ctrlKey || metaKey || altKey || document.querySelector('dialog[open]') || target.closest?.('[role=menu]')) return false;
+    if (key === 'Escape') return true;
+    return !target.closest?.('input:not([type=checkbox], [type=range]), textarea') && (key === ' ' || !target.closest?.('select'));
+  }
+
   #press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    if (!this.#applies(event)) return;
     const { target } = event;
-    const types = target.closest?.('input:not([type=checkbox]), textarea, select');
-    if (types && event.key !== 'Escape') return;
-    // Space presses buttons, arrows scroll lists.
-    if (event.key === ' ' && target.closest?.('button, summary, input')) return;
-    if (event.key.startsWith('Arrow') && target.closest?.('.rows, .scroll, [role=menu]')) return;
+    // Arrows scroll lists.
+    if (event.key.startsWith('Arrow') && target.closest?.('.rows, .scroll')) return;
     const action = this.actions.get(event.key);
     if (!action) return;
     event.preventDefault();
-    if (types) target.blur();
+    if (event.key === 'Escape') target.blur?.();
     action(this.app, event.key);
   }
 }

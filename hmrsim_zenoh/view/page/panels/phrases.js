@@ -62,6 +62,12 @@ export function whyWords(robot, state, model, now) {
   return said || script;
 }
 
+/** Return the active faults of a robot, such as "wheel slip"; "" for none. */
+export function faultWords({ name: robot }, { faults }) {
+  return Array.from(faults.values()).filter((fault) => fault.robot === robot)
+    .map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ');
+}
+
 /** Return the robots that block a waiting robot, with their states; "" if it waits for no robot. */
 export function blockerWords(robot, model, now) {
   const blockers = robot.waitsFor.map((name) => model.robots.get(name)).filter(Boolean);

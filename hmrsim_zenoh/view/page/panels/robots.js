@@ -2,7 +2,7 @@
 
 import { STATES } from '../model/robot.js';
 import { ListPanel, TypeSign, el, mark, say, sign } from './dom.js';
-import { shareWords, taskWords, whyWords } from './phrases.js';
+import { faultWords, shareWords, taskWords, whyWords } from './phrases.js';
 
 const AGAIN = 1000; // ms after which many robots are sorted again
 const MANY = 200;
@@ -50,7 +50,7 @@ export class RobotsPanel extends ListPanel {
 
   #line(robot, now) {
     const state = robot.stateAt(now);
-    return `${robot.name} ${robot.type} ${state} ${whyWords(robot, state, this.app.model, now)} ${this.#task(robot)}`.toLowerCase();
+    return `${robot.name} ${robot.type} ${state} ${whyWords(robot, state, this.app.model, now)} ${faultWords(robot, this.app.model)} ${this.#task(robot)}`.toLowerCase();
   }
 
   #task({ goal }) {
@@ -61,14 +61,15 @@ export class RobotsPanel extends ListPanel {
     const { app } = this;
     const type = new TypeSign(app);
     const state = sign('state', '');
-    const [name, word, why, task] = ['b', 'span', 'span', 'span'].map((tag) => el(tag));
+    const [name, word, why, task, fault] = ['b', 'span', 'span', 'span', 'span'].map((tag) => el(tag));
+    const warning = sign('level', 'error');
     const battery = el('span', { class: 'long' });
     name.className = 'name';
-    task.className = why.className = 'detail';
+    task.className = why.className = fault.className = 'detail';
     let robot = null;
     const press = el('button', { type: 'button', class: 'robot-row', onclick: () => app.follow(robot.name) }, type.element,
       el('span', { class: 'robot-main' }, el('span', { class: 'robot-line' }, name, task),
-        el('span', { class: 'robot-line muted' }, state, word, why)), battery);
+        el('span', { class: 'robot-line muted' }, state, word, why, warning, fault)), battery);
     const row = el('div', {}, press);
     row.fill = (given) => {
       robot = given;
@@ -80,6 +81,9 @@ export class RobotsPanel extends ListPanel {
       mark(state, 'data-is', is);
       say(word, is);
       say(why, whyWords(robot, is, app.model, now));
+      const faults = faultWords(robot, app.model);
+      warning.hidden = !faults;
+      say(fault, is === 'stopped' || is === 'offline' ? '' : faults);
       say(battery, robot.battery ? shareWords(robot.battery.percentage) : '');
       mark(press, 'data-selected', String(robot.name === app.map.selected));
       mark(press, 'aria-pressed', String(robot.name === app.map.follow));

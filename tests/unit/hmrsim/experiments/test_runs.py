@@ -15,6 +15,7 @@ from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
 from hmrsim.trials.trial import CRASHED, ERROR, HUNG, TIMEOUT
 from hmrsim.world_checks import loading
+from hmrsim_zenoh import Commander
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
@@ -383,10 +384,17 @@ def test_single_replication_has_no_fingerprint(row):
 def test_the_trace_is_that_of_a_test_of_the_same_run(tmp_path, row):
     found = row("drive(x=10)", keep={"traces": "all"}, measures={})
     with simulation(str(tmp_path / "two.yaml")) as run:
-        run.commander("w").go_to_pose(10.0, 0.0)
+        Commander(run.open_client("drive"), "w").go_to_pose(10.0, 0.0)
     ours, theirs = found.trace.splitlines(), run.trace.splitlines()
     assert ours[1:4] == theirs[1:4]
     assert replay(found.trace.splitlines(keepends=True)).difference is None
+
+
+def test_a_function_is_a_participant_by_its_own_name(row):
+    trace = row("drive(x=10)", keep={"traces": "all"}, measures={}).trace
+
+    assert '"participant":"drive"' in trace
+    assert "bt_controller" not in trace
 
 
 def test_orders_that_are_served_end_a_run(row, tmp_path):
