@@ -60,7 +60,7 @@ def _process(
             try:
                 late = GoalAborted(_RESULT.FAILED_TO_STAGE, f"it takes longer than {goal.max_staging_time:g} s")
                 with robot.within(goal.max_staging_time, late):
-                    yield from robot.wait_for(turn, lambda: dock.queue_of(robot))
+                    yield from robot.wait_for(turn)
                     if goal.navigate_to_staging_pose:
                         docking.enter(_STAGE.NAV_TO_STAGING_POSE)
                         way = yield from plan(robot, pose(*dock.staging))
@@ -69,8 +69,9 @@ def _process(
                             raise late
                         yield from drive(robot, way, None)
             except GoalAborted as why:
-                text = ", ".join(filter(None, (f"can't line up for {dock.name!r}: {why}", dock.queue_of(robot))))
-                raise GoalAborted(_RESULT.FAILED_TO_STAGE, text, why.cause) from None
+                raise GoalAborted(
+                    _RESULT.FAILED_TO_STAGE, f"can't line up for {dock.name!r}: {why}", why.cause
+                ) from None
             docking.enter(_STAGE.INITIAL_PERCEPTION)
             _check_order(dock, _RESULT.FAILED_TO_DETECT_DOCK)
             docking.enter(_STAGE.CONTROLLING)

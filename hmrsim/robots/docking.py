@@ -57,9 +57,6 @@ class DockBay(Protocol):
     def reserve(self, robot: DockClient) -> AbstractContextManager[Event]:
         """Reserve a bay for a robot, as soon as one is free, until it is docked there or gives up."""
 
-    def queue_of(self, robot: DockClient) -> str:
-        """Return the queue that a robot is in, and who has the bays, in words; empty if it is in none."""
-
     def take_in(self, robot: DockClient) -> None:
         """Dock a robot that stands here."""
 

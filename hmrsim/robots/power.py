@@ -81,8 +81,8 @@ class PoweredRobot(Protocol):
         """Why it is disabled, by cause."""
 
     @property
-    def queue(self) -> str:
-        """A description of the queue in which the robot waits, and for which robots; empty if in none."""
+    def why_held_up(self) -> str:
+        """What holds the robot up, such as the queue of a dock; empty if nothing does."""
 
     def pose(self) -> Pose:
         """Return where it is now."""
@@ -283,7 +283,7 @@ class Energy:
     def why_empty(self) -> str:
         """Why an empty battery disables its robot, in words."""
         x, y = self._robot.pose().point
-        return ", ".join(filter(None, (f"battery empty at ({x:g}, {y:g})", self._robot.queue)))
+        return "; ".join(filter(None, (f"battery empty at ({x:g}, {y:g})", self._robot.why_held_up)))
 
     @property
     def tags(self) -> list[str]:

@@ -14,6 +14,7 @@ from hmrsim.components.battery import Battery
 from hmrsim.diagnostics import listed
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.engine.sim_time import stamp
+from hmrsim.errors import GoalAborted
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.errors import GoalAborted
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point
     from hmrsim.items import Item
@@ -72,7 +72,6 @@ class Robot(MobileBase):
         "_kind",
         "_last_goal",
         "_turn",
-        "_where",
         "components",
         "dock",
         "docks",
@@ -134,7 +133,6 @@ class Robot(MobileBase):
         self.doing: list[str] = []
         self._last_goal: tuple[str, GoalStatus, float] | None = None
         self._turn: Event | None = None
-        self._where: Callable[[], str] = str
         self.energy = self._power_up()
 
     def _power_up(self) -> Energy | None:
@@ -328,28 +326,35 @@ class Robot(MobileBase):
         finally:
             self.finish_work()
 
-    def wait_for(self, turn: Event, where: Callable[[], str] = str) -> Generator[Any, Any, None]:
-        """Do nothing until an event happens, such as a bay that becomes free; *where* says in which queue meanwhile.
+    def wait_for(self, turn: Event) -> Generator[Any, Any, None]:
+        """Do nothing until an event happens, such as a bay that becomes free.
 
         Raises:
             GoalAborted: That takes too long; see `within`.
         """
-        self._turn, self._where = turn, where
+        self._turn = turn
         try:
             yield turn
         finally:
-            self._turn, self._where = None, str
+            self._turn = None
 
     @property
-    def queue(self) -> str:
-        """A description of the queue in which the robot waits, and for which robots; empty if in none."""
-        return self._where()
+    def why_held_up(self) -> str:
+        """What holds the robot up, such as the queue of a dock; empty if nothing does."""
+        causes = self._admission.causes
+        return causes.link(self).text if causes.is_held_up(self) else ""
 
     @contextmanager
-    def within(self, seconds: float, why: GoalAborted) -> Iterator[None]:
-        """Give up driving, or waiting for an event, if that takes longer; 0 is any time."""
+    def within(self, seconds: float, late: GoalAborted) -> Iterator[None]:
+        """Give up driving, or waiting for an event, if that takes longer; 0 is any time.
+
+        The error is *late*, with the causes for which the robot does not go on.
+        """
 
         def give_up(_event: Event) -> None:
+            causes = self._admission.causes
+            told = f"{late}: {causes.chain(self)}" if causes.is_held_up(self) else str(late)
+            why = GoalAborted(late.code, told, late.cause)
             if self._turn is None:
                 self.give_up(why)
             elif not self._turn.triggered:

@@ -173,9 +173,9 @@ class TestDocking:
             (0.0, dock()), (1.0, dock("wall_e", B, max_staging_time=4.0)), (30.0, dock("wall_e", D, max_staging_time=4))
         )
 
-        told = "can't line up for 'bay': it takes longer than 4 s, in the queue of 'bay', which eve has"
-        assert told == log.result(B).error_msg
-        assert told == log.result(D).error_msg
+        late = "can't line up for 'bay': it takes longer than 4 s: wall_e has queued at south since"
+        assert f"{late} 1 s for 'bay', taken by eve; eve is driving at (5, 0)" in log.result(B).error_msg
+        assert f"{late} 30 s for 'bay', taken by eve; eve is docked in 'bay' at bay" in log.result(D).error_msg
 
     def test_an_empty_battery_in_the_queue_names_the_robots_at_the_dock(self, make_run):
         made = world(("eve", "wall_e"))
@@ -183,7 +183,10 @@ class TestDocking:
         log = make_run(made)((0.0, dock()), (1.0, dock("wall_e", B)))
 
         assert (10.0, "ABORTED") == log.changes(B)[-1]
-        assert "battery empty at (0, -10), in the queue of 'bay', which eve has" in log.result(B).error_msg
+        assert (
+            "battery empty at (0, -10); wall_e has queued at south since 1 s for 'bay', taken by eve"
+            in log.result(B).error_msg
+        )
 
     def test_an_unreachable_dock_is_aborted(self, make_run):
         made = world()
