@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.fault_search.kinds import changes_of, disturbances_of, faults_of, needs_of
 from hmrsim.fault_search.model import OPT_IN
@@ -117,12 +117,12 @@ class Candidate:
         own = injection.kind != _UNREACHABLE and "error_code" not in injection.spec
         return self.anchored and injection.family == FAULT and own
 
-    def injections_in(self, timeline: Timeline) -> list[Injection]:
+    def singles_in(self, timeline: Timeline) -> list[Single]:
         """Return the injection at each moment of a run and from the start; a change of the world as it is."""
         if not self.anchored:
-            return [self.injection]
-        starts = [self.at_start()] if self.starts and timeline.moments else []
-        return [*(self.at(anchor) for anchor in self.anchors_in(timeline)), *starts]
+            return [Single(self)]
+        starts = [Single(self)] if self.starts and timeline.moments else []
+        return [*(Single(self, anchor) for anchor in self.anchors_in(timeline)), *starts]
 
     def at(self, anchor: Mapping[str, Any]) -> Injection:
         """Return the injection at an anchor."""
@@ -131,6 +131,72 @@ class Candidate:
     def at_start(self) -> Injection:
         """Return the injection from the start of the run."""
         return self.injection.replaced(at=0.0)
+
+
+class Single(NamedTuple):
+    """A candidate at one moment; its injection is made when it is tried, since there are tens of thousands.
+
+    Attributes:
+        candidate: The candidate.
+        anchor: The anchor, in plain values; None for the start of the run.
+    """
+
+    candidate: Candidate
+    anchor: Mapping[str, Any] | None = None
+
+    @property
+    def injection(self) -> Injection:
+        """The injection."""
+        if self.anchor is not None:
+            return self.candidate.at(self.anchor)
+        return self.candidate.at_start() if self.candidate.anchored else self.candidate.injection
+
+    @property
+    def at_start(self) -> bool:
+        """True for a fault that holds from the start of the run."""
+        return self.anchor is None and (self.candidate.anchored or self.candidate.injection.at_start)
+
+
+class Singles:
+    """The single injections of a search: each candidate at each moment of a run.
+
+    Args:
+        candidates: The candidates.
+        moments: The moments of the run.
+        rng: Decides their order.
+
+    Attributes:
+        in_order: First every candidate once, then every candidate at another moment, and so on.
+    """
+
+    def __init__(self, candidates: Sequence[Candidate], moments: Sequence[Moment], rng: random.Random) -> None:
+        self._timeline = Timeline(moments)
+        self._candidates = {candidate.injection.key: candidate for candidate in candidates}
+        ranked: list[tuple[float, float, Single]] = []
+        for candidate in candidates:
+            singles = candidate.singles_in(self._timeline)
+            rng.shuffle(singles)
+            ranked += [(rank / candidate.weight, rng.random(), single) for rank, single in enumerate(singles)]
+        ranked.sort(key=lambda each: each[:2])
+        self.in_order = [single for _, _, single in ranked]
+
+    def __len__(self) -> int:
+        """Return the number of different injections."""
+        as_they_are = (each.injection for each in self._candidates.values() if not each.anchored)
+        return len(self.in_order) - sum(map(self._in_time, as_they_are))
+
+    def __contains__(self, injection: Injection) -> bool:
+        """Return whether an injection is one of them."""
+        candidate = self._candidates.get(injection.key)
+        return (candidate is not None and not candidate.anchored) or self._in_time(injection)
+
+    def _in_time(self, injection: Injection) -> bool:
+        """Return whether an injection is a candidate at one of its moments."""
+        candidate = self._candidates.get(injection.replaced(when=None, at=None).key)
+        if candidate is None or not candidate.anchored:
+            return False
+        singles = candidate.singles_in(self._timeline)
+        return injection in (single.injection for single in singles if single.anchor in (None, injection.anchor))
 
 
 class Candidates:
@@ -207,16 +273,9 @@ class Candidates:
             return False
         return injection.kind not in space.without and injection.subject not in space.spare
 
-    def singles(self, moments: Sequence[Moment], rng: random.Random) -> list[Injection]:
-        """Return each injection at each moment: first everything once, then everything at another moment, and so on."""
-        ranked: list[tuple[float, float, Injection]] = []
-        timeline = Timeline(moments)
-        for candidate in self.entries:
-            injections = candidate.injections_in(timeline)
-            rng.shuffle(injections)
-            ranked += [(rank / candidate.weight, rng.random(), injection) for rank, injection in enumerate(injections)]
-        ranked.sort(key=lambda each: each[:2])
-        return [injection for _, _, injection in ranked]
+    def singles(self, moments: Sequence[Moment], rng: random.Random) -> Singles:
+        """Return each injection at each moment of a run."""
+        return Singles(self.entries, moments, rng)
 
     def note(self, moments: Sequence[Moment]) -> None:
         """Add what can happen to robots that are asked for something new, as in a recovery.

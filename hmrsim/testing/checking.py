@@ -171,7 +171,8 @@ def schedules(
     nominal = run_case(check, Case())
     candidates = Candidates(check.world, check.file.space, nominal.moments, dict(nominal.draws))
     timeline = Timeline(nominal.moments)
-    possible = [injections for candidate in candidates.entries if (injections := candidate.injections_in(timeline))]
+    at_moments = (candidate.singles_in(timeline) for candidate in candidates.entries)
+    possible = [[single.injection for single in singles] for singles in at_moments if singles]
     one = st.sampled_from(possible).flatmap(st.sampled_from)
     most = check.file.space.at_most
     return st.lists(one, max_size=most, unique_by=lambda injection: injection.key).map(tuple)

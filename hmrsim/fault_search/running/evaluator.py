@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
 
 _PIECES: Final = 4
-"""Tasks per worker in a batch: several, so that all workers stay busy until its end."""
+"""Tasks per worker into which the rest of a batch is divided each time."""
 _MAX_PIECE: Final = 16
 """Maximum cases per task."""
 _PIECE_SECONDS: Final = 0.25
@@ -136,12 +136,16 @@ class Evaluator:
                     yield case.key, outcome
 
     def _pieces(self, cases: Sequence[Case]) -> Iterator[Sequence[Case]]:
-        """Yield the cases in pieces that take a fraction of a second, so that stopping early loses little work."""
-        size = min(_MAX_PIECE, -(-len(cases) // (self.workers * _PIECES)))
-        if self._seconds:
-            size = min(size, int(_PIECE_SECONDS / self._seconds))
-        size = max(1, size)
-        return (cases[i : i + size] for i in range(0, len(cases), size))
+        """Yield the cases in pieces that take a fraction of a second, so that stopping early loses little work.
+
+        The last ones are small, so that no worker waits long for another one at the end.
+        """
+        most = max(1, min(_MAX_PIECE, int(_PIECE_SECONDS / self._seconds) if self._seconds else _MAX_PIECE))
+        begun = 0
+        while begun < len(cases):
+            size = min(most, -(-(len(cases) - begun) // (self.workers * _PIECES)))
+            yield cases[begun : begun + size]
+            begun += size
 
 
 def _light(outcome: Outcome) -> Outcome:

@@ -23,7 +23,7 @@ from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_tw
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from hmrsim.fault_search.candidates import Candidates
+    from hmrsim.fault_search.candidates import Candidates, Single
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.running.evaluator import Evaluator
     from hmrsim.fault_search.running.single import Failure, Outcome
@@ -98,11 +98,11 @@ class Search:
         self._rng = random.Random(f"{check.file.seed}/search")
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
-        singles = candidates.singles(nominal.moments, self._rng)
-        self._turns = iter(_one_of_each_kind(singles))
-        self._singles = iter(singles)
-        self._untried = dict.fromkeys(injection.key for injection in singles)
-        self.tried.singles = self.tried.singles_left = len(self._untried)
+        self._single_injections = candidates.singles(nominal.moments, self._rng)
+        self._turns = iter(_one_of_each_kind(self._single_injections.in_order))
+        self._singles = (single.injection for single in self._single_injections.in_order)
+        self._dropped: dict[str, None] = {}
+        self.tried.singles = self.tried.singles_left = len(self._single_injections)
         self._base = Kept((), nominal.moments, nominal.moments, ())
 
     def first(self, cases: Sequence[Case], until: float = math.inf, *, one: bool = False) -> list[Found]:
@@ -194,8 +194,9 @@ class Search:
 
     def _drop(self, injection: Injection) -> None:
         """Remove a single injection from those left to try."""
-        self._untried.pop(injection.key, None)
-        self.tried.singles_left = len(self._untried)
+        if injection in self._single_injections:
+            self._dropped[injection.key] = None
+            self.tried.singles_left = self.tried.singles - len(self._dropped)
 
     def _fresh(self, make: Callable[[], Schedule | None], count: int) -> Iterator[Schedule]:
         """Yield *count* schedules that were not tried; fewer if none is found."""
@@ -236,17 +237,18 @@ class Search:
         return any(injections.issuperset(known) for known in self._known)
 
 
-def _one_of_each_kind(injections: Iterable[Injection]) -> list[Injection]:
+def _one_of_each_kind(singles: Iterable[Single]) -> list[Injection]:
     """Return the first injection of each kind, or one from the start, which may find more.
 
     A controller may look at a door only when it starts, and a robot may begin its work with a low battery.
     """
-    firsts: dict[str, Injection] = {}
-    for injection in injections:
-        known = firsts.setdefault(injection.kind, injection)
-        if injection.at_start and not known.at_start and (injection.kind == _LOW or not injection.spec.get("robot")):
-            firsts[injection.kind] = injection
-    return [*firsts.values()]
+    firsts: dict[str, Single] = {}
+    for single in singles:
+        injection = single.candidate.injection
+        known = firsts.setdefault(injection.kind, single)
+        if single.at_start and not known.at_start and (injection.kind == _LOW or not injection.spec.get("robot")):
+            firsts[injection.kind] = single
+    return [single.injection for single in firsts.values()]
 
 
 _DOWN: Final = 5.0

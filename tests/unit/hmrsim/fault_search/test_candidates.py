@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from hmrsim.fault_search.candidates import Candidate, Candidates, Timeline, expanded
+from hmrsim.fault_search.candidates import Candidates, Timeline, expanded
 from hmrsim.fault_search.kinds import Draw
 from hmrsim.fault_search.model import Space
 from hmrsim.fault_search.schedule import Injection, Moment
@@ -109,11 +109,8 @@ def test_injection_of_a_robot_begins_at_its_moments_and_mid_goal(world):
 def test_each_candidate_has_a_single_before_any_has_two(world):
     """A short search thus tries every candidate, and a longer one every moment."""
     whole = candidates(world)
-    singles = whole.singles(MOMENTS, random.Random(1))
-    first = [
-        Candidate(injection, 1.0).injection.replaced(when=None, at=None).key
-        for injection in singles[: len(whole.entries)]
-    ]
+    singles = whole.singles(MOMENTS, random.Random(1)).in_order
+    first = [single.candidate.injection.key for single in singles[: len(whole.entries)]]
 
     assert len(set(first)) == len(whole.entries)
     assert len(singles) == sum(
@@ -121,9 +118,20 @@ def test_each_candidate_has_a_single_before_any_has_two(world):
     )
 
 
+def test_singles_know_their_injections(world):
+    """An injection that a file gives is one of them if the search would propose it, too."""
+    also = [{"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "at": at} for at in (0.0, 1.0)]
+    singles = candidates(world, only=["slip", "speed"], further=also).singles(MOMENTS, random.Random(1))
+    injections = {single.injection.key: single.injection for single in singles.in_order}
+
+    assert len(singles) == len(injections) < len(singles.in_order)
+    assert all(injection in singles for injection in injections.values())
+    assert Injection({"type": "slip", "robot": "porter", "factor": 0.5, "duration": 5.0, "at": 2.0}) not in singles
+
+
 def test_each_fault_is_tried_from_the_start_once(world):
     """Error codes of goals and a robot out of reach are left out."""
-    singles = candidates(world).singles(MOMENTS, random.Random(1))
+    singles = [single.injection for single in candidates(world).singles(MOMENTS, random.Random(1)).in_order]
     starts = [injection for injection in singles if injection.at_start]
 
     faults = {injection.kind for injection in singles if injection.family == "type"}
