@@ -11,6 +11,9 @@ const BOLD = `600 ${FONT}`;
 const MAX_LANES = 500; // lanes up to which names avoid them
 const NUDGE = 10; // css pixels by which a dock's name may be off center
 const CLOSE = 14; // css pixels per meter from which a name may cover a wall
+const AWAY = [24, 44]; // css pixels to names that a line leads to
+const FEW = 60; // robots up to which names avoid those at rest
+const AGAIN = 1000; // ms after which the robots at rest are looked at again
 
 export class Signs {
   constructor() {
@@ -20,6 +23,9 @@ export class Signs {
     this.left = this.top = 0; // the corner of the layer on the screen
     this.seen = [0, 0]; // the horizontal range of the uncovered part
     this.widths = new Map();
+    this.placed = []; // the names and their boxes on the layer
+    this.resting = ''; // the robots at rest when names were placed
+    this.looked = -Infinity;
     // A dock at a waypoint of the same name needs it once.
     this.named = new Set();
   }
@@ -29,14 +35,15 @@ export class Signs {
     this.room.reset(camera.width, camera.height);
     this.walls.reset(camera.width, camera.height);
     this.lanes.reset(camera.width, camera.height);
+    this.placed.length = 0;
     for (const place of world.places.values()) drawPin(c, frame, place.at);
     if (!layers.names) return;
     const dock = dockSize(frame);
     this.avoid(frame, dock);
     const close = camera.scale * measures.meter;
     this.named.clear();
-    this.kind(c, frame, world.places, colors.place, 9, true, BOLD);
-    this.kind(c, frame, world.docks, colors.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), FONT, true);
+    this.kind(c, frame, world.places, colors.place, 9, true, { font: BOLD, leads: true });
+    this.kind(c, frame, world.docks, colors.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), { row: true, leads: true });
     this.kind(c, frame, world.doors, colors.door, 7, close > (world.doors.size > 20 ? 40 : 22));
     this.kind(c, frame, world.lifts, colors.lift, dock + 5, close > 14);
     this.kind(c, frame, world.waypoints, colors.muted, 7, close > 38);
@@ -57,9 +64,17 @@ export class Signs {
     for (const { at } of world.places.values()) this.spot(camera, at, 0.5);
     for (const { at } of world.docks.values()) this.spot(camera, at, Math.max(1, dock - 6));
     const now = clock.now();
+    this.resting = restingOf(model, now);
     for (const robot of model.robots.values()) {
       if (!robot.movesAt(now)) this.spot(camera, robot.poseAt(now), Math.max(5, measures.body * camera.scale));
     }
+  }
+
+  /** Return whether other robots are at rest than those that the names avoid; looked at once in a while. */
+  stale({ model, clock }, wallMs) {
+    if (wallMs - this.looked < AGAIN) return false;
+    this.looked = wallMs;
+    return restingOf(model, clock.now()) !== this.resting;
   }
 
   spot(camera, [x, y], radius) {
@@ -83,9 +98,9 @@ export class Signs {
   /**
    * Write names below, above or beside their objects, preferably off walls and lanes.
    *
-   * Objects in a *row* have their names close by, or none.
+   * Objects in a *row* have their names close by. If it *leads*, a line leads to a name that has no room close by.
    */
-  kind(c, { camera, measures, colors }, things, color, gap, shown, font = FONT, row = false) {
+  kind(c, { camera, measures, colors }, things, color, gap, shown, { font = FONT, row = false, leads = false } = {}) {
     if (!shown) return;
     c.font = font;
     c.textAlign = 'center';
@@ -111,12 +126,19 @@ export class Signs {
       const [left, right] = this.seen;
       const sight = px >= left && px <= right;
       const near = ([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right);
+      const far = leads ? AWAY.flatMap((away) => [[0, below + away], [0, -below - away], [beside + away, 0], [-beside - away, 0],
+        [beside, below + away], [-beside, below + away], [beside, -below - away], [-beside, -below - away]]) : [];
       const find = (spots, ...rooms) => spots.find((spot) => near(spot) && this.fits(px + spot[0], py + spot[1], width, rooms));
       const spot = find(direct, this.walls, this.lanes) ?? find(direct, this.walls) ??
-        find(apart, this.walls, this.lanes) ?? find(apart, this.walls) ?? (close && !row && find([...direct, ...apart]));
+        find(apart, this.walls, this.lanes) ?? find(apart, this.walls) ?? find(far, this.walls) ??
+        (close && !row && find([...direct, ...apart]));
       if (!spot) continue;
       const [x0, y0] = [px + spot[0], py + spot[1]];
-      this.room.take(x0 - width / 2 - 2, y0 - HEIGHT / 2, width + 4, HEIGHT);
+      const box = [x0 - width / 2 - 2, y0 - HEIGHT / 2, width + 4, HEIGHT];
+      this.room.take(...box);
+      const line = far.includes(spot);
+      this.placed.push({ name, box, line });
+      if (line) lead(c, [px, py], [x0, y0], box, color);
       c.strokeText(name, x0, y0);
       c.fillText(name, x0, y0);
       this.named.add(key);
@@ -135,6 +157,27 @@ export class Signs {
     if (width === undefined) this.widths.set(key, (width = c.measureText(name).width));
     return width;
   }
+}
+
+/** Draw a line from an object to the edge of its name. */
+function lead(c, [px, py], [x, y], [left, top, width, height], color) {
+  c.save();
+  c.beginPath();
+  c.moveTo(px, py);
+  c.lineTo(Math.min(left + width, Math.max(left, px)), y > py ? top : y < py ? top + height : y);
+  stroke(c, faint(color, 0.6), 1);
+  c.restore();
+}
+
+/** Return the robots at rest and their positions; "" if there are too many. */
+function restingOf(model, now) {
+  if (model.robots.size > FEW) return '';
+  const resting = [];
+  for (const robot of model.robots.values()) {
+    const state = robot.stateAt(now);
+    if (state !== 'driving' && state !== 'waiting') resting.push(robot.name, ...robot.poseAt(now).map((each) => each.toFixed(1)));
+  }
+  return resting.join();
 }
 
 /** Return the position of an object's name: of a door in its middle, of a lift at its first stop. */

@@ -103,6 +103,13 @@ export class MapView extends EventTarget {
     return pickAt(this, this._poses, px, py);
   }
 
+  /** @returns {{name: string, box: number[], line: boolean}[]} The names on the map: left, top, width and height in css pixels. */
+  get labels() {
+    const { signs } = this._stillLayer;
+    const still = signs.placed.map(({ name, box: [left, top, ...size], line }) => ({ name, line, box: [left + signs.left, top + signs.top, ...size] }));
+    return [...still, ...this._names.placed.map(({ name, left, top, sprite, to }) => ({ name, line: to !== null, box: [left, top, sprite.width, sprite.height] }))];
+  }
+
   /** Draw all changes since the last call; call this in each animation frame. */
   draw(wallMs = performance.now()) {
     const began = performance.now();
@@ -111,6 +118,7 @@ export class MapView extends EventTarget {
     this.camera.advance(wallMs);
     this._chase(time, wallMs);
     if (wallMs - this._pointed >= RESTING) this._hover(time, wallMs);
+    if (this._stillLayer.signs.stale(this, wallMs)) this._stillDirty = true;
     const moves = time !== this._lastTime && anyRobotMoves(this.model, this._lastTime, time);
     const dirty = this._stillDirty || this._movingDirty || this._cameraMoved;
     if (!dirty && !moves) {
