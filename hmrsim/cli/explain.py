@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 _WIDTH: Final = 100
 
+_HANDLE: Final = "its controller has to handle this error, and send a goal; look at the output of the controller"
+
 _EXAMPLES: Final = """\
 examples:
   hmrsim explain 208
@@ -80,12 +82,14 @@ def _explain_robot(args: argparse.Namespace) -> int:
         raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, robots)}")
     chain = chain_of(args.robot, lambda name: Link(**robots[name]["cause"]))
     stands, remedy = _why_time_stands(time)
+    last = chain.links[-1]
+    failed = _last_error(robots[last.robot]) if last.kind in {"idle", "docked"} else ""
     found = {
         "robot": args.robot,
         "time": stands,
         "links": [link._asdict() for link in chain.links],
-        "last_error": _last_error(robots[chain.links[-1].robot]),
-        "help": remedy or chain.help,
+        "last_error": failed,
+        "help": remedy or (_HANDLE if failed and len(chain.links) == 1 else chain.help),
     }
     show_result(found, _lines_of(found), as_json=args.json)
     return ExitCode.DONE
@@ -97,9 +101,8 @@ def _lines_of(found: dict[str, Any]) -> Iterator[str]:
         yield found["time"]
     for depth, link in enumerate(found["links"]):
         yield f"{'  ' * depth}{link['text']}"
-    last = found["links"][-1]
-    if last["kind"] in ("idle", "docked") and found["last_error"]:
-        failed = f"{last['robot']}'s last goal failed: {found['last_error']}"
+    if found["last_error"]:
+        failed = f"{found['links'][-1]['robot']}'s last goal failed: {found['last_error']}"
         yield from textwrap.wrap(failed, _WIDTH, initial_indent="  ", subsequent_indent="  ")
     yield ""
     yield from textwrap.wrap(f"What would help: {found['help']}", _WIDTH)
@@ -125,7 +128,8 @@ def _why_time_stands(state: dict[str, Any]) -> tuple[str, str]:
         names = ", ".join(state["waiting_for"])
         return f"{stands} lockstep waits for {names}", f"look at {names}: it has not asked for time, or has not joined"
     if state["clock"] == LOCKSTEP and not state["participants"]:
-        return f"{stands} no controller takes part in lockstep", "start the controller"
+        remedy = "start the controller; if it has ended, its output says why"
+        return f"{stands} no controller takes part in lockstep", remedy
     return "", ""
 
 

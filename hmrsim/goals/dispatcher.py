@@ -449,12 +449,19 @@ class Dispatcher:
         self.servers.forget(goal)
         self._ended[goal.server.robot.name].pop(goal, None)
 
-    def stop(self, reason: str, robot: str | None = None, *, cause: str = Cause.ENDED) -> None:
-        """Abort every active goal of one robot or of all, with the reason and the cause."""
+    def stop(
+        self, reason: str, robot: str | None = None, *, cause: str = Cause.ENDED, stuck: Mapping[str, str] | None = None
+    ) -> None:
+        """Abort every active goal of one robot or of all, with the reason and the cause.
+
+        *stuck* says why robots did not go on, by name; it follows the reason.
+        """
         for goal in list(self.servers.active(robot)):
             # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
-            self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, reason, cause)
+            why = stuck.get(goal.server.robot.name) if stuck else None
+            text = f"{reason}; {why}" if why else reason
+            self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, text, cause)
         self.updates.flush(robot)
         # A client of a disconnected robot would wait for its result for ever.
         for name in sorted(self.cut_off) if robot is None else [robot]:

@@ -55,6 +55,9 @@ LIMIT = 3600.0
 
 _SETTINGS = RunSettings()
 
+_NOTED = 10
+"""Robots in the notes of an error."""
+
 _SHOWN = 40
 """Lines of a story in an error."""
 
@@ -185,8 +188,7 @@ class Run:
         robots = self._robots if self._robots is not None else [*self.simulator.robots]
         self.outcome = run_tree(self.client, self._plan, robots, coverage=self.coverage)
         if self._limited and self.now >= LIMIT:
-            repeats = self._what_repeats("settings=RunSettings(duration=...)")
-            raise ControllerGoesOn(f"the tree goes on after {LIMIT:g} simulated seconds; {repeats}")
+            raise self._goes_on("tree", "settings=RunSettings(duration=...)")
         return self.outcome
 
     def play(
@@ -205,7 +207,8 @@ class Run:
 
         Raises:
             TypeError: It is no coroutine function.
-            ControllerGoesOn: It has not returned after an hour of simulated time, and there is no *duration*.
+            ControllerGoesOn: It has not returned after an hour of simulated time, and there is no *duration*. Notes
+                say what the robots do, as the controller may wait for what can't happen.
         """
         if not inspect.iscoroutinefunction(controller):
             name = getattr(controller, "__qualname__", repr(controller))
@@ -219,19 +222,27 @@ class Run:
                 if not limit.expired():
                     raise
             if duration is None:
-                repeats = self._what_repeats("play(..., duration=...)")
-                raise ControllerGoesOn(f"the controller goes on after {LIMIT:g} simulated seconds; {repeats}")
+                raise self._goes_on("controller", "play(..., duration=...)")
             return None
 
         result: T | None = asyncio.run(play_async(self.client, limited))
         return result
 
-    def _what_repeats(self, remedy: str) -> str:
-        """Return the goals that were sent most often, and the remedy if that is intended."""
+    def _goes_on(self, what: str, remedy: str) -> ControllerGoesOn:
+        """Return the error of a controller that has not ended, with the goals that it sent most often.
+
+        Its notes say what the robots do; *remedy* is for a controller that is to go on.
+        """
         sent = Counter((goal.robot, goal.action) for goal in self._record.goals.values())
         goals = listed([f"{action} of {robot} {number} times" for (robot, action), number in sent.most_common(3)])
         told = f"the goals that it sent most often: {goals}" if sent else "it has sent no goal"
-        return f"{told}; if that is intended, give it a duration: {remedy}"
+        error = ControllerGoesOn(
+            f"the {what} goes on after {LIMIT:g} simulated seconds; {told}; if that is intended, give it a duration: "
+            f"{remedy}"
+        )
+        for robot in [*self.simulator.robots.values()][:_NOTED]:
+            error.add_note(self.simulator.roster.admission.causes.link(robot).text)
+        return error
 
     @property
     def now(self) -> float:
@@ -386,6 +397,17 @@ class Run:
                 raise AssertionError(f"{robot} did not visit {place!r}{after}; it visited {there}{self._told()}")
             before = place
 
+    def why(self, robot: str) -> str:
+        """Return why a robot does not go on: the chain of causes, and what would help.
+
+        For a robot that nothing holds up, the text says what it does. `hmrsim explain --robot` prints the same.
+
+        Raises:
+            ValueError: There is no such robot.
+        """
+        robots = self.simulator.robots
+        return str(self.simulator.roster.admission.causes.chain(robots[known_name("robot", robot, robots)]))
+
     def story(self) -> list[str]:
         """Return the events, one line each."""
         return [f"{each.at:9.3f} s  {each.text}" for each in self.happened()]
@@ -397,7 +419,8 @@ class Run:
             known_name("robot", robot, [*dict.fromkeys(known)])
 
     def _told(self) -> str:
-        return "".join(f"\n  {line}" for line in _shortened(self.story()))
+        now = [f"{self.now:9.3f} s  {text}" for text in self.simulator.roster.admission.causes.stuck().values()]
+        return "".join(f"\n  {line}" for line in (*_shortened(self.story()), *now))
 
 
 def _shortened(lines: Iterable[str]) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from hmrsim.diagnostics import listed
@@ -31,8 +32,8 @@ _HELP: Final = {
     "turn": "nothing: robots that set out earlier, or move to make room, go first",
 }
 _NO_GOAL: Final = (
-    "its controller has to send it a goal; it may wait for something that can't happen, such as an answer of its own, "
-    "or ignore how the last goal ended"
+    "its controller has to send it a goal. If it waits for something that can't happen, it ends with an error that "
+    "names the waiting lines when you run it in lockstep: `hmrsim run WORLD --clock lockstep`"
 )
 _OFFLINE: Final = "restore its connection, so that goals reach it: `hmrsim fault list` names the fault"
 
@@ -188,6 +189,14 @@ class Causes:
         """Return the causes for which a vehicle does not go on."""
         vehicles = {each.name: each for each in self._vehicles}
         return chain_of(robot.name, lambda name: self._given_up.get(name) or self.link(vehicles[name]))
+
+    def stuck(self) -> dict[str, str]:
+        """Return why each vehicle that is held up does not go on, by name, unless the cause is a vehicle that moves."""
+        vehicles = {each.name: each for each in self._vehicles}
+        link_of = cache(lambda name: self.link(vehicles[name]))
+        chains = {name: chain_of(name, link_of) for name, each in vehicles.items() if self.is_held_up(each)}
+        passing = ("drives", "turn")
+        return {name: str(chain) for name, chain in chains.items() if chain.links[-1].kind not in passing}
 
     def give_up(self, robot: Vehicle, now: float) -> Chain:
         """Return the causes for which a vehicle gives up; those that give up at the same instant have the same end."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from py_trees.behaviours import Running
 from py_trees.composites import Sequence
 
 from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
+from hmrsim.actions import registry
 from hmrsim.errors import WorldError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
@@ -283,9 +285,36 @@ class TestAsyncioControllers:
         ):
             simulation(WORLD).play(self.wait_for_orders)
 
+    def test_one_that_waits_for_itself(self, simulation):
+        """The error has notes of what the robots do."""
+
+        async def wait_for_itself(client):
+            await client.robot("wall_e").navigate_to("shelf")
+            await asyncio.Event().wait()
+
+        with pytest.raises(ControllerGoesOn) as caught:
+            simulation(WORLD).play(wait_for_itself)
+
+        assert [
+            "wall_e is idle at shelf: it has had no goal since navigate_to_pose SUCCEEDED at 10 s",
+            "eve is idle at ward: it has had no goal yet",
+        ] == caught.value.__notes__
+
     def test_a_blocking_controller(self, simulation):
         with pytest.raises(TypeError, match=r"deliver is no `async def` function; call it .*: deliver\(run.client\)"):
             simulation(WORLD).play(deliver)
+
+
+def test_a_run_tells_why_a_robot_waits(simulation):
+    """So do the errors of its checks."""
+    run = simulation({**WORLD, "traffic": {"policy": "reserve"}})
+    run.client.action_client("wall_e", registry()["navigate_to_pose"]).send_goal({"pose": "ward"})
+    run.client.sleep(30.0)
+
+    assert run.why("wall_e").startswith("wall_e has waited at shelf since 10 s for eve")
+    assert "eve is idle at ward: it has had no goal yet; what would help: " in run.why("wall_e")
+    with pytest.raises(AssertionError, match=r"30\.000 s  wall_e has waited at shelf since 10 s for eve"):
+        run.check_visited("wall_e", "ward")
 
 
 def test_the_traceback_of_an_invalid_world_ends_in_the_test(tmp_path):

@@ -140,3 +140,26 @@ def test_a_long_chain_is_cut_in_messages():
     assert 2001 == len(found.links)
     told = "r0 has waited; r1 has waited; r2 has waited; … 1997 more …; r2000 is idle; what would help: go"
     assert told == str(found)
+
+
+def stopped(*commands, until):
+    """Return the results of the goals of r1 and r2 that the end of a run aborts."""
+    robots = {"r1": {"at": "a"}, "r2": {"at": "c"}}
+    run = simulate({**LINE, "traffic": {"policy": "reserve", "patience": None}, "robots": robots})
+    log = run(*commands, until=until)
+    run.simulator.stop("it is over")
+    run.simulator.run()
+    return log.result(go("r1", 0).goal_id).error_msg
+
+
+def test_a_goal_that_the_end_of_a_run_aborts_tells_why_its_robot_waited():
+    message = stopped((0.0, go("r1", 16)), until=30.0)
+
+    assert message.startswith("it is over; r1 has waited at b since 4 s for r2")
+    assert "r2 is idle at c: it has had no goal yet; what would help:" in message
+
+
+def test_a_robot_that_waits_for_one_that_moves_is_not_stuck():
+    wait = send("r2", "wait", time={"sec": 20})
+
+    assert "it is over" == stopped((0.0, wait), (0.0, go("r1", 12)), (20.0, go("r2", 16)), until=21.0)
