@@ -121,7 +121,7 @@ def _published(world: World, *sinks: Sink) -> Iterator[tuple[Simulator, Publicat
                 names_of(simulator),
                 actions=registry(),
                 services=all_services(),
-                odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+                simulator=simulator,
                 changed=lambda: None,
             )
         )

@@ -46,6 +46,13 @@ class Polygon(Message):
     points: list[Point32] = Field(default_factory=list)
 
 
+class PolygonStamped(Message):
+    """An area with its frame and time."""
+
+    header: Header = Field(default_factory=Header)
+    polygon: Polygon = Field(default_factory=Polygon)
+
+
 class Vector3(Message):
     """A direction or a velocity."""
 

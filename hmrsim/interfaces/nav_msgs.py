@@ -1,11 +1,12 @@
-"""Odometry, paths and lists of goals."""
+"""Odometry, paths, lists of goals and maps."""
 
 from __future__ import annotations
 
 from pydantic import Field
 
-from hmrsim.interfaces.geometry_msgs import PoseStamped, PoseWithCovariance, TwistWithCovariance
-from hmrsim.interfaces.message import Message, String
+from hmrsim.interfaces.builtin_interfaces import Time
+from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped, PoseWithCovariance, TwistWithCovariance
+from hmrsim.interfaces.message import Float32, Int8, Message, String, UInt32
 from hmrsim.interfaces.std_msgs import Header
 
 
@@ -30,3 +31,33 @@ class Goals(Message):
 
     header: Header = Field(default_factory=Header)
     goals: list[PoseStamped] = Field(default_factory=list)
+
+
+class MapMetaData(Message):
+    """The size of a map in cells, the length of a cell, and the pose of the corner of the first one."""
+
+    map_load_time: Time = Field(default_factory=Time)
+    resolution: Float32 = 0.0
+    width: UInt32 = 0
+    height: UInt32 = 0
+    origin: Pose = Field(default_factory=Pose)
+
+
+class OccupancyGrid(Message):
+    """A map, row by row in +x, rows in +y: 0 is a free cell, 100 an occupied one, -1 an unknown one."""
+
+    header: Header = Field(default_factory=Header)
+    info: MapMetaData = Field(default_factory=MapMetaData)
+    data: list[Int8] = Field(default_factory=list)
+
+
+class GetMap:
+    """Read the map."""
+
+    class Request(Message):
+        """An empty request."""
+
+    class Response(Message):
+        """The map."""
+
+        map: OccupancyGrid = Field(default_factory=OccupancyGrid)

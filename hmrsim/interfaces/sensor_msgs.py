@@ -1,4 +1,4 @@
-"""The states of batteries and joints, and images."""
+"""The states of batteries and joints, images, and laser scans."""
 
 from __future__ import annotations
 
@@ -87,3 +87,18 @@ class CompressedImage(Message):
     header: Header = Field(default_factory=Header)
     format: String = ""
     data: list[UInt8] = Field(default_factory=list)
+
+
+class LaserScan(Message):
+    """Distances in a plane, by angle: radians from the frame's x axis, counterclockwise, and lengths."""
+
+    header: Header = Field(default_factory=Header)
+    angle_min: Float32 = 0.0
+    angle_max: Float32 = 0.0
+    angle_increment: Float32 = 0.0
+    time_increment: Float32 = 0.0
+    scan_time: Float32 = 0.0
+    range_min: Float32 = 0.0
+    range_max: Float32 = 0.0
+    ranges: list[Float32] = Field(default_factory=list)
+    intensities: list[Float32] = Field(default_factory=list)

@@ -5,18 +5,25 @@ from __future__ import annotations
 from pydantic import Field
 
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.interfaces.message import Float32, Message, String
+from hmrsim.interfaces.message import Float32, Message
+from hmrsim.interfaces.message import String as Text
 
 
 class Header(Message):
     """The frame and time of a message's data; an empty frame is ``map``."""
 
     stamp: Time = Field(default_factory=Time)
-    frame_id: String = ""
+    frame_id: Text = ""
 
 
 class Empty(Message):
     """A message without any fields."""
+
+
+class String(Message):
+    """A text."""
+
+    data: Text = ""
 
 
 class ColorRGBA(Message):

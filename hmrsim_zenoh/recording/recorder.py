@@ -19,7 +19,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.visualization_msgs import MarkerArray
-from hmrsim_zenoh.recording.markers import WorldMarkers, frames_metadata
+from hmrsim.world.model import World
 from hmrsim_zenoh.recording.writer import (
     EVENT_SCHEMA,
     INFO_SCHEMA,
@@ -31,6 +31,7 @@ from hmrsim_zenoh.recording.writer import (
 from hmrsim_zenoh.ros2.codec.structures import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
+from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
@@ -213,7 +214,7 @@ class Recorder:
         self._go_to(nanoseconds_of(scene["stamp"]))
         self._add_json(WORLD_TOPIC, world_definition_schema, definition)
         self._add_json(INFO, INFO_SCHEMA, info)
-        self._markers.load(definition)
+        self._markers.load(World.model_validate(definition))
         if static := self._markers.frames(self.time.now):
             self._add("/tf_static", TFMessage, static)
         self.scene(scene)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -9,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.lifecycle_msgs import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
+from hmrsim.interfaces.nav_msgs import GetMap
 from hmrsim.interfaces.rcl_interfaces import (
     DescribeParameters,
     GetParameters,
@@ -71,6 +73,9 @@ LOCALIZATION: Final = "amcl"
 WORLD_NODE: Final = Node("/", "hmrsim")
 """The world's node: the clock, transforms and the services of simulation_interfaces."""
 
+MAP_SERVER: Final = Node("/", "map_server")
+"""The node that publishes the map."""
+
 FURTHER_NAMES: Final = MappingProxyType({"back_up": ("backup",)})
 """Further names of an action in Nav2, beside that of its type."""
 
@@ -87,7 +92,7 @@ _NODE_OF: Final = MappingProxyType({action: node for node, actions in NODES.item
 
 def has_lifecycle(node: Node) -> bool:
     """Return whether a node has the services of lifecycle nodes, as Nav2's do."""
-    return node != WORLD_NODE and node.name not in _WITHOUT_LIFECYCLE
+    return bool(node.robot) and node.name not in _WITHOUT_LIFECYCLE
 
 
 def node_of(robot: str, action: str) -> Node:
@@ -155,7 +160,7 @@ class Names:
     def all_nodes(self) -> dict[str, Node]:
         """All nodes by their full names, such as ``/wall_e/amcl``."""
         of_robots = (node for nodes in self.nodes.values() for node in nodes)
-        return {node.full_name: node for node in (WORLD_NODE, *of_robots)}
+        return {node.full_name: node for node in (WORLD_NODE, MAP_SERVER, *of_robots)}
 
     @cached_property
     def lifecycle(self) -> dict[str, Node]:
@@ -238,10 +243,23 @@ LIFECYCLE_SERVICES: Final = MappingProxyType(
 )
 """The further services of lifecycle nodes, as Nav2's are."""
 
-NODE_SERVICES: Final = MappingProxyType({**PARAMETER_SERVICES, **LIFECYCLE_SERVICES})
+OWN_SERVICES: Final[Mapping[str, Mapping[str, NodeService]]] = MappingProxyType(
+    {MAP_SERVER.name: {"map": _service("nav_msgs", GetMap)}}
+)
+"""The services that only nodes with a name have."""
+
+NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType(
+    {**PARAMETER_SERVICES, **LIFECYCLE_SERVICES, **ChainMap(*(dict(own) for own in OWN_SERVICES.values()))}
+)
+"""All services of nodes, by the last part of their names."""
+
+
+def all_services_of(node: Node) -> dict[str, NodeService]:
+    """Return the services of a node."""
+    of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
+    return {**PARAMETER_SERVICES, **of_lifecycle, **OWN_SERVICES.get(node.name, {})}
 
 
 def services_of(node: Node) -> dict[str, NodeService]:
     """Return the services of a node, except for `LIFECYCLE_SERVICE`, which is declared with its topics."""
-    of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
-    return {name: service for name, service in (PARAMETER_SERVICES | of_lifecycle).items() if name != LIFECYCLE_SERVICE}
+    return {name: service for name, service in all_services_of(node).items() if name != LIFECYCLE_SERVICE}

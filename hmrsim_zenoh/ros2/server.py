@@ -25,6 +25,7 @@ from hmrsim_zenoh.ros2.publishing.publications import Publications
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
 from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply, SendGoalHandler
 from hmrsim_zenoh.ros2.requests.requests import PendingResults, RejectionLog, Requests
+from hmrsim_zenoh.ros2.requests.subscriptions import FromTopic, Subscriptions
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ class Ros2Server:
             names,
             actions=actions,
             services=services,
-            odom=lambda robot: simulator.readings.odom(simulator.robots[robot]),
+            simulator=simulator,
             changed=self._interest_changed,
         )
         self._peers: Peers | None = None
@@ -130,6 +131,15 @@ class Ros2Server:
                 rejections=rejections,
                 came=self._publications.ask,
                 gone=self._gone,
+            )
+            # Referenced, as Zenoh undeclares what is not.
+            self._subscriptions = Subscriptions(
+                session,
+                wire,
+                serves=lambda name: bool(self._publications.served(name)),
+                put=inbox.put,
+                log=lambda topic, text: rejections.warn(f"ROS 2: {topic}: {text}"),
+                max_payload=max_payload,
             )
         self._requests = Requests(
             wire,
@@ -168,6 +178,8 @@ class Ros2Server:
             self._publications.emit(output)
         elif isinstance(output.reply_to, PendingRosReply) and output.reply_to.wire is self._wire:
             self._answer(output.reply_to, output.answer)
+        elif isinstance(output.reply_to, FromTopic) and self._peers is not None:
+            output.reply_to.answer(output.answer)
 
     def close(self) -> None:
         """Stop declaring, before the session is closed; later requests are refused."""

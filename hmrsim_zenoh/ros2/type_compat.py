@@ -5,30 +5,19 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.protocol.goal import WORLD
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.types import DISTROS
 from hmrsim_zenoh.ros2.keys import NO_HASH, Node
-from hmrsim_zenoh.ros2.names import LOCALIZATION, WORLD_NODE
-from hmrsim_zenoh.ros2.publishing.endpoints import (
-    AMCL_POSE,
-    BATTERY_STATE,
-    CLOCK,
-    DETECTIONS,
-    ODOM,
-    TF,
-    Endpoints,
-    Part,
-)
+from hmrsim_zenoh.ros2.names import LOCALIZATION, MAP_SERVER, WORLD_NODE
+from hmrsim_zenoh.ros2.publishing.endpoints import TOPICS, Endpoints, Part
 from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import TypeHash
-
-_TOPICS: Final = (CLOCK, TF, ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)
 
 
 class Difference(NamedTuple):
@@ -107,7 +96,7 @@ def _all_of(distro: str) -> set[TypeHash]:
     """Return all types that a simulator may serve in a distribution."""
     actions, services = all_actions(), all_services()
     named = tuple((f"/{name}", name) for name in actions)
-    nodes = WORLD_NODE, Node("/", LOCALIZATION)
-    everything = Part(WORLD, named, _TOPICS, (("/get_state", WORLD_NODE),), served=nodes)
+    nodes = WORLD_NODE, MAP_SERVER, Node("/", LOCALIZATION)
+    everything = Part(WORLD, named, tuple(TOPICS), (("/get_state", WORLD_NODE),), served=nodes)
     owned = Endpoints(RmwZenoh(distros=(distro,)), actions, services).of(everything)
     return {(endpoint.type, endpoint.hash) for _, endpoint in owned}

@@ -34,6 +34,10 @@ _ROS_TOKENS: Final = ("NN", "MP", "MS", "SC")
 """The kinds of tokens that ROS nodes declare: all except servers, which would pose as the simulator's."""
 _ROS_LOGS: Final = ("rosout", "parameter_events")
 """The topics on which each ROS node publishes."""
+_ROS_GOALS: Final = ("goal_pose",)
+"""The topics of a robot by which ROS nodes drive it."""
+_ROS_PLACING: Final = ("initialpose",)
+"""The topics by which they move it as a service of the world does."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,16 @@ class Rights:
         if member.role == "operator":
             everything = (self._key("**"), self._ros("**"))
             yield Rule("operators command everything", ("query",), "ingress", everything)
+            topics = [self._ros(f"*/{topic}/*/*") for topic in (*_ROS_GOALS, *_ROS_PLACING)]
+            yield Rule("operators publish goals and poses", ("put",), "ingress", tuple(topics))
             yield from self._trees("operators", ("*",))
             yield from self._planning()
             return
         robots = member.robots or ("*",)
         who = f"{member.name} drives {', '.join(member.robots) or 'all robots'}"
         yield Rule(who, ("query",), "ingress", tuple(key for robot in robots for key in self._commands(robot)))
+        topics = [self._ros(f"{robot}/{topic}/*/*") for robot in robots for topic in _ROS_GOALS]
+        yield Rule(f"{who} by topics", ("put",), "ingress", tuple(topics))
         advance = self._key(f"{WORLD}/time/advance/{member.name}")
         yield Rule(f"{member.name} advances time", ("query",), "ingress", (advance,))
         yield from self._trees(member.name, robots)

@@ -167,6 +167,9 @@ class _Code(Code):
     def _block(self, code: str, items: str) -> None:
         size = size_of(code)
         block = f"bytes({items})" if code == "B" else f"pack(f'<{{len({items})}}{code}', *{items})"
+        if code == "b":
+            # A map has millions of cells.
+            block = f"{items} if type({items}) is bytes else {block}"
         self.lines += [
             f"if len({items}):",
             f"    pad = {HEADER} - pos & {size - 1}",

@@ -8,12 +8,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
-from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
-from hmrsim.interfaces.nav_msgs import Odometry
+from hmrsim.interfaces.geometry_msgs import PolygonStamped, PoseStamped, PoseWithCovarianceStamped
+from hmrsim.interfaces.nav_msgs import OccupancyGrid, Odometry, Path
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
+from hmrsim.interfaces.std_msgs import String
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.vision_msgs import Detection3DArray
+from hmrsim.interfaces.visualization_msgs import MarkerArray
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, TF_QOS, Endpoint, Kind, Node
@@ -21,6 +23,7 @@ from hmrsim_zenoh.ros2.names import (
     LIFECYCLE_SERVICE,
     LIFECYCLE_SERVICES,
     LOCALIZATION,
+    MAP_SERVER,
     NODE_SERVICES,
     OTHER_NODE,
     WORLD_NODE,
@@ -44,18 +47,51 @@ if TYPE_CHECKING:
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
 CLOCK, TF = "clock", "tf"
+MAP_TOPIC, TF_STATIC, MARKERS, THINGS = "map", "tf_static", "world/markers", "world/things"
+PLAN, ROBOT_DESCRIPTION, FOOTPRINT = "plan", "robot_description", "local_costmap/published_footprint"
+INITIAL_POSE, GOAL_POSE = "initialpose", "goal_pose"
 
-_MESSAGES: Final[Mapping[str, type[Message]]] = MappingProxyType(
+
+class TopicKind(NamedTuple):
+    """A topic that each robot has, or that the world has.
+
+    Attributes:
+        message: The type of its messages.
+        node: The node of the robot that publishes or reads it.
+        qos: The quality of service as tokens spell it.
+        kind: Whether the simulator publishes or reads it.
+    """
+
+    message: type[Message]
+    node: str = OTHER_NODE
+    qos: str = DEFAULT_QOS
+    kind: Kind = Kind.PUBLISHER
+
+
+TOPICS: Final[Mapping[str, TopicKind]] = MappingProxyType(
     {
-        ODOM: Odometry,
-        BATTERY_STATE: BatteryState,
-        DETECTIONS: Detection3DArray,
-        AMCL_POSE: PoseWithCovarianceStamped,
-        CLOCK: Clock,
-        TF: TFMessage,
+        ODOM: TopicKind(Odometry),
+        BATTERY_STATE: TopicKind(BatteryState),
+        DETECTIONS: TopicKind(Detection3DArray),
+        AMCL_POSE: TopicKind(PoseWithCovarianceStamped, LOCALIZATION, LATCHED_QOS),
+        CLOCK: TopicKind(Clock),
+        TF: TopicKind(TFMessage, qos=TF_QOS),
+        MAP_TOPIC: TopicKind(OccupancyGrid, qos=LATCHED_QOS),
+        TF_STATIC: TopicKind(TFMessage, qos=LATCHED_QOS),
+        MARKERS: TopicKind(MarkerArray, qos=LATCHED_QOS),
+        THINGS: TopicKind(MarkerArray, qos=LATCHED_QOS),
+        ROBOT_DESCRIPTION: TopicKind(String, qos=LATCHED_QOS),
+        PLAN: TopicKind(Path),
+        FOOTPRINT: TopicKind(PolygonStamped),
+        INITIAL_POSE: TopicKind(PoseWithCovarianceStamped, LOCALIZATION, kind=Kind.SUBSCRIBER),
+        GOAL_POSE: TopicKind(PoseStamped, kind=Kind.SUBSCRIBER),
     }
 )
-_QOS: Final = MappingProxyType({AMCL_POSE: LATCHED_QOS, TF: TF_QOS})
+"""The topics by their names below the robot's; the messages are the same in all distributions."""
+
+_OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS)
+_FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, INITIAL_POSE)
+"""The topics of a robot that are for RViz and Foxglove, declared after its actions."""
 
 _KEPT: Final = 64
 """The number of parts whose types are cached."""
@@ -146,17 +182,15 @@ class Endpoints:
         return endpoints + len(part.nodes) + sum(len(services_of(node)) for node in part.served)
 
     def topic(self, robot: str, topic: str) -> Endpoint:
-        """Return the publisher of a topic."""
+        """Return the publisher or the subscriber of a topic."""
         return self._topic(robot, topic).endpoint
 
     def _topic(self, robot: str, topic: str) -> Owned:
-        type_ = self.message_type(topic)
-        endpoint = Endpoint(
-            Kind.PUBLISHER, topic_name(robot, topic), type_.dds_name, type_.hash, _QOS.get(topic, DEFAULT_QOS)
-        )
+        type_, (_, node, qos, kind) = self.message_type(topic), TOPICS[topic]
+        endpoint = Endpoint(kind, topic_name(robot, topic), type_.dds_name, type_.hash, qos)
         if robot == WORLD:
-            return Owned(WORLD_NODE, endpoint)
-        return Owned(Node(f"/{robot}", LOCALIZATION if topic == AMCL_POSE else OTHER_NODE), endpoint)
+            return Owned(MAP_SERVER if topic == MAP_TOPIC else WORLD_NODE, endpoint)
+        return Owned(Node(f"/{robot}", node), endpoint)
 
     def _service(self, node: Node, name: str, ros_type: str, request: type, response: type) -> Iterator[Owned]:
         types = (service_type(ros_type, request, response, distro) for distro in self._wire.distros)
@@ -177,7 +211,7 @@ class Endpoints:
         return self._distinct(one.feedback for one in self._action_types(action))
 
     def _find_message_type(self, topic: str) -> MessageType:
-        return message_type(_MESSAGES[topic], self._wire.distros[0])
+        return message_type(TOPICS[topic].message, self._wire.distros[0])
 
     def _find_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
         types = self._action_types(action)
@@ -239,7 +273,7 @@ class Parts:
         if is_action:
             return self._of_actions.get(self._names.actions.get(action, ("", "")))
         node, _, verb = name.rpartition("/")
-        part = self._others.get(node if verb in NODE_SERVICES and verb != LIFECYCLE_SERVICE else name)
+        part = self._others.get(name) or (self._others.get(node) if verb in NODE_SERVICES else None)
         return part or (self.all[0] if name.count("/") == 1 else None)
 
     @cached_property
@@ -261,14 +295,15 @@ class _RobotParts(NamedTuple):
     nodes: Part
     topics: Part
     others: Mapping[str, Part]
+    views: Part
     services: tuple[Part, ...]
 
 
 def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     """Return all parts in the order to declare them; none of robots to which the connection is lost.
 
-    First the world and `FIRST` of all robots, then their nodes, then topics and states, then each other action, and
-    the services of nodes last.
+    First the world and `FIRST` of all robots, then their nodes, then topics and states, then each other action,
+    then topics for viewers, and the services of nodes last.
     """
     aliases: dict[str, dict[str, str]] = {}
     for alias, target in names.aliases.items():
@@ -284,11 +319,12 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     world = tuple(named for of_action in of_world.values() for named in of_action)
     others = dict.fromkeys(action for one in robots for action in one.others)
     return [
-        [Part(WORLD, world, (CLOCK, TF), served=(WORLD_NODE,))],
+        [Part(WORLD, world, _OF_WORLD, served=(WORLD_NODE, MAP_SERVER))],
         [one.first for one in robots],
         [one.nodes for one in robots],
         [one.topics for one in robots],
         *([one.others[action] for one in robots if action in one.others] for action in others),
+        [one.views for one in robots],
         [part for one in robots for part in one.services],
     ]
 
@@ -305,6 +341,7 @@ def _parts_of(
         Part(robot, nodes=nodes),
         Part(robot, (), topics, tuple(lifecycle_of(robot, actions).items())),
         {action: Part(robot, tuple(named)) for action, named in called.items()},
+        Part(robot, topics=(*_FOR_VIEWERS, *((GOAL_POSE,) if FIRST in actions else ()))),
         tuple(Part(robot, served=(node,)) for node in nodes),
     )
 

@@ -13,10 +13,10 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.protocol.goal import WORLD
-from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Sampled, StatusChanged
+from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.codec.layout import CdrError
-from hmrsim_zenoh.ros2.publishing import goal_topics
+from hmrsim_zenoh.ros2.publishing import goal_topics, view_topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
@@ -30,6 +30,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers
+from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
 from hmrsim_zenoh.server.interest import SubscriberWatch
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService
+    from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.publishing.publishers import Publisher
@@ -141,8 +143,8 @@ class Publications:
 
     Args:
         session: The session to publish on, which the caller closes.
-        odom: Returns a robot's odometry.
-        changed: Called in another thread when a kind of topic gets its first subscriber or loses its last.
+        simulator: The simulation to read; its robots must be those of `follow`.
+        changed: Called in another thread when the subscribers of topics may have changed.
     """
 
     def __init__(
@@ -153,22 +155,23 @@ class Publications:
         *,
         actions: Mapping[str, AnyAction],
         services: Mapping[str, AnyService],
-        odom: Callable[[str], Sampled],
+        simulator: Simulator,
         changed: Callable[[], None],
     ) -> None:
         self._names = names
         self._lost: frozenset[str] = frozenset()
         self._new: set[str] = set()
         self._actions = actions
-        self._odom = odom
+        self._simulator = simulator
         self._has_tokens = wire.has_types
         self._endpoints = Endpoints(wire, actions, services)
         self._publishers = Publishers(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
-        patterns = goal_topics.patterns(wire) | topic_patterns(wire)
+        patterns = goal_topics.patterns(wire) | topic_patterns(wire) | view_topics.patterns(wire)
         self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
         self._topics = Topics(self._endpoints, self._publishers, self._interest)
+        self._views = ViewTopics(simulator, self._endpoints, self._publishers, self._interest, changed)
         # Referenced here, as latched publishers have to keep their message until they are declared.
         self._poses: dict[str, Publisher] = {}
         self._poses_wanted = False
@@ -177,7 +180,8 @@ class Publications:
             GoalChanged: self._emit_change,
             StatusChanged: self._goals.emit_status,
             FeedbackSent: lambda event: self._goals.emit_feedback(event, self._names),
-            Sampled: self._topics.emit,
+            Sampled: self._emit_sample,
+            EventStamped: self._views.event,
         }
 
     def start(self) -> None:
@@ -201,6 +205,7 @@ class Publications:
             Whether anything has changed.
         """
         gone = frozenset(lost)
+        self._views.follow()
         if names == self._names and gone == self._lost:
             return False
         before, self._names, self._lost = self._names, names, gone
@@ -231,10 +236,11 @@ class Publications:
         return part is not None and part.robot in self._new
 
     def ask(self, name: str) -> None:
-        """Declare the endpoints with a name, if they are not declared yet; from any thread."""
+        """Declare the endpoints with a name, which a client or subscriber looks for; from any thread."""
         part = self._parts.of(name)
         if part is not None:
             self._declarations.ask(part)
+            self._views.ask(part, name)
 
     def look(self) -> int:
         """Check for new subscribers; return how often anything has changed."""
@@ -248,7 +254,8 @@ class Publications:
         """Return whether a topic has to be sampled for a subscriber; statuses always are needed."""
         if topic is Topic.ODOM:
             self._publish_poses()
-        return self._goals.wants(topic) or self._topics.wants(topic)
+            self._views.look()
+        return self._goals.wants(topic) or self._topics.wants(topic) or self._views.wants(topic)
 
     def emit(self, output: Output) -> None:
         """Publish an event that has a ROS topic."""
@@ -258,6 +265,13 @@ class Publications:
                 emit(output)
             except CdrError as error:
                 _log.warning("not published in ROS: %s", error)
+
+    def _emit_sample(self, sample: Sampled) -> None:
+        self._topics.emit(sample)
+        if sample.topic is Topic.CLOCK:
+            self._views.tick()
+        elif sample.topic is Topic.ODOM:
+            self._views.follow_motion(sample.robot)
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:
@@ -273,4 +287,5 @@ class Publications:
                 self._publish_pose(robot)
 
     def _publish_pose(self, robot: str) -> None:
-        self._topics.publish_pose(self._odom(robot))
+        simulator = self._simulator
+        self._topics.publish_pose(simulator.readings.odom(simulator.roster.robots[robot]))

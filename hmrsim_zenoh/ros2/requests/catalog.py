@@ -8,8 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
-from hmrsim_zenoh.ros2.names import NODE_SERVICES, PARAMETER_SERVICES, has_lifecycle, node_of, ros_services
-from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services
+from hmrsim_zenoh.ros2.names import NODE_SERVICES, all_services_of, node_of, ros_services
+from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, view_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
@@ -33,7 +33,7 @@ _ACTION: Final = "/_action/"
 _ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | GetResultHandler]]] = MappingProxyType(
     {"send_goal": SendGoalHandler, "cancel_goal": CancelGoalHandler, "get_result": GetResultHandler}
 )
-_RESPONSES: Final = {**parameter_services.RESPONSES, **lifecycle_services.RESPONSES}
+_RESPONSES: Final = {**parameter_services.RESPONSES, **lifecycle_services.RESPONSES, **view_services.RESPONSES}
 _MAX_LOST: Final = 10_000
 """The largest number of lost names of each kind; the oldest are forgotten."""
 
@@ -104,12 +104,13 @@ class Catalog:
     def _of_node(self, name: str, node_name: str, verb: str) -> Handler | None:
         nodes = self._names.all_nodes
         node = nodes.get(node_name) or self._lost_nodes.get(node_name)
-        if node is None or not (verb in PARAMETER_SERVICES or has_lifecycle(node)):
+        service = all_services_of(node).get(verb) if node else None
+        if node is None or service is None:
             return None
-        layouts = Layouts(tuple(NODE_SERVICES[verb].in_distro(distro) for distro in self._distros))
+        layouts = Layouts(tuple(service.in_distro(distro) for distro in self._distros))
         lost = node_name not in nodes
         if verb in _RESPONSES:
-            response, respond = NODE_SERVICES[verb].response, _RESPONSES[verb]
+            response, respond = service.response, _RESPONSES[verb]
             return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=lost)
         actions = (action for action in self._names.serves.get(node.robot, ()) if node_of(node.robot, action) == node)
         return lifecycle_services.ChangeStateHandler(name, layouts, node, self._simulator, tuple(actions), lost=lost)

@@ -260,7 +260,7 @@ class NodeHandler(Handler):
     node: Node
     simulator: Simulator
     response: type[Message]
-    respond: Callable[[Simulator, Node, Mapping[str, Any]], Message]
+    respond: Callable[[Simulator, Node, Mapping[str, Any]], Message | Mapping[str, Any]]
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Answer at once; there are no commands."""
@@ -270,7 +270,7 @@ class NodeHandler(Handler):
             reply_to.answer(self.respond(self.simulator, self.node, request))
         return []
 
-    def answer(self, answer: Message) -> Message:
+    def answer(self, answer: Message | Mapping[str, Any]) -> Message | Mapping[str, Any]:
         """Return the response."""
         return answer
 

@@ -21,7 +21,7 @@ from hmrsim.interfaces.rcl_interfaces import (
     SetParametersAtomically,
     SetParametersResult,
 )
-from hmrsim_zenoh.ros2.names import FURTHER_NAMES, NODES, OTHER_NODE
+from hmrsim_zenoh.ros2.names import FURTHER_NAMES, MAP_SERVER, NODES, OTHER_NODE
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -68,7 +68,10 @@ def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
     """Return the parameters of a node by name, in order of name."""
     parameters = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
     robot = simulator.robots.get(node.robot)
-    if robot is None:
+    if node == MAP_SERVER:
+        parameters["frame_id"] = NodeParameter("map", "The frame of the map.")
+        parameters["topic_name"] = NodeParameter("map", "The topic of the map.")
+    elif robot is None:
         parameters["world"] = NodeParameter(simulator.world.name, "The name of the world.")
         parameters["seed"] = NodeParameter(simulator.seed, "The seed of the run.")
     else:

@@ -77,7 +77,7 @@ class Stage:
             names_of(self.simulator),
             actions=actions(),
             services=services(),
-            odom=self.odom,
+            simulator=self.simulator,
             changed=self.changed.release,
         )
         self._tokens: queue.Queue[zenoh.Sample] = queue.Queue()

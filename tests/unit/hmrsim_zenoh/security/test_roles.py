@@ -102,6 +102,18 @@ def test_a_controller_publishes_the_trees_of_its_own_robots():
     assert [True, False] == may
 
 
+def test_ros_nodes_publish_goals_of_their_own_robots_and_operators_move_all():
+    def may(name):
+        topics = ("eve/goal_pose", "m_o/goal_pose", "eve/initialpose")
+        keys = (f"0/{topic}/geometry_msgs::msg::dds_::PoseStamped_/{HASH}" for topic in topics)
+        return [POLICY.decide(name, "put", "ingress", key).allowed for key in keys]
+
+    assert [False, False, False] == may("viewer")
+    assert [True, False, False] == may("nurses")
+    assert [True, True, False] == may("fleet")
+    assert [True, True, True] == may("operator")
+
+
 def test_a_policy_is_the_same_after_it_was_written():
     """Zenoh's form contains the whole policy, so that explanations match the enforcement."""
     again = AccessControl.from_json(POLICY.to_json())

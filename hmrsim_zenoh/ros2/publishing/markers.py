@@ -60,7 +60,7 @@ class MarkerBuilder:
 
     def upside_down(self, outer: str, inner: str) -> dict[str, Any]:
         """Return a TFMessage in which the inner frame is upside down in the outer one."""
-        transform = {"translation": _xyz(), "rotation": _HALF_ROUND}
+        transform = {"translation": xyz(), "rotation": _HALF_ROUND}
         header = {"stamp": self._stamp, "frame_id": outer}
         return {"transforms": [{"header": header, "child_frame_id": inner, "transform": transform}]}
 
@@ -84,14 +84,14 @@ class MarkerBuilder:
             ns,
             type=kind,
             pose=self._pose(at, z),
-            scale=_xyz(size, width, tall),
+            scale=xyz(size, width, tall),
             color=color(paint) if isinstance(paint, str) else paint,
             frame_locked=frame != MAP,
         )
 
     def text(self, ns: str, text: str, at: Point, *, z: float = 0.4, frame: str = MAP) -> None:
         """Add a label above a point."""
-        scale = _xyz(z=_TEXT_HEIGHT * self.unit)
+        scale = xyz(z=_TEXT_HEIGHT * self.unit)
         looks = {"scale": scale, "color": color("muted"), "text": text, "frame_locked": frame != MAP}
         self._add(frame, ns, type=Marker.TEXT_VIEW_FACING, pose=self._pose(at, z), **looks)
 
@@ -99,13 +99,13 @@ class MarkerBuilder:
         self, ns: str, ways: Iterable[Sequence[Point]], width: float, paint: str, *, z: float = 0.0, alpha: float = 1.0
     ) -> None:
         """Add polylines as one marker; none if there are no points."""
-        points = [_xyz(*end) for way in ways for piece in pairwise(way) for end in piece]
+        points = [xyz(*end) for way in ways for piece in pairwise(way) for end in piece]
         if points:
-            looks = {"scale": _xyz(width * self.unit), "color": {**color(paint), "a": alpha}, "points": points}
+            looks = {"scale": xyz(width * self.unit), "color": {**color(paint), "a": alpha}, "points": points}
             self._add(MAP, ns, type=Marker.LINE_LIST, pose=self._pose((0.0, 0.0), z), **looks)
 
     def _pose(self, at: Point, z: float) -> dict[str, Any]:
-        return {"position": _xyz(at[0], at[1], z * self.unit * self._up), "orientation": _FLAT}
+        return {"position": xyz(at[0], at[1], z * self.unit * self._up), "orientation": _FLAT}
 
     def _add(self, frame: str, ns: str, **values: Any) -> None:
         self._markers.append(self._marker(frame, ns, id=len(self._markers), **values))
@@ -142,7 +142,8 @@ def _rgba(text: str) -> dict[str, float]:
     return {"r": red, "g": green, "b": blue, "a": 1.0}
 
 
-def _xyz(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> dict[str, float]:
+def xyz(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> dict[str, float]:
+    """Return the values of a Point or a Vector3."""
     return {"x": x, "y": y, "z": z}
 
 
@@ -172,9 +173,9 @@ class WorldMarkers:
         self._doors: dict[str, str] = {}
         self._closed: dict[tuple[str, str], str] = {}
 
-    def load(self, definition: Mapping[str, Any]) -> None:
-        """Replace the world by that of a definition."""
-        self._world = World.model_validate(definition)
+    def load(self, world: World) -> None:
+        """Replace the world."""
+        self._world = world
 
     def follow(self, scene: Mapping[str, Any]) -> None:
         """Replace the state by a scene."""

@@ -1,0 +1,213 @@
+"""The topics for RViz and Foxglove: maps, markers, models, plans and footprints.
+
+Each is computed only while it has a subscriber.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from hmrsim.engine.sim_time import stamp
+from hmrsim.events.robots import RouteTaken
+from hmrsim.events.simulation import Deleted, SimulationReset, Spawned, Teleported, WorldLoaded
+from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.snapshot import scene
+from hmrsim_zenoh.ros2.publishing import views
+from hmrsim_zenoh.ros2.publishing.endpoints import (
+    FOOTPRINT,
+    MAP_TOPIC,
+    MARKERS,
+    PLAN,
+    ROBOT_DESCRIPTION,
+    TF_STATIC,
+    THINGS,
+)
+from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.outputs import EventStamped
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
+    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Part
+    from hmrsim_zenoh.ros2.publishing.publishers import Publisher, Publishers
+    from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.interest import SubscriberWatch
+
+_LATCHED: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, MARKERS, THINGS)
+_REPLACES_THINGS: Final = (Spawned, Deleted, Teleported, SimulationReset, WorldLoaded)
+"""The events after which items and doors are read anew."""
+
+_PLAN_SECONDS: Final = 1.0
+"""Simulated seconds between two messages of an unchanged plan, as Nav2's default tree plans once per second."""
+
+
+def patterns(wire: Wire) -> dict[str, str]:
+    """Return the keys on which each kind of topic is published."""
+    of_robots = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT)
+    of_world = (MAP_TOPIC, TF_STATIC, MARKERS, THINGS)
+    return {f"/*/{topic}": wire.key(f"/*/{topic}") for topic in of_robots} | {
+        f"/{topic}": wire.key(f"/{topic}") for topic in of_world
+    }
+
+
+_PLAN, _FOOTPRINT, _THINGS = f"/*/{PLAN}", f"/*/{FOOTPRINT}", f"/{THINGS}"
+
+
+class ViewTopics:
+    """Publishes what viewers show, if they subscribe to it.
+
+    Latched topics are published for each new subscriber's token, and again when the world or its robots change.
+
+    Args:
+        changed: Called in another thread when a latched topic gets a subscriber; `look` has to be called then.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        endpoints: Endpoints,
+        publishers: Publishers,
+        interest: SubscriberWatch[str],
+        changed: Callable[[], None],
+    ) -> None:
+        self._simulator = simulator
+        self._endpoints = endpoints
+        self._publishers = publishers
+        self._interest = interest
+        self._changed = changed
+        # Latched publishers have to be referenced until they are declared.
+        self._known: dict[tuple[str, str], Publisher] = {}
+        self._asked: deque[tuple[str, str]] = deque()
+        self._shown: dict[tuple[str, str], None] = {}
+        self._map: tuple[World, bytes] | None = None
+        self._markers = WorldMarkers()
+        self._things_changed = self._things_replaced = False
+        self._planned = 0.0
+        self._planning: set[str] = set()
+        self._plans_shown = False
+        self._make: Mapping[str, Callable[[str], Mapping[str, Any]]] = {
+            TF_STATIC: partial(views.static_transforms, simulator),
+            ROBOT_DESCRIPTION: partial(views.urdf, simulator),
+            MARKERS: self._static_markers,
+            THINGS: self._things,
+        }
+
+    def ask(self, part: Part, name: str) -> None:
+        """Publish a topic, if it is a latched one of this part, for a new subscriber; from any thread."""
+        topic = name[1:] if part.robot == WORLD else name[len(part.robot) + 2 :]
+        if topic in _LATCHED:
+            self._asked.append((part.robot, topic))
+            self._changed()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is needed for a subscriber; the clock shows when to publish the changes of a while."""
+        interest = self._interest
+        return (
+            (topic is Topic.ODOM and interest[_FOOTPRINT])
+            or (topic is Topic.MOTION and interest[_PLAN])
+            or (topic is Topic.EVENTS and interest[_THINGS])
+            or (topic is Topic.CLOCK and (interest[_THINGS] or interest[_PLAN]))
+        )
+
+    def look(self) -> None:
+        """Publish the topics that have new subscribers."""
+        while self._asked:
+            self._shown[self._asked[0]] = None
+            self._publish_latched(*self._asked.popleft())
+        before, self._plans_shown = self._plans_shown, self._interest[_PLAN]
+        if self._plans_shown and not before:
+            self._plan_all()
+
+    def follow(self) -> None:
+        """Publish the topics again that have subscribers, after robots came or went or the world was replaced."""
+        robots = self._simulator.roster.robots
+
+        def shows(robot: str, topic: str) -> bool:
+            return self._interest[f"/{topic}" if robot == WORLD else f"/*/{topic}"]
+
+        self._known = {key: one for key, one in self._known.items() if key[0] in robots or key[0] == WORLD}
+        self._planning &= robots.keys()
+        self._shown = {key: None for key in self._shown if (key[0] in robots or key[0] == WORLD) and shows(*key)}
+        for key in self._shown:
+            self._publish_latched(*key)
+
+    def _publish_latched(self, robot: str, topic: str) -> None:
+        if robot != WORLD and robot not in self._simulator.roster.robots:
+            return
+        if topic == MAP_TOPIC:
+            self._publisher(robot, topic).publish(self._encoded_map())
+        else:
+            self._publish(robot, topic, self._make[topic](robot))
+
+    def _encoded_map(self) -> bytes:
+        """Return the map, which is the same until another world is loaded."""
+        world = self._simulator.world
+        if self._map is None or self._map[0] is not world:
+            values = views.occupancy_grid(self._simulator)
+            self._map = world, self._endpoints.message_type(MAP_TOPIC).encode(values)
+        return self._map[1]
+
+    def follow_motion(self, robot: str) -> None:
+        """Publish what depends on the pose of a robot, which was sampled now."""
+        if self._interest[_FOOTPRINT] and self._publisher(robot, FOOTPRINT):
+            self._publish(robot, FOOTPRINT, views.footprint(self._simulator.roster.robots[robot]))
+
+    def event(self, output: EventStamped) -> None:
+        """Apply an event of the world."""
+        event = output.event
+        if isinstance(event, RouteTaken):
+            if self._interest[_PLAN]:
+                self._plan(event.robot)
+        elif self._interest[_THINGS]:
+            self._things_replaced |= isinstance(event, _REPLACES_THINGS)
+            self._things_changed |= self._things_replaced or self._markers.change(event)
+
+    def tick(self) -> None:
+        """Publish the changes since the last call; called at each sample of the clock."""
+        if self._things_changed and self._interest[_THINGS]:
+            message = self._things(WORLD) if self._things_replaced else self._markers.things(stamp(self._simulator.now))
+            self._things_changed = self._things_replaced = False
+            self._publish(WORLD, THINGS, message)
+        now = self._simulator.now
+        if self._interest[_PLAN] and not 0.0 <= now - self._planned < _PLAN_SECONDS:
+            self._plan_all()
+
+    def _plan_all(self) -> None:
+        """Publish the plans of the robots that drive, and once more of those that have stopped."""
+        self._planned = self._simulator.now
+        for name, robot in self._simulator.roster.robots.items():
+            if robot.legs_ahead or name in self._planning:
+                self._plan(name)
+
+    def _plan(self, robot: str) -> None:
+        if not self._publisher(robot, PLAN):
+            return
+        planned = self._simulator.roster.robots[robot]
+        (self._planning.add if planned.legs_ahead else self._planning.discard)(robot)
+        self._publish(robot, PLAN, views.plan(planned))
+
+    def _static_markers(self, _robot: str) -> Mapping[str, Any]:
+        self._replace_scene()
+        return self._markers.markers(stamp(self._simulator.now))
+
+    def _things(self, _robot: str) -> Mapping[str, Any]:
+        self._replace_scene()
+        return self._markers.things(stamp(self._simulator.now))
+
+    def _replace_scene(self) -> None:
+        self._markers.load(self._simulator.world)
+        self._markers.follow(scene(self._simulator))
+
+    def _publisher(self, robot: str, topic: str) -> Publisher:
+        publisher = self._known.get((robot, topic))
+        if publisher is None:
+            publisher = self._known[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
+        return publisher
+
+    def _publish(self, robot: str, topic: str, values: Mapping[str, Any]) -> None:
+        """Publish a message; a latched publisher that is not declared yet keeps it."""
+        self._publisher(robot, topic).publish(self._endpoints.message_type(topic).encode(values))
