@@ -16,7 +16,7 @@ from hmrsim.cli.options import add_json, count, jobs
 from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.errors import CheckError, Problem, printable
 from hmrsim.program.command_line import Later
-from hmrsim.program.files import check_outputs
+from hmrsim.program.files import check_outputs, check_writable, write_text
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ examples:
   hmrsim check my_world.yaml --tree mission.xml --properties properties.yaml -o results
   hmrsim check hospital --command './my_fleet_manager --robots all' --runs 500
   hmrsim check check.yaml
-  hmrsim check --repro results/failures/mission_ends_it_does_not_end.yaml
+  hmrsim check --repro results/failures/mission_ends_it_does_not_end.yaml --page failure.html
   hmrsim check --trace run.jsonl --properties properties.yaml"""
     parser.add_argument(
         "world", metavar="WORLD", nargs="?", help="a world, or the file of a check, which contains everything else"
@@ -83,6 +83,12 @@ examples:
     other.add_argument("--record", metavar="FILE.mcap", type=Path, help="record the run of --repro")
     other.add_argument("--trace", metavar="TRACE", type=Path, help="apply properties to a trace or a recording")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="the folder of the results (NAME_check)")
+    parser.add_argument(
+        "--page",
+        metavar="FILE.html",
+        type=Path,
+        help="write a page that replays the failing run, or the first one found, beside a run that passes",
+    )
     add_json(parser, "print the summary as JSON")
     add_log_options(parser)
     parser.set_defaults(function=_check)
@@ -101,21 +107,36 @@ def _check(args: argparse.Namespace) -> int:
     if option and controllers:
         raise WrongUse(f"{option}: its file says what was run; leave out {', '.join(controllers)}")
     if args.trace is not None:
+        if args.page is not None:
+            raise WrongUse(f"--page {args.page}: a trace has no run beside it; `hmrsim report` shows it as a page")
         return check_trace(args)
+    check_page(args)
     if args.repro is not None:
         return _repeat(args)
     code: int = Later("hmrsim.cli.check_search", "search")(args)
     return code
 
 
+def check_page(args: argparse.Namespace) -> None:
+    """Check that a page can be written, before its run takes time.
+
+    Raises:
+        OutputError: It can't be written, or is a file that the command reads or writes itself.
+    """
+    outputs = [("--record", args.record), ("--page", args.page)]
+    check_outputs(outputs, [args.repro, args.properties, args.world if Path(args.world or "").is_file() else None])
+    if args.page is not None:
+        check_writable("--page", args.page)
+
+
 def _repeat(args: argparse.Namespace) -> int:
     """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
     from hmrsim.fault_search.reading import read_repro
+    from hmrsim.fault_search.results.run_page import failure_page, run_logged
     from hmrsim.fault_search.running.single import Wanted, run_case
     from hmrsim.program.memory import collect_rarely
     from hmrsim.trials.trial import ERROR
 
-    check_outputs([("--record", args.record)], [args.repro])
     if args.folder is not None and not args.folder.is_dir():
         raise WrongUse(f"--folder {args.folder}: no such folder")
     repro = read_repro(args.repro, args.folder)
@@ -130,10 +151,20 @@ def _repeat(args: argparse.Namespace) -> int:
 
             further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
             wanted = Wanted(trace=True, story=True, further=further)
-        outcome = run_case(_compared(repro.check), repro.case, wanted)
+        check = _compared(repro.check)
+        if args.page is None:
+            outcome, log = run_case(check, repro.case, wanted), None
+        else:
+            outcome, log = run_logged(check, repro.case, wanted)
     if outcome.ending == ERROR:
         raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
     show_result(_repro_facts(repro, outcome), _repro_lines(args, repro, outcome), as_json=args.json)
+    if log is not None:
+        if outcome.failure is None:
+            warn(f"--page {args.page}: not written, since the run passes")
+        else:
+            write_text("--page", args.page, failure_page(check, repro.case, outcome, log))
+            warn(f"page: {args.page}")
     return ExitCode.FAILED if outcome.failure else ExitCode.DONE
 
 

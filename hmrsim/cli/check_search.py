@@ -16,11 +16,13 @@ from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.reading import check_at, check_of, file_of, read_check, read_repro
 from hmrsim.fault_search.results.folder import ResultsFolder
+from hmrsim.fault_search.results.run_page import failure_page, run_logged
 from hmrsim.fault_search.results.story import passes
 from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.single import Failure
+from hmrsim.fault_search.running.single import VERDICTS, Failure
 from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
+from hmrsim.program.files import write_text
 from hmrsim.trials.batches import factory_of
 from hmrsim.trials.trial import TIMEOUT
 from hmrsim.world.overlays.overlay import setting
@@ -80,7 +82,21 @@ def search(args: argparse.Namespace) -> int:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(display.files)
     results.finish(check, summary, evaluator.covered)
-    return _conclude(args, summary, results)
+    code = _conclude(args, summary, results)
+    if args.page is not None:
+        _write_page(args.page, check, summary)
+    return code
+
+
+def _write_page(path: Path, check: Check, summary: Summary) -> None:
+    """Write the page of the first failure, which is repeated for it."""
+    if not summary.findings:
+        warn(f"--page {path}: not written, since no failure was found")
+        return
+    case = summary.findings[0].case
+    outcome, log = run_logged(check, case, VERDICTS)
+    write_text("--page", path, failure_page(check, case, outcome, log))
+    warn(f"page: {path}")
 
 
 def _warn_of(nominal: Outcome) -> None:

@@ -63,6 +63,22 @@ def unwritable(name: str, error: OSError) -> OutputError | WriteError:
     return kind(f"{name}: can't be written: {reason_of(error)}")
 
 
+def check_writable(option: str, path: Path) -> None:
+    """Check that a file can be written, and leave it as it is.
+
+    Raises:
+        OutputError: The file can't be written.
+        WriteError: The disk is full.
+    """
+    is_new = not path.exists()
+    try:
+        path.open("a").close()
+        if is_new:
+            path.unlink()
+    except OSError as error:
+        raise unwritable(f"{option} {path}", error) from None
+
+
 def write_text(option: str, path: Path, text: str) -> None:
     """Write a text file that an option names.
 

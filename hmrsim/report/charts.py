@@ -215,10 +215,10 @@ class _Bar(NamedTuple):
     second: bool
 
 
-def timeline_of(report: Report) -> Timeline:
-    """Return the timeline of a report."""
+def timeline_of(report: Report, length: float | None = None) -> Timeline:
+    """Return the timeline of a report; *length* is that of the axis in seconds, if the run is shorter."""
     began = min((robot.began for robot in report.robots), default=0.0)
-    scale = _Scale(began, report.summary.sim_time or 1.0)
+    scale = _Scale(began, length or report.summary.sim_time or 1.0)
     goals, spans = defaultdict[str, list["Goal"]](list), defaultdict[str, list["Span"]](list)
     waits, faults = defaultdict[str, list["Wait"]](list), defaultdict[str, list["FaultSpan"]](list)
     for goal in report.goals:
@@ -230,7 +230,7 @@ def timeline_of(report: Report) -> Timeline:
     for fault in report.faults:
         faults[fault.robot].append(fault)
     robots = report.robots[:_ROWS]
-    end = scale.began + scale.length
+    end = scale.began + (report.summary.sim_time or scale.length)
     resolution = 0.0
     for resolution in _RESOLUTIONS:
         bars = {robot.name: _bars(goals[robot.name], end, resolution / WIDTH * scale.length) for robot in robots}

@@ -7,7 +7,7 @@ import inspect
 import shlex
 import sys
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,6 +15,7 @@ from bt_controller.loading.named_functions import NamedFunction, find_function
 from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.runner import run_tree
+from bt_controller.running.snapshot import Node, nodes_of
 from hmrsim.program.users_code import described
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.local import LocalTrial
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from bt_controller.coverage import TreeCoverage
+    from bt_controller.running.mission import Mission
     from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.trials.disturbances import Disturber
@@ -34,6 +36,9 @@ if TYPE_CHECKING:
     from hmrsim.trials.trial import Player, Trial
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.client.client import Client
+
+OnTick = Callable[[str, float | None, Sequence[Node]], object]
+"""Takes a robot, the simulated time in seconds, and the nodes of its tree after a tick."""
 
 _NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
@@ -59,6 +64,7 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
     sinks: Sequence[Sink] = (),
     watchers: Watchers = unwatched,
     disturber: Disturber | None = None,
+    on_tick: OnTick | None = None,
 ) -> Trial:
     """Return a trial of a controller.
 
@@ -73,13 +79,14 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
         disturber: Disturbs the controller; one of *watchers* connects it.
+        on_tick: Called after each tick of a tree, if given.
 
     Raises:
         TreeError: There is no such tree or function, or it is invalid.
         ValueError: A command is empty, or an expression has no value.
     """
     if treatment.in_process:
-        player = controller_of(treatment, names, folder, coverage=coverage)
+        player = controller_of(treatment, names, folder, coverage=coverage, on_tick=on_tick)
         name = treatment.participant
         return LocalTrial(
             loaded.world, settings, player, name=name, sinks=sinks, watchers=watchers, disturber=disturber
@@ -90,7 +97,12 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
 
 
 def controller_of(
-    treatment: Controller, names: Mapping[str, Any], folder: Path, *, coverage: TreeCoverage | None = None
+    treatment: Controller,
+    names: Mapping[str, Any],
+    folder: Path,
+    *,
+    coverage: TreeCoverage | None = None,
+    on_tick: OnTick | None = None,
 ) -> Player:
     """Return a controller that runs in this process.
 
@@ -99,6 +111,7 @@ def controller_of(
         names: The values for its expressions.
         folder: The folder of its files and modules.
         coverage: Counts the statuses of a tree's nodes, if given.
+        on_tick: Called after each tick of a tree, if given.
 
     Raises:
         TreeError: There is no such tree or function, or it is invalid.
@@ -109,7 +122,10 @@ def controller_of(
     if treatment.tree is not None:
         values = tuple((key, _text(value)) for key, value in parameters.items())
         plan = _tree(substituted(treatment.tree, known), treatment.tree_id, treatment.nodes, values, folder)
-        return lambda client, robots: run_tree(client, plan, treatment.robots or robots, coverage=coverage).succeeded
+        show = None if on_tick is None else partial(_show, on_tick)
+        return lambda client, robots: (
+            run_tree(client, plan, treatment.robots or robots, show=show, coverage=coverage).succeeded
+        )
     if treatment.python is None:
         raise AssertionError
     said = names_asked_for(treatment.python)
@@ -118,6 +134,10 @@ def controller_of(
     if inspect.iscoroutinefunction(found.function):
         return lambda client, _robots: asyncio.run(play_async(client, found.applied)) is not False
     return lambda client, _robots: found.applied(client) is not False
+
+
+def _show(on_tick: OnTick, mission: Mission, now: float | None) -> None:
+    on_tick(mission.robot, now, nodes_of(mission.root))
 
 
 def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.controllers import OnTick
 
 Ending = tuple[str, str]
 """The ending of a run and its cause."""
@@ -54,11 +55,13 @@ class Wanted:
         trace: Whether to return its trace.
         story: Whether to return its events in words.
         further: Makes further sinks, such as one that records the run.
+        on_tick: Called after each tick of a tree, if given.
     """
 
     trace: bool = False
     story: bool = False
     further: Watchers = unwatched
+    on_tick: OnTick | None = None
 
 
 VERDICTS = Wanted()
@@ -156,6 +159,7 @@ class _Run:
             coverage=self._coverage,
             watchers=self._watchers,
             disturber=self._disturber,
+            on_tick=self._wanted.on_tick,
         )
         self._end = trial.end
         with trial:

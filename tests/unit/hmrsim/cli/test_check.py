@@ -313,3 +313,52 @@ def test_a_property_without_meaning_is_a_warning(check_run, capsys):
 def test_a_file_that_is_no_trace_is_an_error(check_run):
     with pytest.raises(TraceError, match=r"run\.jsonl: line 1: no header of a trace"):
         check_run(trace="hello\n")
+
+
+def test_a_failure_is_written_as_a_page(found, folder, capsys):
+    assert check("--repro", str(found), "--page", "failure.html") == 1
+    err = capsys.readouterr().err
+
+    assert "page: failure.html\n" in err
+    assert "<title>no_vain_goals" in (folder / "failure.html").read_text("utf-8")
+
+
+def test_a_search_writes_the_page_of_its_first_failure(folder, capsys):
+    words = ("--only", "breakdown", "--runs", "40", "--page", "failure.html")
+    assert check("world.yaml", "--python", "porters.py:vain", *words, *SERIAL) == 1
+
+    assert "page: failure.html\n" in capsys.readouterr().err
+    assert "Without it: it passes" in (folder / "failure.html").read_text("utf-8")
+
+
+def test_a_run_that_passes_has_no_page(found, folder, capsys):
+    found.write_text(found.read_text("utf-8").replace("porters.py:vain", "porters.py:careful"), encoding="utf-8")
+    assert check("--repro", str(found), "--page", "failure.html") == 0
+    assert check("world.yaml", "--python", "porters.py:careful", "--runs", "5", "--page", "a.html", *SERIAL) == 0
+    err = capsys.readouterr().err
+
+    assert "--page failure.html: not written, since the run passes\n" in err
+    assert "--page a.html: not written, since no failure was found\n" in err
+    assert not [*folder.glob("*.html")]
+
+
+def test_a_page_that_can_not_be_written_is_reported_before_the_run(found, folder, capsys):
+    for path in (folder / "none" / "a.html", folder):
+        assert check("--repro", str(found), "--page", str(path)) == 2
+        out, err = capsys.readouterr()
+
+        assert f"--page {path}: can't be written" in err
+        assert (out, "runs the code" in err) == ("", False)
+
+
+def test_a_page_must_not_replace_what_is_read(found, capsys):
+    assert check("--repro", str(found), "--page", str(found)) == 2
+
+    assert "this command reads that file" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_trace_has_no_such_page(capsys):
+    assert check("--trace", "run.jsonl", "--page", "a.html") == 2
+
+    assert "--page a.html: a trace has no run beside it; `hmrsim report` shows it" in capsys.readouterr().err

@@ -1,0 +1,68 @@
+"""The page of a failing run, with the run beside it that passes without one element of its schedule."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hmrsim.fault_search.results.story import passes
+from hmrsim.fault_search.results.summary import by_begin
+from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.run_page import Cause, RunLog, ShownRun, page_of
+
+if TYPE_CHECKING:
+    from hmrsim.fault_search.check import Check
+    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.schedule import Case
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
+
+
+def run_logged(check: Check, case: Case, wanted: Wanted) -> tuple[Outcome, RunLog]:
+    """Run a case; return its outcome and its log."""
+    log = RunLog()
+
+    def further(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+        return [*wanted.further(simulator, pacing), *log.watch(simulator)]
+
+    return run_case(check, case, replace(wanted, further=further, on_tick=log.note_tick)), log
+
+
+def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str:
+    """Return the page of a run that has failed.
+
+    Beside it is the run without the last element of its schedule that passes; each of these takes a further run.
+
+    Args:
+        check: The check.
+        case: The case that fails.
+        outcome: Its outcome.
+        log: The log of its run.
+    """
+    failure = outcome.failure
+    schedule, order = case.schedule, by_begin(case.schedule, outcome)
+    without: dict[int, str] = {}
+    twin: ShownRun | None = None
+    for i in reversed(order):
+        smaller = case.with_schedule(tuple(each for j, each in enumerate(schedule) if j != i))
+        found, beside = run_logged(check, smaller, Wanted())
+        without[i] = passes(found)
+        if found.failure is None and beside.watched:
+            title = f"Without {schedule[i].describe()}" if len(schedule) > 1 else "Without the fault"
+            twin = ShownRun(title, beside, _ending(found), found.at)
+            break
+    causes = [Cause(schedule[i].describe(), outcome.began[i], without.get(i, "")) for i in order]
+    violations = [(each.at / 1e9, f"{each.property}: {each.text}") for each in outcome.violations]
+    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
+    text = next((each.text for each in outcome.violations if (each.property, each.reason) == failure), "")
+    title = failure.property if failure else "no property is violated"
+    return page_of(f"Failing run of {check.name}", title, text, causes, (failing, twin) if twin else (failing,))
+
+
+def _ending(outcome: Outcome) -> str:
+    violated = dict.fromkeys(failure.property for failure in outcome.failures)
+    what = f"violates {', '.join(violated)}, and " if violated else ""
+    cause = f": {outcome.cause}" if outcome.cause else ""
+    return f"{what}ends as {outcome.ending} at {outcome.at:.1f} s{cause}"

@@ -1,0 +1,323 @@
+"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+const STATES = ["offline", "stopped", "waiting", "driving", "charging", "busy", "idle"];
+const SIGNS = { S: "✓", F: "✕", R: "▸", I: "·" };
+const WORDS = { S: "success", F: "failure", R: "running", I: "not active" };
+const SVG = "http://www.w3.org/2000/svg";
+const NEAR = 12;
+
+const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+const find = (selector, within = document) => within.querySelector(selector);
+
+function make(tag, attributes = {}, ...content) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...content);
+  return element;
+}
+
+function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Return the number of values that are not greater than a limit; *key* returns the number of a value. */
+function countUpTo(values, limit, key = (value) => value[0]) {
+  let low = 0, high = values.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (key(values[middle]) <= limit) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
+/** Return the last value with a time up to *at*, or undefined. */
+const lastUpTo = (values, at) => values[countUpTo(values, at) - 1];
+
+/** Return the span that contains a time, or undefined; without an end, it lasts. */
+function spanAt(spans, at) {
+  const span = lastUpTo(spans, at);
+  return span && (span[1] === null || at < span[1]) ? span : undefined;
+}
+
+const seconds = (at) => `${at.toFixed(at < 1000 ? 3 : 1)} s`;
+
+/** The poses of a robot, decoded from differences. */
+class Poses {
+  constructor(values) {
+    this.frames = [];
+    let frame = [0, 0, 0, 0];
+    for (let i = 0; i < values.length; i += 4) {
+      frame = frame.map((value, j) => value + values[i + j]);
+      this.frames.push([frame[0] / 1000, frame[1] / 10, frame[2] / 10, frame[3]]);
+    }
+  }
+
+  /** Return x, y and degrees at a time, in pixels of the map. */
+  at(time) {
+    const next = countUpTo(this.frames, time), a = this.frames[Math.max(0, next - 1)], b = this.frames[next];
+    if (!b || next === 0) return a.slice(1);
+    const share = (time - a[0]) / (b[0] - a[0]);
+    return [1, 2, 3].map((i) => a[i] + (b[i] - a[i]) * share);
+  }
+}
+
+/** One run: its map, table, tree and events. */
+class Run {
+  constructor(number, values) {
+    this.values = values;
+    this.number = number;
+    const root = find(`.run[data-run="${number}"]`);
+    const parts = (name) => new Map(all(`[data-${name}]`, root).map((each) => [each.dataset[name], each]));
+    this.bodies = parts("robot");
+    this.boxes = parts("item");
+    this.doors = parts("door");
+    this.lanes = parts("lane");
+    this.waits = find("svg", root).appendChild(document.createElementNS(SVG, "g"));
+    this.waits.setAttribute("class", "waits");
+    this.robots = values.robots.map((robot) => ({ ...robot, track: new Poses(robot.poses) }));
+    this.rows = this.robots.map((robot) => this.#row(robot));
+    find(".now", root).append(...this.rows.map((row) => row.element));
+    this.#listEvents(find(`.events[data-run="${number}"]`));
+    this.tree = find(`.tree[data-run="${number}"]`);
+    this.tick = find(`.tick[data-run="${number}"]`);
+  }
+
+  #row(robot) {
+    const sign = make("i"), state = make("span"), goal = make("td"), holds = make("td"), battery = make("td", { class: "n" });
+    const element = make("tr", {}, make("th", { scope: "row" }, robot.name), make("td", {}, sign, state), goal, holds, battery);
+    return { element, sign, state, goal, holds, battery };
+  }
+
+  #listEvents(list) {
+    this.list = list;
+    const { lines, violations } = this.values;
+    this.items = lines.map(([at, subject, text, severity], i) => {
+      const item = make("li", { class: severity === "warning" ? "notice" : severity }, make("time", {}, at.toFixed(3)), make("span", {}, make("b", {}, subject), ` ${text}`));
+      item.addEventListener("click", () => show(at, this.number, i + 1));
+      return item;
+    });
+    const first = data.difference?.lines[this.number];
+    if (first !== undefined) this.items[first]?.classList.add("difference");
+    this.list.append(...this.items);
+    for (const [at, text] of violations) {
+      const item = make("li", { class: "violated" }, make("time", {}, at.toFixed(3)), make("span", {}, `violated: ${text}`));
+      item.addEventListener("click", () => show(at));
+      const before = this.items[countUpTo(lines, at)];
+      before ? before.before(item) : this.list.append(item);
+    }
+  }
+
+  /** Show the run at a time, after a number of its events. */
+  show(at, lines) {
+    const carried = new Map(), places = new Map();
+    this.robots.forEach((robot) => places.set(robot.name, robot.track.at(at)));
+    for (const [name, values] of this.values.items) {
+      const where = lastUpTo(values, at)?.[1];
+      const box = this.boxes.get(name);
+      const robot = typeof where === "string" ? places.get(where) : undefined;
+      if (robot) carried.set(where, [...(carried.get(where) ?? []), name]);
+      const point = robot ? [robot[0] + 5, robot[1] + 5] : where;
+      box.toggleAttribute("hidden", !Array.isArray(point));
+      if (Array.isArray(point)) box.setAttribute("transform", `translate(${point[0]} ${point[1]})`);
+    }
+    this.waits.replaceChildren();
+    this.robots.forEach((robot, i) => this.#showRobot(robot, this.rows[i], places, at, carried.get(robot.name) ?? []));
+    for (const [name, values] of this.values.doors) this.doors.get(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
+    for (const [name, values] of this.values.lanes) this.#lane(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
+    this.#showEvent(lines);
+  }
+
+  #lane(name) {
+    return this.lanes.get(name) ?? [...this.lanes].find(([each]) => sameLane(each, name))?.[1];
+  }
+
+  #showRobot(robot, row, places, at, holds) {
+    const [x, y, yaw] = places.get(robot.name);
+    const over = at >= this.values.end;
+    const state = STATES[spanAt(robot.states, Math.min(at, this.values.end - 1e-6))?.[2] ?? 6];
+    const gone = lastUpTo(robot.gone, at)?.[1] ?? false;
+    const body = this.bodies.get(robot.name);
+    body.toggleAttribute("hidden", gone);
+    body.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
+    find(".body", body).setAttribute("transform", `rotate(${Math.round(yaw)})`);
+    body.dataset.state = state;
+    const wait = spanAt(robot.waits, at);
+    for (const other of wait?.[3] ?? []) {
+      const to = places.get(other);
+      if (!to) continue;
+      const line = document.createElementNS(SVG, "line");
+      Object.entries({ x1: x, y1: y, x2: to[0], y2: to[1] }).forEach(([name, value]) => line.setAttribute(name, value));
+      this.waits.append(line);
+    }
+    row.element.hidden = gone;
+    row.sign.className = state;
+    say(row.state, over ? "the run is over" : state);
+    const goals = robot.goals.filter(([accepted, ended]) => accepted <= at && (ended === null || at < ended));
+    const what = wait && (wait[2] || (wait[3].length ? `for ${wait[3].join(", ")}` : "for its turn"));
+    say(row.goal, [...goals.map(([, , text]) => text), ...(wait ? [`waits ${what}, ${(at - wait[0]).toFixed(1)} s`] : [])].join("; ") || "–");
+    say(row.holds, holds.join(", ") || "–");
+    const charge = lastUpTo(robot.battery, at);
+    say(row.battery, charge ? `${Math.round(100 * charge[1])} %` : "–");
+  }
+
+  #showEvent(lines) {
+    this.current?.classList.remove("now");
+    this.current = this.items[lines - 1];
+    this.current?.classList.add("now");
+    this.list.classList.toggle("before", lines === 0);
+    const item = this.current ?? this.items[0];
+    if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight / 2;
+    this.near?.forEach((each) => each.classList.remove("near"));
+    this.near = this.items.slice(Math.max(0, lines - NEAR), lines + NEAR);
+    this.near.forEach((each) => each.classList.add("near"));
+  }
+
+  /** Return the last tick of a robot's tree at a time, after a number of events; undefined if there is none. */
+  tickOf(robot, at, lines) {
+    const tree = this.values.trees.find((each) => each.robot === robot);
+    if (!tree) return undefined;
+    const [time, , shape, statuses, messages] = tree.ticks[Math.min(countUpTo(tree.ticks, at), countUpTo(tree.ticks, lines, (tick) => tick[1])) - 1] ?? [];
+    if (time === undefined) return undefined;
+    const texts = new Map();
+    for (let i = 0; i < messages.length; i += 2) texts.set(messages[i], tree.texts[messages[i + 1]]);
+    return { time, nodes: tree.shapes[shape].map(([depth, symbol, kind, name], i) => ({ depth, symbol, kind, name, is: statuses[i], message: texts.get(i) ?? "" })) };
+  }
+
+  showTree(tick, other) {
+    const text = tick ? JSON.stringify([tick.nodes, other?.nodes.map((node) => node.is)]) : "";
+    say(this.tick, tick ? `last changed at ${seconds(tick.time)}` : "not ticked yet");
+    if (text === this.treeShown) return;
+    this.treeShown = text;
+    const same = other && tick && other.nodes.length === tick.nodes.length;
+    this.tree.replaceChildren(...(tick?.nodes ?? []).map(({ depth, symbol, kind, name, is, message }, i) => {
+      const differs = same && other.nodes[i].is !== is;
+      const item = make("li", { "data-is": is, title: `${kind}, ${WORDS[is]}`, class: differs ? "differs" : "" },
+        make("b", { "aria-label": WORDS[is] }, SIGNS[is] ?? is), make("span", { class: "symbol" }, `${symbol} `), name,
+        make("span", { class: "message" }, message ? ` – ${message}` : ""));
+      item.style.setProperty("--depth", depth);
+      return item;
+    }));
+  }
+}
+
+const sameLane = (a, b) => a === b || a.split("-").reverse().join("-") === b;
+
+const runs = data.runs.map((values, number) => new Run(number, values));
+const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), treeOf = find("#tree");
+const cursor = { at: 0, lines: runs.map(() => 0) };
+
+/** Return how many events of each run have happened at a time, or after the *count*-th event of run *number*. */
+function linesAt(at, number, count) {
+  return runs.map((run, i) => {
+    if (number === undefined || data.runs.length === 1) return i === number ? count : countUpTo(run.values.lines, at);
+    const common = data.difference?.lines[number] ?? count;
+    return i === number || count <= common ? count : countUpTo(run.values.lines, at);
+  });
+}
+
+/** Show a time; with the number of a run and a count, the moment after so many of its events. */
+function show(at, number, count) {
+  cursor.at = Math.min(data.length, Math.max(0, at));
+  cursor.lines = linesAt(cursor.at, number, count);
+  slider.value = cursor.at;
+  const text = seconds(cursor.at);
+  slider.setAttribute("aria-valuetext", text);
+  say(clock, `${text} of ${seconds(data.length)}`);
+  chart.style.setProperty("--at", cursor.at / data.length);
+  runs.forEach((run, i) => run.show(cursor.at, cursor.lines[i]));
+  showTrees();
+}
+
+function showTrees() {
+  if (!treeOf) return;
+  const ticks = runs.map((run, i) => run.tickOf(treeOf.value, cursor.at, cursor.lines[i]));
+  runs.forEach((run, i) => run.showTree(ticks[i], ticks[1 - i]));
+}
+
+/** Step to the next event of the first run, or to the previous one. */
+function step(by) {
+  const { lines } = runs[0].values, count = Math.min(lines.length, Math.max(0, cursor.lines[0] + by));
+  pause();
+  show(count ? lines[count - 1][0] : 0, 0, count);
+}
+
+function showDifference() {
+  if (!data.difference) return;
+  pause();
+  show(data.difference.at, 0, Math.min(data.difference.lines[0] + 1, runs[0].values.lines.length));
+}
+
+let playing = 0, before = 0;
+const play = find("#play"), speed = find("#speed");
+
+function pause() {
+  cancelAnimationFrame(playing);
+  playing = 0;
+  say(play, "▶");
+  play.setAttribute("aria-pressed", "false");
+}
+
+function frame(now) {
+  show(cursor.at + ((now - before) / 1000) * Number(speed.value));
+  before = now;
+  if (cursor.at < data.length) playing = requestAnimationFrame(frame);
+  else pause();
+}
+
+function toggle() {
+  if (playing) return pause();
+  if (cursor.at >= data.length) show(0);
+  before = performance.now();
+  playing = requestAnimationFrame(frame);
+  say(play, "⏸");
+  return play.setAttribute("aria-pressed", "true");
+}
+
+play.addEventListener("click", toggle);
+find("#previous").addEventListener("click", () => step(-1));
+find("#next").addEventListener("click", () => step(1));
+find("#difference")?.addEventListener("click", showDifference);
+slider.addEventListener("input", () => { pause(); show(Number(slider.value)); });
+slider.addEventListener("keydown", (event) => {
+  const unit = data.length < 60 ? 0.1 : 1;
+  const by = { ArrowRight: unit, ArrowUp: unit, ArrowLeft: -unit, ArrowDown: -unit, PageUp: 10 * unit, PageDown: -10 * unit }[event.key];
+  if (by === undefined) return;
+  event.preventDefault();
+  pause();
+  show(cursor.at + by * (event.shiftKey ? 10 : 1));
+});
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey || ["SELECT", "BUTTON", "SUMMARY"].includes(event.target.tagName)) return;
+  const act = { " ": toggle, n: () => step(1), p: () => step(-1), d: showDifference }[event.key];
+  if (!act) return;
+  event.preventDefault();
+  act();
+});
+for (const button of all(".jump")) {
+  button.addEventListener("click", () => {
+    const { at, line } = button.dataset;
+    pause();
+    if (line === undefined) show(Number(at));
+    else show(Number(at), 0, Math.min(Number(line) + 1, runs[0].values.lines.length));
+  });
+}
+chart.addEventListener("click", (event) => {
+  const track = event.target.closest(".track");
+  if (!track) return;
+  const { left, width } = track.getBoundingClientRect();
+  pause();
+  show(((event.clientX - left) / width) * data.length);
+});
+if (treeOf) {
+  const robots = [...new Set(data.runs.flatMap((run) => run.trees.map((tree) => tree.robot)))];
+  const first = data.runs[0].lines[data.difference?.lines[0] ?? -1]?.[1];
+  treeOf.append(...robots.map((robot) => make("option", {}, robot)));
+  if (robots.includes(first)) treeOf.value = first;
+  treeOf.hidden = robots.length < 2;
+  treeOf.addEventListener("change", showTrees);
+}
+speed.value = ["1", "2", "5", "20", "100"].find((each) => data.length / Number(each) <= 40) ?? "100";
+if (data.difference) showDifference();
+else show(data.at);
+document.documentElement.dataset.ready = "true";

@@ -1,0 +1,304 @@
+"""The log of a run for its page: motions, goals, items, doors, events in words, and trees as they were ticked."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
+
+from hmrsim.drawing import Drawing
+from hmrsim.engine.sim_time import stamp
+from hmrsim.events import Event
+from hmrsim.events.facilities import DoorClosed, DoorOpened
+from hmrsim.events.faults import FaultEvent
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.events.robots import BatteryEmpty, ItemDropped, ItemPicked, ItemPlaced, MotionBegan, Stopped
+from hmrsim.events.simulation import Deleted, Spawned, Teleported
+from hmrsim.events.traffic import LaneClosed, LaneOpened, Waiting
+from hmrsim.geometry import PlaceNames
+from hmrsim.history.occurrence import SceneSeen
+from hmrsim.protocol.goal import Cause, GoalStatus
+from hmrsim.report.compile import ReportInput, notes_of, report_of
+from hmrsim.report.goals import target_of
+from hmrsim.report.html import in_seconds
+from hmrsim.report.model import Source
+from hmrsim.report.sink import ReportSink
+from hmrsim.report.story import Story
+from hmrsim.run_page.poses import Poses
+
+if TYPE_CHECKING:
+    from hmrsim.drawing.canvas import Frame
+    from hmrsim.geometry import Point
+    from hmrsim.history.occurrence import Occurrence
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.report.model import Goal, Report
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
+
+WIDTH: Final = 720.0
+"""The width of the map, in pixels of its own."""
+
+
+class Line(NamedTuple):
+    """An event in words.
+
+    Attributes:
+        at: Seconds since the run began.
+        subject: What it is about; empty for the whole world.
+    """
+
+    at: float
+    subject: str
+    text: str
+    severity: str
+
+
+class Happening(NamedTuple):
+    """An event as runs are compared by it: also those that are no line, such as a motion, but no fault.
+
+    Attributes:
+        at: Nanoseconds since the run began.
+        line: The number of lines before it.
+    """
+
+    at: int
+    event: Event
+    line: int
+
+
+class TreeNode(Protocol):
+    """A node of a behavior tree after a tick."""
+
+    @property
+    def depth(self) -> int:
+        """Its depth; 0 for the root."""
+
+    @property
+    def symbol(self) -> str:
+        """The symbol of its kind."""
+
+    @property
+    def kind(self) -> str:
+        """Its kind."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def status(self) -> Any:
+        """Its status, whose value is a word such as ``SUCCESS``."""
+
+    @property
+    def message(self) -> str:
+        """Its feedback message."""
+
+
+class Tick(NamedTuple):
+    """A tree after a tick that has changed it.
+
+    Attributes:
+        at: Seconds since the run began.
+        line: The number of lines before it.
+        shape: The index of its nodes among those that the tree has had.
+        statuses: The first letter of each node's status; ``I`` for a node that is not active.
+        messages: The feedback messages, by the index of the node.
+    """
+
+    at: float
+    line: int
+    shape: int
+    statuses: str
+    messages: Mapping[int, str]
+
+
+class Tree:
+    """The tree of a robot, or of a fleet, over time.
+
+    Attributes:
+        shapes: The nodes that it has had, each with its depth, symbol, kind and name.
+        ticks: The ticks that have changed something.
+    """
+
+    def __init__(self) -> None:
+        self.shapes: list[tuple[tuple[int, str, str, str], ...]] = []
+        self.ticks: list[Tick] = []
+
+    def note(self, at: float, line: int, nodes: Sequence[TreeNode]) -> None:
+        """Note the nodes after a tick."""
+        shape = tuple((node.depth, node.symbol, node.kind, node.name) for node in nodes)
+        if not self.shapes or self.shapes[-1] != shape:
+            self.shapes.append(shape)
+        statuses = "".join(str(node.status.value)[0] for node in nodes)
+        messages = {i: node.message for i, node in enumerate(nodes) if node.message}
+        tick = Tick(at, line, len(self.shapes) - 1, statuses, messages)
+        if not self.ticks or self.ticks[-1][2:] != tick[2:]:
+            self.ticks.append(tick)
+
+
+class RunLog:
+    """Follows a run; make one for each run, and pass `watch` as the factory of a further sink.
+
+    Attributes:
+        world: The world of the run, once it is watched.
+        lines: Its events in words, in order.
+        happenings: Its events by which it is compared with another run, in order.
+        trees: The trees of its robots, by robot.
+        poses: The poses of its robots, by name.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[Line] = []
+        self.happenings: list[Happening] = []
+        self.trees: dict[str, Tree] = defaultdict(Tree)
+        self.poses: dict[str, Poses] = {}
+        self._story = Story()
+        self._simulator: Simulator | None = None
+        self._sink: ReportSink | None = None
+        self._places = PlaceNames({})
+        self._spans: dict[tuple[str, str], list[tuple[float, Any]]] = defaultdict(list)
+        self._report: Report | None = None
+        timeline = self._story.timeline
+        timeline.on(SceneSeen, self._see)
+        timeline.on(MotionBegan, lambda at, event: self._poses(event.robot).move(at, event))
+        for halts in (Stopped, Waiting, BatteryEmpty):
+            timeline.on(halts, lambda at, event: self._poses(event.robot).halt(at, event.at))
+        for put in (Teleported, Spawned):
+            timeline.on(put, self._put)
+        timeline.on(Deleted, lambda at, event: self._change("gone", event.entity, at, True))
+        timeline.on(ItemPicked, lambda at, event: self._change("item", event.item, at, event.robot))
+        for lies in (ItemPlaced, ItemDropped):
+            timeline.on(lies, lambda at, event: self._change("item", event.item, at, event.at))
+        for door in (DoorOpened, DoorClosed):
+            timeline.on(door, lambda at, event: self._change("door", event.door, at, isinstance(event, DoorOpened)))
+        for lane in (LaneClosed, LaneOpened):
+            timeline.on(lane, self._close)
+
+    @property
+    def world(self) -> World:
+        """The world of the run."""
+        if self._simulator is None:
+            raise AssertionError
+        return self._simulator.world
+
+    @property
+    def watched(self) -> bool:
+        """Whether the run has begun: one whose controller can't be loaded has not."""
+        return self._simulator is not None
+
+    @cached_property
+    def frame(self) -> Frame:
+        """The window of the map."""
+        return Drawing(self.world, width=WIDTH, legend=False).frame
+
+    def watch(self, simulator: Simulator, _pacing: object = None) -> list[Sink]:
+        """Return the sinks that follow a simulator, which has not started."""
+        self._simulator = simulator
+        self._places = PlaceNames(simulator.world.points)
+        self._sink = ReportSink(simulator, self._take)
+        return [self._sink]
+
+    def note_tick(self, robot: str, at: float | None, nodes: Sequence[TreeNode]) -> None:
+        """Note the nodes of a tree after a tick at a simulated time, in seconds."""
+        self.trees[robot].note((at or 0.0) + in_seconds(self._story.timeline.offset), len(self.lines), nodes)
+
+    def report(self) -> Report:
+        """Return the report of the run, which ends by that."""
+        if self._report is None:
+            if self._simulator is None or self._sink is None:
+                raise AssertionError
+            self._sink.weigh_all()
+            self._story.end(stamp(self._simulator.now))
+            source = Source(kind="trace", exact=True, complete=True, notes=tuple(notes_of(self._story)))
+            report = report_of(ReportInput(self._story, source, {}, {"name": self.world.name}))
+            goals = tuple(goal.model_copy(update={"target": self._goal_of(goal)}) for goal in report.goals)
+            self._report = report.model_copy(update={"goals": goals})
+        return self._report
+
+    def changes(self, kind: str) -> Iterator[tuple[str, list[tuple[float, Any]]]]:
+        """Yield each item, door, lane or robot that is ``gone``, with its values over time."""
+        for (what, name), values in sorted(self._spans.items()):
+            if what == kind:
+                yield name, values
+
+    def describe(self, event: Event) -> str:
+        """Return an event as a sentence, with the names of places."""
+        return f"{event.subject} {self._text(event)}".lstrip()
+
+    def _named(self, target: str, at: Point | None) -> str:
+        """Return the summary of a goal with the name of its first point; a pose that was left at the origin is none."""
+        if at is None:
+            return target
+        if at == (0.0, 0.0) and target.startswith("(0, 0), "):
+            return target.removeprefix("(0, 0), ")
+        return target.replace(f"({at[0]:g}, {at[1]:g})", self._places.of(at), 1)
+
+    def _goal_of(self, goal: Goal) -> str:
+        x, y = goal.target_x, goal.target_y
+        return self._named(goal.target, None if x is None or y is None else (x, y))
+
+    def _text(self, event: Event) -> str:
+        return event.text({"goal": self._goal, "point": self._point})
+
+    def _point(self, at: Any) -> str:
+        return self._places.of((float(at[0]), float(at[1])))
+
+    def _goal(self, asked: Any) -> str:
+        target, at = target_of(asked)
+        return self._named(target, at)
+
+    def _poses(self, robot: str) -> Poses:
+        known = self.poses.get(robot)
+        if known is None:
+            known = self.poses[robot] = Poses(1.0 / self.frame.scale)
+        return known
+
+    def _take(self, occurrence: Occurrence) -> None:
+        event = occurrence.event
+        if isinstance(event, GoalStatusChanged) and event.cause == Cause.ENDED:
+            # It ended with the simulation, when the run was over.
+            return
+        self._story.take(occurrence)
+        if not isinstance(event, Event):
+            return
+        at = occurrence.at + self._story.timeline.offset
+        if not isinstance(event, FaultEvent):
+            self.happenings.append(Happening(at, event, len(self.lines)))
+        if event.traced or isinstance(event, GoalAccepted):
+            severity = event.severity
+            if not isinstance(event, GoalStatusChanged) or GoalStatus(event.status).terminal:
+                self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), severity.value))
+
+    def _change(self, kind: str, name: str, at: int, value: Any) -> None:
+        self._spans[kind, name].append((in_seconds(at), value))
+
+    def _close(self, at: int, event: LaneClosed | LaneOpened) -> None:
+        self._change("lane", "-".join(event.lane), at, isinstance(event, LaneClosed))
+
+    def _put(self, at: int, event: Teleported | Spawned) -> None:
+        name = event.entity
+        if name in self.poses or (isinstance(event, Spawned) and event.type != "item"):
+            self._poses(name).put(at, *event.at, getattr(event, "yaw", None))
+            self._change("gone", name, at, False)
+        else:
+            self._change("item", name, at, event.at)
+
+    def _see(self, at: int, scene: SceneSeen) -> None:
+        for robot in scene.fields["robots"]:
+            self._poses(robot["name"]).put(at, *robot["pose"])
+        for item in scene.fields["items"]:
+            self._change("item", item["name"], at, item["carrier"] or item["at"])
+        for fixture in scene.fields["fixtures"]:
+            if fixture["kind"] == "door":
+                self._change("door", fixture["name"], at, "open" in fixture["tags"])
+        for closed in scene.fields["closed_lanes"]:
+            self._change("lane", "-".join(closed["lane"]), at, True)
+
+
+def place_of(value: Any, frame: Frame) -> Any:
+    """Return where an item is on the map: the name of its robot, or a point in pixels."""
+    if isinstance(value, str):
+        return value
+    at: Point = (float(value[0]), float(value[1]))
+    return [round(each, 1) for each in frame.at(at)]

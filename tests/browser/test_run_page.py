@@ -1,0 +1,124 @@
+"""The page of a failing run, opened from disk."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks._browser import until
+from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.reading import check_at
+from hmrsim.fault_search.results.run_page import failure_page, run_logged
+from hmrsim.fault_search.running.single import Wanted
+from hmrsim.fault_search.schedule import Case, Injection
+
+_TREE = '''"""A waiter that goes on when driving has failed."""
+
+from py_trees.composites import Sequence
+from py_trees.decorators import FailureIsSuccess
+
+from bt_controller.behaviours.items import Pickup, Place
+from bt_controller.behaviours.nav_to_pose import GoTo
+
+
+def serve(robot):
+    drive = FailureIsSuccess("Drive", GoTo("table_1"))
+    return Sequence(robot, memory=True, children=[GoTo("counter"), Pickup("coffee"), drive, Place("coffee")])
+'''
+_PROPERTY = {"never": {"all": [{"event": "placed"}, {"not": {"item": "coffee", "at": "table_1"}}]}}
+_REJECTED = {"type": "goals_rejected", "robot": "mocha", "action": "navigate_to_pose", "count": 1, "at": 1.0}
+_PLACES = "() => [...document.querySelectorAll('[data-robot=mocha]')].map((each) => each.getAttribute('transform'))"
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory):
+    """Return the page of a waiter that puts the coffee down where it was picked up."""
+    folder = tmp_path_factory.mktemp("run_page")
+    (folder / "hasty.py").write_text(_TREE, encoding="utf-8")
+    controller = {"tree": "hasty.py:serve", "robots": ["mocha"]}
+    said = {"world": "cafe", "controller": controller, "properties": {"properties": {"right_table": _PROPERTY}}}
+    check = check_at(CheckFile.model_validate(said), folder)
+    case = Case((Injection(_REJECTED),))
+    file = folder / "failure.html"
+    file.write_text(failure_page(check, case, *run_logged(check, case, Wanted())), encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def page(page_file, open_page):
+    return open_page(page_file.as_uri())
+
+
+def to(page, seconds):
+    page.evaluate(
+        "(at) => { const time = document.getElementById('time'); time.value = at;"
+        " time.dispatchEvent(new Event('input')); }",
+        seconds,
+    )
+
+
+def test_the_slider_moves_the_robots_of_both_runs(page):
+    to(page, 0)
+    start = page.evaluate(_PLACES)
+    to(page, 2)
+    between = page.evaluate(_PLACES)
+    to(page, 9)
+    end = page.evaluate(_PLACES)
+
+    assert start[0] == start[1]
+    assert between[0] == between[1] != start[0]
+    assert end[0] != end[1]
+
+
+def test_it_opens_at_the_first_difference_and_jumps_back_to_it(page):
+    there = page.text_content("#clock")
+    assert "rejected" in page.text_content(".events .difference")
+    to(page, 0)
+    page.click("#difference")
+
+    assert page.text_content("#clock") == there
+    assert ["navigate_to_pose rejected", "navigate_to_pose accepted"] == [
+        " ".join(item.split()[1:3]).removesuffix(":") for item in page.locator(".events .now span").all_inner_texts()
+    ]
+
+
+def test_the_tree_is_shown_as_it_was_ticked(page):
+    to(page, 1)
+    assert ["R", "R"] == page.eval_on_selector_all(".tree li:nth-child(2)", "(all) => all.map((li) => li.dataset.is)")
+    to(page, 9)
+
+    assert 0 < page.locator(".tree .differs").count()
+
+
+def test_the_keyboard_moves_the_slider_and_steps_through_events(page):
+    to(page, 0)
+    page.focus("#time")
+    page.keyboard.press("ArrowRight")
+    assert page.text_content("#clock").startswith("0.100 s")
+    page.keyboard.press("n")
+    page.keyboard.press("p")
+
+    assert "true" == page.evaluate("String(document.querySelector('.events .now') !== null)")
+
+
+def test_it_plays(page):
+    to(page, 0)
+    page.keyboard.press(" ")
+    until(page, "Number(document.getElementById('time').value) > 0.2")
+    page.keyboard.press(" ")
+
+    assert page.get_attribute("#play", "aria-pressed") == "false"
+
+
+def test_a_click_on_the_chart_shows_that_time(page):
+    track = page.locator(".chart .row .track").first
+    box = track.bounding_box()
+    track.click(position={"x": box["width"] / 2, "y": 4})
+
+    half = float(page.get_attribute("#time", "max")) / 2
+    assert half == pytest.approx(float(page.input_value("#time")), abs=0.1)
+
+
+def test_it_fits_a_phone(page_file, open_page):
+    page = open_page(page_file.as_uri(), viewport={"width": 390, "height": 800})
+
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

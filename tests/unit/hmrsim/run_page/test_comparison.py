@@ -1,0 +1,44 @@
+"""Where two runs first differ, and the key moments."""
+
+from __future__ import annotations
+
+from hmrsim.run_page import Cause, ShownRun
+from hmrsim.run_page.comparison import first_difference, moments_of
+
+
+def test_the_first_difference_is_no_fault_but_its_effect(failing, passing):
+    difference = first_difference(failing[1], passing[1])
+
+    assert difference is not None
+    assert 10.0 == difference.at
+    assert "10.000 s: porter pickup ABORTED: porter has broken down at (10, 0)" == difference.texts[0]
+    assert "10.000 s: porter picks up box" == difference.texts[1]
+    assert all(
+        log.lines[line].at == difference.at
+        for log, line in zip((failing[1], passing[1]), difference.lines, strict=True)
+    )
+
+
+def test_a_run_does_not_differ_from_itself(failing):
+    assert first_difference(failing[1], failing[1]) is None
+
+
+def test_a_run_that_ends_before_differs_by_that(passing):
+    class Shorter:
+        happenings = passing[1].happenings[:-1]
+        lines = passing[1].lines[:-1]
+
+    difference = first_difference(Shorter(), passing[1])
+
+    assert difference is not None
+    assert "no further event" == difference.texts[0]
+
+
+def test_key_moments_are_the_causes_the_difference_and_what_went_wrong(failing, passing):
+    outcome, log = failing
+    run = ShownRun("Failing run", log, "ends", outcome.at, [(outcome.at, "no_vain_goals: in vain")])
+    other = ShownRun("Without", passing[1], "ends", passing[0].at)
+    moments = moments_of([Cause("breakdown", outcome.began[0])], run, other, first_difference(log, passing[1]))
+
+    assert ["cause", "difference", "alarm", "violated", "end"] == [moment.kind for moment in moments]
+    assert sorted(moment.at for moment in moments) == [moment.at for moment in moments]

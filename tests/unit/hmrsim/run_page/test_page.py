@@ -1,0 +1,67 @@
+"""The page of a failing run."""
+
+from __future__ import annotations
+
+import json
+import re
+
+from hmrsim.fault_search.results.run_page import failure_page, run_logged
+from hmrsim.fault_search.running.single import Wanted
+from hmrsim.fault_search.schedule import Case, Injection
+from tests.porters import WORLD, check_of
+from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
+
+SLOW = Injection({"change": {"robots.other.base.speed": 0.5}})
+
+
+def data_of(page):
+    (text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
+    return json.loads(text)
+
+
+def test_the_page_has_the_failing_run_and_the_passing_one(page):
+    data = data_of(page)
+
+    assert ["violated"] == [kind for kind in ("violated", "passing") if f'<li class="{kind}">' in page]
+    assert [1, 0] == [len(run["violations"]) for run in data["runs"]]
+    assert ["porter", "other"] == [robot["name"] for robot in data["runs"][0]["robots"]]
+    assert 10.0 == data["difference"]["at"] == data["at"]
+    assert "breakdown of porter for 60 s, when pickup of porter is executing" in page
+    assert "it passes: the run ends as succeeded at " in page
+
+
+def test_the_same_runs_give_the_same_page(check, page):
+    outcome, log = run_logged(check, Case((BREAKDOWN,)), Wanted())
+
+    assert page == failure_page(check, Case((BREAKDOWN,)), outcome, log)
+
+
+def test_the_run_beside_it_lacks_the_last_element_without_which_it_passes(check):
+    case = Case((SLOW, BREAKDOWN))
+    page = failure_page(check, case, *run_logged(check, case, Wanted()))
+
+    assert "Without breakdown of porter for 60 s" in page
+    assert 2 == len(data_of(page)["runs"])
+
+
+def test_a_run_that_fails_without_any_fault_stands_alone():
+    check = check_of("broken")
+    page = failure_page(check, Case(), *run_logged(check, Case(), Wanted()))
+
+    assert "The run fails without any fault." in page
+    assert 1 == len(data_of(page)["runs"])
+
+
+def test_names_can_not_end_the_data():
+    world = {**WORLD, "waypoints": {**WORLD["waypoints"], "</script><b>": [5, 5]}}
+    check = check_of("careful", world=world)
+    case = Case((Injection({"type": "goals_aborted", "robot": "porter", "name": "</script>", "at": 0.0, "count": 1}),))
+    page = failure_page(check, case, *run_logged(check, case, Wanted()))
+
+    assert "</script><b>" not in page
+    assert any("</script>" in text for _, _, text, _ in data_of(page)["runs"][0]["lines"])
+
+
+def test_the_page_needs_nothing_else(page):
+    assert not re.findall(r'(?:src|href)="(?!#)', page)
+    assert "default-src 'none'" in page

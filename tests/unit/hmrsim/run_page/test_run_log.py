@@ -1,0 +1,69 @@
+"""The log of a run: what its page shows."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.fault_search.schedule import Case
+from hmrsim.run_page.run_log import Tree
+from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
+
+
+def node(name, status="RUNNING", message="", depth=0):
+    return SimpleNamespace(
+        depth=depth, symbol="-->", kind="Leaf", name=name, status=SimpleNamespace(value=status), message=message
+    )
+
+
+def test_the_log_does_not_change_the_run(check, failing):
+    assert run_case(check, Case((BREAKDOWN,)), Wanted(trace=True)).trace == failing[0].trace
+
+
+def test_lines_have_the_events_with_the_names_of_places(passing):
+    texts = [f"{line.at:g} {line.subject} {line.text}" for line in passing[1].lines]
+
+    assert "0 porter navigate_to_pose accepted: store" in texts
+    assert "10 porter picks up box" in texts
+    assert any(text.endswith("porter puts down box at shelf") for text in texts)
+
+
+def test_goals_that_end_with_the_simulation_have_no_end(failing):
+    goals = failing[1].report().goals
+
+    assert {"SUCCEEDED", "ABORTED"} == {goal.status for goal in goals if goal.ended is not None}
+    assert not [line for line in failing[1].lines if "stopped" in line.text]
+
+
+def test_robots_are_where_they_were(passing):
+    frames = passing[1].poses["porter"].frames
+
+    assert (0.0, 0.0) == frames[0][1:3]
+    assert {(10.0, 0.0), (20.0, 0.0)} <= {(round(x, 6), round(y, 6)) for _, x, y, _ in frames}
+    assert (0.0, 0.0) == (round(frames[-1].x, 6), round(frames[-1].y, 6))
+
+
+def test_items_are_carried(passing):
+    boxes = dict(passing[1].changes("item"))["box"]
+
+    assert [[10.0, 0.3], "porter"] == [list(value) if not isinstance(value, str) else value for _, value in boxes][:2]
+
+
+def test_ticks_that_change_nothing_are_left_out():
+    tree = Tree()
+    tree.note(1.0, 0, [node("drive")])
+    tree.note(2.0, 3, [node("drive")])
+    tree.note(3.0, 4, [node("drive", "SUCCESS", "there")])
+
+    assert [(1.0, "R", {}), (3.0, "S", {0: "there"})] == [
+        (tick.at, tick.statuses, tick.messages) for tick in tree.ticks
+    ]
+
+
+def test_a_tree_may_grow():
+    tree = Tree()
+    tree.note(1.0, 0, [node("root")])
+    tree.note(2.0, 0, [node("root"), node("more", depth=1)])
+
+    assert [0, 1] == [tick.shape for tick in tree.ticks]
+    assert [1, 2] == [len(shape) for shape in tree.shapes]
