@@ -16,8 +16,7 @@ _TREE = '''"""A waiter that goes on when driving has failed."""
 from py_trees.composites import Sequence
 from py_trees.decorators import FailureIsSuccess
 
-from bt_controller.behaviours.items import Pickup, Place
-from bt_controller.behaviours.nav_to_pose import GoTo
+from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 
 
 def serve(robot):
