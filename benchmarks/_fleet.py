@@ -12,9 +12,8 @@ from hmrsim.events.robots import MotionBegan
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import GetResult, SendGoal
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus, ResultResponse
 from hmrsim.protocol.outputs import Answered, EventStamped
 from hmrsim.protocol.topics import Topic
 from hmrsim.world.model import World

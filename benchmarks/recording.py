@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks._fleet import SIDE, Wanderers, grid_world, plan_everything
 from benchmarks._report import Row
-from hmrsim.cli.recording import rosout
+from hmrsim.cli.record import rosout
 from hmrsim.protocol.time import LOCKSTEP, TimeState
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator

@@ -16,8 +16,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.program.memory import collect_rarely
-from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import GoalEntry, GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
 from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings

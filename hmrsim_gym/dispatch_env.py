@@ -14,7 +14,7 @@ from hmrsim_gym.observations import Observation, observation_space
 from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
-    from hmrsim.simulation.orders import Order
+    from hmrsim.simulation.demand import Order
     from hmrsim.trials.worlds import AnyWorld
     from hmrsim_gym.dispatching import Dispatching
 

@@ -8,8 +8,7 @@ from hmrsim_gym.dispatching import Dispatching
 from hmrsim_gym.observations import Observer
 
 if TYPE_CHECKING:
-    from hmrsim.simulation.demand import Demand
-    from hmrsim.simulation.orders import Order
+    from hmrsim.simulation.demand import Demand, Order
     from hmrsim_gym.setting import Setting
 
 LATE: Final = 4.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.simulation.orders import Order
+    from hmrsim.simulation.demand import Order
     from hmrsim_gym.dispatching import Dispatching
     from hmrsim_gym.setting import Setting
 

@@ -26,7 +26,7 @@ from hmrsim.world_checks.schema import world_schema
 from hmrsim_zenoh.server import decode_time
 from hmrsim_zenoh.settings import settings_schema
 from hmrsim_zenoh.wire import envelopes
-from hmrsim_zenoh.wire.tree_state import TreeState
+from hmrsim_zenoh.wire.descriptions import TreeState
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from hmrsim.actions._places import numbers
+from hmrsim.actions._inputs import numbers
 from hmrsim.errors import BaseDisabled, GoalAborted
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.builtin_interfaces import Duration

@@ -1,4 +1,4 @@
-"""Driving to one or several poses: routes, planned here or by an external planner, and the feedback about them.
+"""Driving to poses and planning paths: routes, planned here or by an external planner, feedback, and path messages.
 
 A robot with an external planner follows the planned path straight from pose to pose, and uses no lanes.
 """
@@ -9,19 +9,24 @@ from collections.abc import Callable, Generator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from hmrsim.actions import FRAMES
+from hmrsim.actions import FRAMES, Flaw
 from hmrsim.errors import GoalAborted
-from hmrsim.geometry import distance, yaw_of
+from hmrsim.geometry import Pose, distance, yaw_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
+from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.navigation.route import Route
 from hmrsim.protocol.goal import Cause
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hmrsim.geometry import Point
     from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim.robots.robot import Robot
 
+
+if TYPE_CHECKING:
     Way = Route | Sequence[Point]
     """Along the lanes; or straight from point to point."""
 
@@ -108,3 +113,32 @@ def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _noth
         }
 
     return feedback
+
+
+_PLANNERS = ("", "graph", "GridBased")
+"""The names of the only planner: empty, its name in world files, and the default of Nav2's behavior trees."""
+
+
+def planner_flaw(planner_id: str, code: int) -> Flaw | None:
+    """Return the flaw of an unknown planner, with the error *code* for that; None if the planner is known."""
+    if planner_id in _PLANNERS:
+        return None
+    return Flaw(f"no planner {planner_id!r}; there is one, called {', '.join(filter(None, _PLANNERS))}", code)
+
+
+def poses_along(route: Route, start: Point, yaw: float) -> Iterator[Pose]:
+    """Yield the pose at the start of each leg, facing along it, then the end (*start* without legs) with a *yaw*."""
+    yield from (leg.first for leg in route.legs)
+    end = route.legs[-1].end if route.legs else start
+    yield Pose(*end, yaw)
+
+
+def path_values(robot: Robot, poses: Sequence[Pose]) -> dict[str, Any]:
+    """Return the plain values of a path through one or more poses, stamped with the current time."""
+    stamped = [robot.stamped(pose) for pose in poses]
+    return {"header": stamped[0]["header"], "poses": stamped}
+
+
+def path_message(robot: Robot, poses: Sequence[Pose]) -> Path:
+    """Return a path through one or more poses, stamped with the current time."""
+    return Path.model_validate(path_values(robot, poses))

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
 from hmrsim.actions._inputs import Input
-from hmrsim.actions._navigation import facing, point_of
-from hmrsim.actions._planning import path_message, planner_flaw, poses_along
+from hmrsim.actions._navigation import facing, path_message, planner_flaw, point_of, poses_along
 from hmrsim.errors import GoalAborted, NoRoute
 from hmrsim.interfaces.nav2_msgs import ComputePathThroughPoses, ComputePathToPose
 

@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Report
-from hmrsim.actions._planning import path_message
+from hmrsim.actions._navigation import path_message
 from hmrsim.actions._routes import INPUTS, ends_of, find_route, frames_of, poses_on, route_values
 from hmrsim.interfaces.nav2_msgs import ComputeRoute, Route
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, pose
 from hmrsim.actions._navigation import drive, no_planner, plan, point_of
-from hmrsim.actions._places import pose
 from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE

@@ -6,9 +6,8 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import FRAMES, Action, Codes, Order, Report, unknown_frame
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, places
 from hmrsim.actions._navigation import drive, facing, no_planner, plan
-from hmrsim.actions._places import places
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, WaypointStatus
 

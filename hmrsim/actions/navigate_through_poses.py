@@ -6,9 +6,8 @@ from collections.abc import Generator, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, places
 from hmrsim.actions._navigation import drive, extent, facing, navigation_of, no_planner, plan
-from hmrsim.actions._places import places
 from hmrsim.errors import GoalAborted
 from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, WaypointStatus
 from hmrsim.interfaces.nav_msgs import Goals

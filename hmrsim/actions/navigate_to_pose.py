@@ -7,9 +7,8 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, place, pose
 from hmrsim.actions._navigation import drive, facing, navigation_of, no_planner, plan
-from hmrsim.actions._places import place, pose
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 
 if TYPE_CHECKING:

@@ -7,10 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Flaw, Report
-from hmrsim.actions._inputs import Input
-from hmrsim.actions._navigation import facing, point_of
-from hmrsim.actions._places import check_reachable
-from hmrsim.actions._planning import path_message
+from hmrsim.actions._inputs import Input, check_reachable
+from hmrsim.actions._navigation import facing, path_message, point_of
 from hmrsim.errors import GoalAborted
 from hmrsim.geometry import SAME_PLACE, Pose, distance, heading
 from hmrsim.interfaces.nav2_msgs import SmoothPath

@@ -6,9 +6,8 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, numbers
 from hmrsim.actions._maneuvers import keep_time, perform
-from hmrsim.actions._places import numbers
 from hmrsim.interfaces.nav2_msgs import Spin
 from hmrsim.navigation import motion
 

@@ -6,9 +6,8 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import Action, Codes, Order, Report
-from hmrsim.actions._inputs import Input
+from hmrsim.actions._inputs import Input, numbers
 from hmrsim.actions._maneuvers import keep_time
-from hmrsim.actions._places import numbers
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 

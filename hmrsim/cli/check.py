@@ -146,7 +146,7 @@ def _repeat(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         wanted = Wanted(trace=True, story=True)
         if args.record:
-            from hmrsim.cli.recording import recorded
+            from hmrsim.cli.record import recorded
             from hmrsim.settings.run import RunSettings
 
             further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))

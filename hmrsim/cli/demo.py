@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hmrsim.cli.child import Child
-    from hmrsim.cli.demo_screen import Display
-    from hmrsim.cli.demo_story import Story
+    from hmrsim.cli.demo_screen import Display, Story
 
 _WORLD: Final = "hospital"
 _TREE: Final = "bt_controller.examples.hospital:mission"
@@ -147,7 +146,7 @@ class _Demo:
     def __init__(
         self, screen: Display, run_arguments: Sequence[str], controller_options: Sequence[str], secure: Path | None
     ) -> None:
-        from hmrsim.cli.demo_story import CausalOrder
+        from hmrsim.cli.demo_screen import CausalOrder
 
         self.news: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._screen = screen
@@ -163,7 +162,7 @@ class _Demo:
             SimulatorNotFound: The simulator can't be reached.
         """
         from hmrsim.cli.child import Child
-        from hmrsim.cli.demo_story import Story
+        from hmrsim.cli.demo_screen import Story
         from hmrsim_zenoh.client.client import Client
 
         began = time.monotonic()

@@ -1,21 +1,242 @@
-"""The output of a demo: a live table with the log above it on a terminal, lines of text or JSON elsewhere."""
+"""The output of a demo: the story of its mission, as a live table with a log, as lines of text, or as JSON."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import IO, TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hmrsim.cli.demo_story import RobotSummary
+from hmrsim.cli.event_log import text_of
 from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.robot_table import Column, RobotTable
+from hmrsim.events import Severity
+from hmrsim.events.goals import GoalStatusChanged
+from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
+from hmrsim.protocol.goal import GoalStatus
 
 if TYPE_CHECKING:
-    from hmrsim.cli.demo_story import Line, Story
+    from hmrsim.events import Event
+    from hmrsim.geometry import Point
+
+
+_INSTANT: Final = 1e-6
+"""Maximum error of a rounded time, in seconds."""
+
+_MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
+
+
+class Line(NamedTuple):
+    """One line of the story.
+
+    Attributes:
+        sim_time: In simulated seconds; None if unknown.
+        source: ``world`` for the simulator, ``tree`` for the controller.
+        hands_over: Whether the robot's next line is expected from the other source.
+        detail: Whether a short log leaves it out.
+    """
+
+    sim_time: float | None
+    source: str
+    robot: str
+    text: str
+    hands_over: bool = False
+    detail: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the line as JSON values, with the time rounded to milliseconds."""
+        time = None if self.sim_time is None else round(self.sim_time, 3)
+        return {"sim_time": time, "source": self.source, "robot": self.robot, "text": self.text}
+
+    def __str__(self) -> str:
+        """Return the line as text."""
+        time = "" if self.sim_time is None else f"{self.sim_time:.3f}"
+        return f"{time:>9} | {self.source:<5} | {self.robot:<8} | {self.text}"
+
+
+@dataclass
+class RobotSummary:
+    """The summary of one robot.
+
+    Attributes:
+        succeeded: Goals that succeeded.
+        failed: Goals that ended otherwise.
+        distance: The driven distance, in the world's unit.
+        moved: The items that the robot has put down.
+        carries: The item that the robot holds; empty for none.
+        does: The running behavior of the robot's tree, or else the last one.
+        segments: The current motion: each segment's end in simulated seconds, and the points that it connects.
+    """
+
+    type: str
+    succeeded: int = 0
+    failed: int = 0
+    distance: float = 0.0
+    moved: list[str] = field(default_factory=list)
+    carries: str = ""
+    does: str = ""
+    segments: Sequence[tuple[float, Point, Point]] = ()
+
+
+class Story:
+    """Turns the events and trees of a mission into lines, and sums them up by robot.
+
+    Args:
+        robots: The type of each robot, by name.
+    """
+
+    def __init__(self, robots: dict[str, str]) -> None:
+        self.robots = {name: RobotSummary(kind) for name, kind in robots.items()}
+        self.sim_time = 0.0
+        self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
+
+    def on_event(self, at: float, event: Event) -> Iterator[Line]:
+        """Process an event of the simulation; yield the lines to show."""
+        self.sim_time = at
+        name = event.subject
+        ended = False
+        if (robot := self.robots.get(name)) is not None:
+            ended = _follow(robot, event, at)
+        elif getattr(event, "robot", ""):
+            # The robot is not part of the mission.
+            return
+        if text := text_of(event):
+            detail = not ended and event.severity in (Severity.DEBUG, Severity.INFO)
+            yield Line(at, "world", name, text, hands_over=ended, detail=detail)
+
+    def ticked(self, tree: dict[str, Any]) -> Iterator[Line]:
+        """Process a ticked tree; yield a line for each behavior that began or ended."""
+        robot = self.robots.get(tree.get("robot", ""))
+        if robot is None:
+            return
+        before = self._trees[tree["robot"]]
+        nodes = tree["nodes"]
+        for node in _leaves(nodes):
+            name, status = node["name"], node["status"]
+            if status == "RUNNING":
+                robot.does = name
+            if before.get(name) != status and status in _MARKS:
+                message = f": {node['message']}" if status == "FAILURE" and node["message"] else ""
+                text = f"{name} {_MARKS[status]}{message}"
+                begun, done = status == "RUNNING", status == "SUCCESS"
+                yield Line(tree["sim_time"], "tree", tree["robot"], text, hands_over=begun, detail=done)
+            before[name] = status
+        if tree["status"] in ("SUCCESS", "FAILURE"):
+            robot.does = f"mission {_MARKS[tree['status']]}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary by robot."""
+        return {
+            name: {
+                "type": robot.type,
+                "succeeded": robot.succeeded,
+                "failed": robot.failed,
+                "distance": round(robot.distance, 3),
+                "items_moved": robot.moved,
+            }
+            for name, robot in self.robots.items()
+        }
+
+
+def _follow(robot: RobotSummary, event: Event, time: float) -> bool:
+    """Update the summary of a robot; return whether a goal has ended."""
+    match event:
+        case GoalStatusChanged():
+            status = GoalStatus(event.status)
+            robot.succeeded += status is GoalStatus.SUCCEEDED
+            robot.failed += status.terminal and status is not GoalStatus.SUCCEEDED
+            return status.terminal
+        case ItemPicked():
+            robot.carries = event.item
+        case ItemPlaced():
+            robot.carries = ""
+            robot.moved.append(event.item)
+        case MotionBegan():
+            robot.distance -= _left(robot.segments, time, event.from_[:2])
+            robot.segments = [*_segments(event, time)]
+            robot.distance += math.fsum(math.dist(start, end) for _, start, end in robot.segments)
+        case Stopped():
+            robot.distance -= _left(robot.segments, time, event.at)
+            robot.segments = ()
+    return False
+
+
+def _segments(event: MotionBegan, time: float) -> Iterator[tuple[float, Point, Point]]:
+    """Yield the segments of a motion that begins at a time."""
+    yield (time := time + event.duration), event.from_[:2], event.to[:2]
+    for each in event.then:
+        yield (time := time + each["duration"]), tuple(each["from"][:2]), tuple(each["to"][:2])
+
+
+def _left(segments: Sequence[tuple[float, Point, Point]], time: float, at: Point) -> float:
+    """Return the remaining distance of a motion for a robot at a point and a time."""
+    ahead = [(start, end) for ends, start, end in segments if ends > time + _INSTANT]
+    return math.dist(at, ahead[0][1]) + math.fsum(math.dist(*segment) for segment in ahead[1:]) if ahead else 0.0
+
+
+def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the behaviors without children."""
+    for node, following in zip(nodes, (*nodes[1:], {"depth": 0}), strict=True):
+        if following["depth"] <= node["depth"]:
+            yield node
+
+
+_OTHER: Final = {"tree": "world", "world": "tree"}
+
+
+class CausalOrder:
+    """Sorts the lines of the world and of the trees by cause and effect, then by time.
+
+    The lines arrive over different paths, and the controller's clock is sampled, so neither their arrival nor their
+    time gives the order. But a robot's behavior begins, then its goal executes, then the behavior ends: each line waits
+    for its source's turn. Then it waits for earlier lines of other robots.
+
+    Args:
+        patience: The maximum wall seconds that a line waits for its turn.
+        hold: The wall seconds after its arrival that a line waits for lines of earlier times. A line that arrives
+            even later gets the time of the line before it.
+    """
+
+    def __init__(self, patience: float, hold: float) -> None:
+        self._patience, self._hold = patience, hold
+        self._waiting: list[tuple[float, Line]] = []
+        self._turns: dict[str, str] = {}
+        self._times: dict[str, float] = {}
+        self._sorted: list[tuple[float, int, float, Line]] = []
+        self._count = 0
+        self._last = 0.0
+
+    def add(self, line: Line, now: float) -> None:
+        """Add a line that arrives *now*, in wall seconds."""
+        self._waiting.append((now, line))
+
+    def ready(self, now: float) -> Iterator[Line]:
+        """Yield the lines whose turn it is *now*, in wall seconds; their times never decrease."""
+        while (i := self._next(now)) is not None:
+            arrival, line = self._waiting.pop(i)
+            self._turns[line.robot] = _OTHER[line.source] if line.hands_over else line.source
+            time = self._times[line.robot] = max(line.sim_time or 0.0, self._times.get(line.robot, 0.0))
+            self._count += 1
+            heappush(self._sorted, (time, self._count, arrival + self._hold, line))
+        while self._sorted and self._sorted[0][2] <= now:
+            time, _, _, line = heappop(self._sorted)
+            self._last = max(self._last, time)
+            yield line._replace(sim_time=self._last or None)
+
+    def _next(self, now: float) -> int | None:
+        """Return the index of the first line whose turn it is; None if all have to wait."""
+        for i, (arrival, line) in enumerate(self._waiting):
+            its_turn = not line.robot or line.source == self._turns.get(line.robot, "tree")
+            if its_turn or arrival + self._patience <= now:
+                return i
+        return None
+
 
 _STYLES: Final = {"world": "cyan", "tree": "yellow"}
 _COLUMNS: Final = (

@@ -4,15 +4,239 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json, ros_domain_of_environment
 from hmrsim.cli.output import show_json, show_result
+from hmrsim.errors import printable
 from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import logging_to_stderr
+from hmrsim.settings.arguments import reader_of
+from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
+from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, first_few
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, SimulatorNotFound
+from hmrsim_zenoh.ros2.keys import Kind
+from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
+from hmrsim_zenoh.server.tokens import MAX_TOKENS
+from hmrsim_zenoh.settings import Ros2Settings
 from hmrsim_zenoh.wire.options import session_options
+
+if TYPE_CHECKING:
+    from hmrsim_zenoh.doctor import Problem, Simulator, Snapshot
+    from hmrsim_zenoh.doctor.snapshot import Domain
+    from hmrsim_zenoh.ros2.keys import Token
+
+
+ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
+"""Reads the value of ``--ros-domain-id``."""
+
+_KINDS: Final = {
+    Kind.PUBLISHER: "publisher",
+    Kind.SUBSCRIBER: "subscriber",
+    Kind.SERVICE: "service",
+    Kind.CLIENT: "client",
+}
+_MAX_DOMAINS: Final = 8
+_LABEL: Final = 11
+"""Width of a line's label, in characters."""
+
+
+def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
+    """Return the lines of the findings and of the problems."""
+    facts = [f"{label:<{_LABEL}} {text}" for label, text in _facts(snapshot)]
+    lines = [f"{problem.severity}: {problem.text}; {problem.remedy}" for problem in problems]
+    return map(printable, (*facts, "", *(lines or ["nothing is wrong"])))
+
+
+def as_json(snapshot: Snapshot, problems: Sequence[Problem]) -> dict[str, Any]:
+    """Return the findings and the problems as plain values."""
+    simulator, enclave = snapshot.simulator, snapshot.enclave
+    return {
+        "network": {"endpoints": snapshot.endpoints, "routers": snapshot.routers, "peers": snapshot.peers},
+        "prefixes": snapshot.prefixes,
+        "simulator": None if simulator is None else _simulator_json(snapshot, simulator),
+        "ros2": {
+            "domain": snapshot.domain,
+            "domains": {str(number): _domain_json(domain) for number, domain in snapshot.domains.items()},
+            "unreadable": snapshot.unreadable,
+            "distros": _distros(snapshot.ros),
+            "incomplete_actions": incomplete_actions(snapshot) if snapshot.ros.ours else {},
+        },
+        **({"security": enclave.member.to_json(), "connected": dict(snapshot.names)} if enclave else {}),
+        "environment": dict(snapshot.environment),
+        "problems": [asdict(problem) for problem in problems],
+    }
+
+
+def _simulator_json(snapshot: Snapshot, simulator: Simulator) -> dict[str, Any]:
+    return {
+        "prefix": snapshot.prefix,
+        "session": simulator.session,
+        "twins": simulator.twins,
+        "info": simulator.info,
+        "time": simulator.time,
+        "robots_alive": sorted(simulator.alive),
+        "participants_alive": sorted(simulator.tokens),
+        "trees": {
+            robot: {key: tree.get(key) for key in _TREE_FIELDS} for robot, tree in sorted(simulator.trees.items())
+        },
+    }
+
+
+_TREE_FIELDS: Final = ("sim_time", "tick", "status", "ended")
+"""The fields of a tree to show; its topic has more."""
+
+
+def _domain_json(domain: Domain) -> list[dict[str, Any]]:
+    """Return the nodes of a domain and their endpoints."""
+    nodes: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for token in domain.tokens:
+        served = nodes.setdefault((token.session, token.node.full_name), [])
+        if token.endpoint is not None:
+            endpoint = token.endpoint
+            served.append(
+                {
+                    "kind": _KINDS[endpoint.kind],
+                    "name": endpoint.name,
+                    "type": ros_name(endpoint.type),
+                    "hash": endpoint.hash,
+                    "qos": endpoint.qos,
+                }
+            )
+    ours = {token.session for token in domain.ours}
+    return [
+        {"name": name, "session": session, "simulator": session in ours, "endpoints": served}
+        for (session, name), served in sorted(nodes.items())
+    ]
+
+
+def _facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
+    simulator = snapshot.simulator
+    router = "a router" if snapshot.routers else "a peer, no router"
+    if simulator and simulator.session in snapshot.routers:
+        router = "the simulator is the router"
+    yield "network", f"{snapshot.where}: {router}"
+    if (enclave := snapshot.enclave) is not None:
+        yield "security", f"as {enclave.name!r} ({enclave.member.role}), until {enclave.member.expires[:10]}"
+    if names := Counter(snapshot.names.values()):
+        yield (
+            "connected",
+            first_few(f"{name}{f' ({count})' if count > 1 else ''}" for name, count in sorted(names.items())),
+        )
+    others = [prefix for prefix in snapshot.prefixes if simulator is None or prefix != snapshot.prefix]
+    if simulator is not None:
+        yield from _simulator_facts(snapshot, simulator)
+    else:
+        yield "simulator", "none"
+    if others:
+        yield "others", f"simulators with the prefix {first_few(others)}"
+    yield from _ros_facts(snapshot)
+
+
+def _simulator_facts(snapshot: Snapshot, simulator: Simulator) -> Iterator[tuple[str, str]]:
+    info, time = simulator.info, simulator.time
+    world = info.get("world", {}).get("name")
+    yield (
+        "simulator",
+        f"hmrsim {info.get('hmrsim')}, contract {info.get('contract')}, prefix {snapshot.prefix}, world {world!r}",
+    )
+    yield "time", ", ".join(_time_facts(time))
+    yield "robots", "; ".join((first_few(_groups(simulator)) or "none", *_liveliness(simulator)))
+    if time.get("participants") or time.get("waiting_for"):
+        waiting = f"; time waits for {first_few(time['waiting_for'])}" if time.get("waiting_for") else ""
+        yield "lockstep", f"{first_few(time.get('participants', ())) or 'no participants'}{waiting}"
+    # A simulator mistakes another one with its prefix for a planner.
+    if info.get("planner_present") and not simulator.twins:
+        yield "planner", "an external one is available"
+    if simulator.trees:
+        yield (
+            "trees",
+            first_few(f"{robot} {tree.get('status', '')}".strip() for robot, tree in sorted(simulator.trees.items())),
+        )
+
+
+def _groups(simulator: Simulator) -> Iterator[str]:
+    """Yield the robots that serve the same actions, with the number of these actions."""
+    groups: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for robot, actions in simulator.robots.items():
+        groups[tuple(actions)].append(robot)
+    for served, names in groups.items():
+        plural, each = "s" * (len(served) != 1), " each" * (len(names) > 1)
+        yield f"{first_few(names)} ({len(served)} action{plural}{each})"
+
+
+def _liveliness(simulator: Simulator) -> Iterator[str]:
+    if len(simulator.robots) > MAX_TOKENS:
+        yield "too many for liveliness tokens"
+    elif simulator.robots:
+        alive = len(simulator.alive & simulator.robots.keys())
+        yield f"{alive} of {len(simulator.robots)} with a liveliness token"
+
+
+def _time_facts(time: Any) -> Iterator[str]:
+    yield f"{round(time.get('now', 0.0), 1):.9g} s"
+    factor = time.get("real_time_factor", 1.0)
+    if time.get("clock") == "lockstep":
+        yield f"lockstep, epoch {time.get('epoch')}"
+    else:
+        yield f"realtime, {f'factor {factor:g}' if factor else 'as fast as possible'}"
+    if time.get("paused"):
+        yield "paused"
+    if time.get("lag"):
+        yield f"{time['lag']:.1f} wall seconds lost"
+
+
+def _ros_facts(snapshot: Snapshot) -> Iterator[tuple[str, str]]:
+    domains = {snapshot.domain: snapshot.ros, **snapshot.domains}
+    for number in [*domains][:_MAX_DOMAINS]:
+        domain = domains[number]
+        if not domain.tokens:
+            yield "ROS", f"domain {number}: no nodes"
+        if domain.ours:
+            yield "ROS", f"domain {number}: {_offer_text(snapshot, domain)}"
+        if domain.others:
+            yield "ROS", f"domain {number}: {_nodes_text(domain.others)}"
+    if len(domains) > _MAX_DOMAINS:
+        yield "ROS", f"{len(domains) - _MAX_DOMAINS} more domains"
+
+
+def _offer_text(snapshot: Snapshot, domain: Domain) -> str:
+    nodes, count = {token.node for token in domain.ours}, sum(1 for _ in endpoints(domain.ours))
+    text = f"the simulator, with {len(nodes)} nodes and {count} endpoints"
+    if domain is snapshot.ros and snapshot.simulator is not None:
+        names, lost = snapshot.simulator.names.actions, set(snapshot.simulator.lost)
+        gone = sum(robot in lost for robot, _ in names.values())
+        later = len(later_actions(snapshot))
+        whole = len(names) - gone - later - len(incomplete_actions(snapshot))
+        text += f"; {whole} of {len(names)} action names whole"
+        if later:
+            text += f", {later} when a client looks for them"
+    return f"{text}; types of {', '.join(_distros(domain)) or 'no distribution known here'}"
+
+
+def _distros(domain: Domain) -> tuple[str, ...]:
+    """Return the ROS distributions whose types the simulator uses."""
+    return distros_of({(endpoint.type, endpoint.hash) for _, endpoint in endpoints(domain.ours, *OFFER)})
+
+
+def _nodes_text(tokens: Iterable[Token]) -> str:
+    kinds: defaultdict[str, Counter[str]] = defaultdict(Counter)
+    for token in tokens:
+        counts = kinds[token.node.full_name]
+        if token.endpoint is not None:
+            counts[_KINDS[token.endpoint.kind]] += 1
+    nodes = first_few(f"{node}{_counts_text(counts)}" for node, counts in sorted(kinds.items()))
+    return f"{len(kinds)} node{'s' if len(kinds) > 1 else ''} of others: {nodes}"
+
+
+def _counts_text(counts: Counter[str]) -> str:
+    words = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())]
+    return f" ({', '.join(words)})" if words else ""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +259,7 @@ examples:
     add_json(parser, "print one JSON object with everything")
     parser.add_argument(
         "--ros-domain-id",
-        type=Later("hmrsim.cli.doctor_text", "ros_domain_id"),
+        type=Later("hmrsim.cli.doctor", "ros_domain_id"),
         metavar="N",
         help="the ROS domain to examine (default: the environment's ROS_DOMAIN_ID, else 0)",
     )
@@ -44,7 +268,7 @@ examples:
 
 
 def _examine(args: argparse.Namespace) -> int:
-    from hmrsim.cli.doctor_text import as_json, as_text
+
     from hmrsim_zenoh.doctor import Problem, gather, problems, requested
 
     given, options = args.ros_domain_id, session_options(args, VIEWER)

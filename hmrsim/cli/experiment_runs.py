@@ -185,7 +185,7 @@ def _duration(seconds: float) -> str:
 
 def again(args: argparse.Namespace) -> int:
     """Repeat a run, and check that the result is the same; return the exit code."""
-    from hmrsim.cli.recording import recorded
+    from hmrsim.cli.record import recorded
 
     with Results(args.results) as results:
         before = next(results.rows(where={"number": args.run}), None)

@@ -208,9 +208,8 @@ def _is_readable(args: argparse.Namespace) -> bool:
     """Return whether the file exists and has a known format, whatever its content."""
     from hmrsim.settings.arguments import read_settings
     from hmrsim.settings.run import WorldSettings
-    from hmrsim.world.files import find
+    from hmrsim.world.files import ReadOptions, find
     from hmrsim.world.includes import read_document
-    from hmrsim.world.options import ReadOptions
 
     try:
         read_document(find(args.file), args.file, ReadOptions(page=read_settings(args, WorldSettings).page))

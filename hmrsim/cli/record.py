@@ -1,4 +1,4 @@
-"""``hmrsim record``: record a simulator's publications to a file, over the network."""
+"""``hmrsim record``: record a simulator's publications to a file, and the sink that records a run of a command."""
 
 from __future__ import annotations
 
@@ -6,23 +6,87 @@ import argparse
 import math
 import queue
 import time
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.connection import connected
+from hmrsim.cli.event_log import text_of
 from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.options import add_connection_options, add_json, positive
 from hmrsim.cli.output import show_json, warn
+from hmrsim.errors import printable
+from hmrsim.events import Severity
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.program.files import check_outputs
 from hmrsim.program.signals import on_signals
+from hmrsim.protocol.time import LOCKSTEP
 from hmrsim_zenoh.errors import Unreachable
+from hmrsim_zenoh.recording.recorder import LogLine, Recorder
+from hmrsim_zenoh.recording.sink import RecordingSink
+from hmrsim_zenoh.recording.writer import RecordingFile
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.protocol.sinks import Sink
+    from hmrsim.settings.run import RunSettings
+    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
     from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.hosting.served_simulation import Watchers
     from hmrsim_zenoh.recording.listener import Listener
-    from hmrsim_zenoh.recording.recorder import Recorder
+
+
+_WORLD: Final = "world"
+"""The name on messages about the world as a whole."""
+
+_LEVELS: Final[Mapping[Severity, int]] = {
+    Severity.INFO: Log.INFO,
+    Severity.WARNING: Log.WARN,
+    Severity.ERROR: Log.ERROR,
+}
+
+
+def rosout(event: Event) -> LogLine | None:
+    """Return the message about an event; None for events that are too frequent for a log."""
+    text = text_of(event)
+    return LogLine(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None
+
+
+@contextmanager
+def recorded(path: Path, settings: RunSettings) -> Iterator[Watchers]:
+    """Return a factory of the sink that records a run to a file; the file is complete after the context."""
+    recordings: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
+    with ExitStack() as files:
+
+        def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+            file = files.enter_context(RecordingFile(path, reproducible=settings.clock == LOCKSTEP))
+            recorder = Recorder(file, rosout)
+            sink = RecordingSink(simulator, recorder, lambda: pacing.state, clock_rate=settings.clock_rate)
+            recordings.append((file, recorder, sink))
+            warn(f"recording to {path}")
+            return (sink,)
+
+        yield watchers
+        for _file, _recorder, sink in recordings:
+            sink.close()
+    for file, recorder, _sink in recordings:
+        warn(summary(path, file, recorder))
+
+
+def summary(path: Path, file: RecordingFile, recorder: Recorder) -> str:
+    """Return a line about how much was recorded."""
+    seconds = (recorder.time.now - recorder.time.begin) / NANOSECONDS
+    text = f"recorded {seconds:.1f} s: {file.messages} messages"
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return f"{text}, but {path} is no longer there: it was deleted or moved meanwhile"
+    return f"{text}, {size / 1e6:.1f} MB in {path}"
+
 
 _LOOK: Final = 0.2
 """Wall seconds between checks of the simulator."""
@@ -54,7 +118,7 @@ examples:
 
 
 def _record(args: argparse.Namespace) -> int:
-    from hmrsim.cli.recording import rosout, summary
+
     from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
     from hmrsim_zenoh.recording.listener import Listener
     from hmrsim_zenoh.recording.recorder import Recorder

@@ -195,7 +195,7 @@ def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManag
 
         return nullcontext(unwatched)
     # Loads the MCAP writer, which takes 100 ms.
-    from hmrsim.cli.recording import recorded
+    from hmrsim.cli.record import recorded
 
     return recorded(path, settings)
 

@@ -153,7 +153,7 @@ examples:
         "an enclave, by name or role (default: all)",
     )
     add_json(parser)
-    parser.set_defaults(function=Later("hmrsim.cli.security_policy", "explain"))
+    parser.set_defaults(function=Later("hmrsim.cli.security_keystore", "explain"))
 
 
 def _configure_check(parser: argparse.ArgumentParser) -> None:

@@ -12,7 +12,7 @@ from hmrsim.errors import PropertyError
 from hmrsim.settings.arguments import read_settings
 from hmrsim.settings.run import WorldSettings
 from hmrsim.world import ReadOptions
-from hmrsim.world.options import renames
+from hmrsim.world.files import renames
 from hmrsim.world.overlays.overlay import overlays_of
 from hmrsim.world_checks import load_world
 

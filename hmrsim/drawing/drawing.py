@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Final, Literal
 
 from hmrsim.drawing import marks
-from hmrsim.drawing.canvas import PALETTE, Canvas, Frame
+from hmrsim.drawing.canvas import PALETTE, Attributes, Canvas, Frame, element, group, number, path, text_of, titled
 from hmrsim.drawing.labels import names, shortened, width_of
 from hmrsim.drawing.marks import lanes
-from hmrsim.drawing.svg import Attributes, element, group, number, path, text_of, titled
 
 if TYPE_CHECKING:
     from hmrsim.drawing.overlay import Overlay

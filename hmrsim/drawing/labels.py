@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from hmrsim.drawing.canvas import Attributes, element, group, text_of
 from hmrsim.drawing.marks import limits
-from hmrsim.drawing.svg import Attributes, element, group, text_of
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Box, Canvas

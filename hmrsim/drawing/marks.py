@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.drawing.canvas import BODIES
-from hmrsim.drawing.svg import Attributes, element, number, path, titled
+from hmrsim.drawing.canvas import BODIES, Attributes, element, number, path, titled
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame, Look

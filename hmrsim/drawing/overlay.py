@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.drawing.canvas import PALETTE
-from hmrsim.drawing.svg import Attributes, element, path, titled
+from hmrsim.drawing.canvas import PALETTE, Attributes, element, path, titled
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame

@@ -1,6 +1,8 @@
-"""Simulated time in whole nanoseconds, as ROS states it."""
+"""Simulated time in whole nanoseconds, as ROS states it, and the one place where the simulator reads a wall clock."""
 
 from __future__ import annotations
+
+import time
 
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 
@@ -25,3 +27,8 @@ def end_of_instant(seconds: float) -> float:
     The first instant is the first two nanoseconds, as both have the same stamp.
     """
     return max(seconds, (stamp(seconds) + 0.5) / NANOSECONDS)
+
+
+def wall_time() -> float:
+    """Return wall seconds since some moment in the past."""
+    return time.monotonic()

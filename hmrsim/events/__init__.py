@@ -6,8 +6,7 @@ of the group ``hmrsim.events``, each of which names a module with an `EventGroup
 """
 
 from hmrsim.events._event import Event, EventGroup, Part, Severity, model_of
-from hmrsim.events._pattern import STATUSES, EventPattern
-from hmrsim.events._registry import UnknownEvent, flaws, from_json, groups, registry, texts
+from hmrsim.events._registry import STATUSES, EventPattern, UnknownEvent, flaws, from_json, groups, registry, texts
 
 __all__ = [
     "STATUSES",

@@ -23,8 +23,18 @@ from hmrsim.goals.node_states import ACTIVE, NodeStates
 from hmrsim.goals.servers import ActionServers, ServedGoal, as_answered, selects
 from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.message import lists_messages
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.goal import ZERO_ID, Cause, GoalEvent, GoalStatus, Verdict, next_status
+from hmrsim.protocol.goal import (
+    ZERO_ID,
+    CancelResponse,
+    Cause,
+    GoalEvent,
+    GoalResponse,
+    GoalStatus,
+    Refused,
+    ResultResponse,
+    Verdict,
+    next_status,
+)
 from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:

@@ -19,8 +19,7 @@ from hmrsim.engine.internal_errors import BUGS
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
 from hmrsim.interfaces.quantities import flaw
-from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalStatus, Verdict, made_goal_id, parse_goal_id
+from hmrsim.protocol.goal import WORLD, ZERO_ID, GoalEntry, GoalStatus, Verdict, made_goal_id, parse_goal_id
 
 if TYPE_CHECKING:
     import simpy

@@ -1,4 +1,4 @@
-"""Commands from outside: frozen values that `Simulator.submit` takes.
+"""Commands from outside: frozen values that `Simulator.submit` takes, and the inbox that queues them.
 
 They are named tuples, because some are created several times per goal, and frozen dataclasses take four times as long.
 ``reply_to`` is an object of the sender, which is returned with the answer and is opaque to the simulation.
@@ -8,17 +8,19 @@ Times are whole nanoseconds of simulated time.
 from __future__ import annotations
 
 import math
+import threading
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.goal import ZERO_ID, Verdict
 from hmrsim.protocol.time import CheckWatchdog, Intervene, Join, Leave, ReadTime, SetClock, TokenSeen
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-    from hmrsim.protocol.conditions import Unwatch, Watch
-    from hmrsim.protocol.topics import Topic
+    from hmrsim.protocol.topics import Topic, Unwatch, Watch
 
 
 class SendGoal(NamedTuple):
@@ -238,3 +240,50 @@ TimeCommand = Join | Advance | Leave | TokenSeen | SetClock | ReadTime | CheckWa
 
 AnyCommand = Command | TimeCommand
 """All commands: about the world, or about its time."""
+
+
+class Inbox:
+    """Commands on their way in, in order of arrival; any thread may put.
+
+    Reading is for the simulation's thread. A subclass may bring commands in by another way.
+
+    Attributes:
+        closed: Whether the inbox accepts no further commands.
+    """
+
+    def __init__(self) -> None:
+        self._commands: deque[AnyCommand] = deque()
+        self._changed = threading.Condition()
+        self.closed = False
+
+    def put(self, command: AnyCommand) -> None:
+        """Add a command and wake the simulation.
+
+        Raises:
+            SimulationStopped: The inbox is closed.
+        """
+        with self._changed:
+            if self.closed:
+                raise SimulationStopped("the simulation has ended")
+            self._commands.append(command)
+            self._changed.notify()
+
+    @property
+    def waiting(self) -> bool:
+        """Return whether a command is waiting in the inbox."""
+        return bool(self._commands)
+
+    def poll(self) -> AnyCommand | None:
+        """Return the next command, or None if the inbox is empty."""
+        return self._commands.popleft() if self._commands else None
+
+    def wait(self, timeout: float | None) -> None:
+        """Return when there is a command, the inbox was closed, or *timeout* seconds of wall time have passed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._commands or self.closed, timeout)
+
+    def close(self) -> None:
+        """Close the inbox, and wake the simulation."""
+        with self._changed:
+            self.closed = True
+            self._changed.notify_all()

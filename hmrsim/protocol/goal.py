@@ -1,4 +1,4 @@
-"""The life of a goal: its statuses, its events, and the one table of transitions.
+"""The life of a goal: its statuses, its events, the one table of transitions, and answers to commands about goals.
 
 Two rules: nothing else in hmrsim sets a status, and this module knows neither robots nor clients.
 
@@ -21,7 +21,11 @@ import hashlib
 import re
 from enum import Enum, IntEnum, StrEnum
 from types import MappingProxyType
-from typing import Final
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
+
 
 WORLD: Final = "_world"
 """The name under which the world serves actions, as a robot does under its own."""
@@ -166,3 +170,58 @@ def parse_goal_id(text: str) -> str:
 def made_goal_id(owner: str, number: int) -> str:
     """Return the id of the goal with this number, from 1, that *owner* sends: the same in every run."""
     return hashlib.blake2b(f"{owner}/{number}".encode(), digest_size=16).hexdigest()
+
+
+class GoalResponse(NamedTuple):
+    """The answer to a `SendGoal`.
+
+    Attributes:
+        goal_id: The goal's id, as sent or generated; an invalid id is returned as it was sent.
+        stamp: When it was accepted; of a duplicate, when the first one was.
+        reason: The reason for a rejection, as an identifier.
+        error_code: The reason as a code of the action's result.
+        error_msg: The reason as text.
+        status: The status of the goal with that id, for a duplicate.
+    """
+
+    accepted: bool
+    goal_id: str
+    stamp: int
+    reason: str = ""
+    error_code: int = 0
+    error_msg: str = ""
+    status: GoalStatus | None = None
+
+
+class GoalEntry(NamedTuple):
+    """One goal in a status list."""
+
+    goal_id: str
+    stamp: int
+    status: GoalStatus
+
+
+class CancelResponse(NamedTuple):
+    """The answer to a `CancelGoal`; *return_code* is that of action_msgs/srv/CancelGoal."""
+
+    return_code: int
+    goals_canceling: tuple[GoalEntry, ...] = ()
+
+
+class ResultResponse(NamedTuple):
+    """The outcome of a goal; *result* has the action's defaults where *status* is unknown.
+
+    **cause* is the reason why it did not succeed, as an identifier.
+    """
+
+    status: GoalStatus
+    result: Message
+    cause: str = ""
+
+
+class Refused(NamedTuple):
+    """The request can't be served at all, because the robot or action that it names does not exist."""
+
+    field: str
+    value: object
+    message: str

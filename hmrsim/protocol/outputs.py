@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hmrsim.events import Event
     from hmrsim.interfaces.message import Message
     from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-    from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
+    from hmrsim.protocol.goal import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
     from hmrsim.protocol.topics import Topic
     from hmrsim.world.model import World
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.drawing import PALETTE, Drawing
-from hmrsim.drawing.svg import element, group, number, titled
+from hmrsim.drawing.canvas import element, group, number, titled
 from hmrsim.report.html import seconds, times
 
 if TYPE_CHECKING:

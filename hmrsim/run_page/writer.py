@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from hmrsim import __version__
 from hmrsim.drawing import PALETTE, Drawing, marks, type_looks
-from hmrsim.drawing.svg import element, group, path, text_of, titled
+from hmrsim.drawing.canvas import element, group, path, text_of, titled
 from hmrsim.history.robots import STATES
 from hmrsim.report.charts import timeline_of
 from hmrsim.report.html import page_around, part, templates

@@ -14,11 +14,11 @@ from hmrsim.interfaces.hmrsim_msgs import GetOrders, PlaceOrder
 from hmrsim.interfaces.hmrsim_msgs import Order as OrderMessage
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.services import OK, Service, failed
-from hmrsim.simulation.orders import OrderState
+from hmrsim.simulation.demand import OrderState
 from hmrsim.world.model import Demand
 
 if TYPE_CHECKING:
-    from hmrsim.simulation.orders import Order
+    from hmrsim.simulation.demand import Order
     from hmrsim.simulation.simulator import Simulator
 
 

@@ -17,9 +17,8 @@ from hmrsim.interfaces.simulation_interfaces import (
 )
 from hmrsim.services import OK, Service, failed
 from hmrsim.simulation.reset import load
-from hmrsim.world.files import shipped_maps
+from hmrsim.world.files import AS_IT_IS, shipped_maps
 from hmrsim.world.formats.native import FORMAT
-from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.writing import to_json
 from hmrsim.world_checks.loading import load_world, world_of
 from hmrsim.world_checks.pairs import check_pairs

@@ -1,4 +1,4 @@
-"""The demand of a world: orders come, their items lie there, and what becomes of them is measured from the truth.
+"""The demand of a world: orders come, their items lie there, and their progress is measured from the truth.
 
 An order is delivered when its item lies near where it has to be, no matter which robot brought it or how. Its item
 then leaves the world. Controllers are not asked.
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
+from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,7 +24,6 @@ from hmrsim.geometry import METER, distance
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.outputs import EventStamped, OrdersChanged
 from hmrsim.protocol.topics import Topic
-from hmrsim.simulation.orders import Order, OrderState, Totals
 
 if TYPE_CHECKING:
     from hmrsim.engine.chance import Chance
@@ -32,6 +32,87 @@ if TYPE_CHECKING:
     from hmrsim.simulation.entities import Roster
     from hmrsim.world.model import Demand as DemandSpec
     from hmrsim.world.model import World
+
+
+class OrderState(StrEnum):
+    """The progress of an order; the last two states are final."""
+
+    WAITING = "waiting"
+    CARRIED = "carried"
+    DELIVERED = "delivered"
+    LOST = "lost"
+
+    @property
+    def open(self) -> bool:
+        """Return whether the order has yet to be served."""
+        return self in {OrderState.WAITING, OrderState.CARRIED}
+
+
+@dataclass(eq=False)
+class Order:
+    """An order. Times are in simulated seconds.
+
+    Attributes:
+        name: A name that is unique in the run.
+        demand: The name of the demand that placed it; empty for an order of a client.
+        item: The name of the item to bring.
+        at: The place of the item when the order was placed.
+        to: The place to bring it to.
+        placed: When it was placed.
+        due: The deadline; None for none.
+        robot: The robot that carries the item or has brought it; empty for none.
+        picked_up: When the item was first picked up; None if it was not.
+        ended: When it was delivered or lost; None while it is open.
+        late: Whether it was not delivered by the deadline.
+    """
+
+    name: str
+    demand: str
+    item: str
+    at: str
+    to: str
+    priority: int
+    placed: float
+    due: float | None
+    robot: str = ""
+    picked_up: float | None = None
+    ended: float | None = None
+    state: OrderState = OrderState.WAITING
+    late: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the order as JSON values."""
+        times = {"placed": self.placed, "due": self.due, "picked_up": self.picked_up, "ended": self.ended}
+        return {
+            "name": self.name,
+            "demand": self.demand,
+            "item": self.item,
+            "at": self.at,
+            "to": self.to,
+            "priority": self.priority,
+            "state": self.state.value,
+            "robot": self.robot,
+            "late": self.late,
+            **{name: None if time is None else values_of(stamp(time)) for name, time in times.items()},
+        }
+
+
+@dataclass
+class Totals:
+    """The number of orders by outcome.
+
+    Attributes:
+        placed: All orders.
+        delivered: Those that were delivered, in time or late.
+        late: Those that were not delivered by their deadline, even if they were later.
+        lost: Those whose item was deleted.
+    """
+
+    placed: int = 0
+    delivered: int = 0
+    late: int = 0
+    lost: int = 0
+
 
 NEAR: Final = METER
 """How near to its destination an item counts as delivered, by the world's unit: the reach of a claw."""

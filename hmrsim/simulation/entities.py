@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from typing import TYPE_CHECKING
 
+from hmrsim.actions import registry as actions
+from hmrsim.components import registry as components
+from hmrsim.diagnostics import instead
 from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
@@ -18,6 +23,7 @@ from hmrsim.traffic.policies import rules_of, settings_of
 from hmrsim.world.model import RobotSpec
 
 if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
     from hmrsim.engine.chance import Chance
     from hmrsim.engine.environment import Environment
     from hmrsim.engine.internal_errors import InternalErrors
@@ -253,3 +259,17 @@ class Roster:
     def _change(self, robots: dict[str, Robot]) -> None:
         self._serve(robots)
         self._emit(RosterChanged())
+
+
+_log = logging.getLogger(__name__)
+
+
+@cache
+def installed_actions() -> Mapping[str, AnyAction]:
+    """Return all actions by name; one whose component does not exist is warned of, once."""
+    known = components()
+    for action in actions().values():
+        if action.component is not None and action.component not in known:
+            rest = instead(action.component, known)
+            _log.warning("action %r needs the component %r, which no robot has%s", action.name, action.component, rest)
+    return actions()

@@ -10,7 +10,7 @@ from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim.protocol.answers import Refused
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.detections import Surroundings, sensors_of

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import simpy
 
     from hmrsim.engine.subscriptions import EventPublisher
-    from hmrsim.protocol.answers import GoalResponse, ResultResponse
     from hmrsim.protocol.commands import Command
+    from hmrsim.protocol.goal import GoalResponse, ResultResponse
     from hmrsim.world.model import World
 
 

@@ -24,7 +24,6 @@ from hmrsim.interfaces.message import Message
 from hmrsim.interfaces.quantities import flaw
 from hmrsim.navigation.external_planner import Plans
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import (
     UNRECORDED,
     CallService,
@@ -41,16 +40,15 @@ from hmrsim.protocol.commands import (
     Stop,
     StopWaiting,
 )
-from hmrsim.protocol.goal import Verdict
+from hmrsim.protocol.goal import Refused, Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
 from hmrsim.protocol.sinks import handler_of, hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
 from hmrsim.simulation.detections import Detections
-from hmrsim.simulation.entities import Roster
+from hmrsim.simulation.entities import Roster, installed_actions
 from hmrsim.simulation.fault_injector import FaultInjector
-from hmrsim.simulation.installed_actions import installed_actions
 from hmrsim.simulation.queries import Readings
 from hmrsim.simulation.run_control import Gate
 from hmrsim.simulation.scripts import Scripts

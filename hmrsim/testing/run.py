@@ -22,9 +22,9 @@ from hmrsim.fault_search.schedule import DISTURBANCE, overlays_of, with_faults
 from hmrsim.protocol.goal import WORLD, GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 from hmrsim.settings.run import RunSettings
-from hmrsim.simulation.orders import OrderState
+from hmrsim.simulation.demand import OrderState
 from hmrsim.testing.record import Goal, Happening, Record
-from hmrsim.trace.deferred import DeferredTrace
+from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import play_async
 from hmrsim.trials.local import LocalTrial
 from hmrsim.trials.worlds import AnyWorld, read_world
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
     from hmrsim.fault_search.schedule import Injection
     from hmrsim.geometry import Point
-    from hmrsim.simulation.orders import Order
+    from hmrsim.simulation.demand import Order
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
     from hmrsim_zenoh.client.aio import AsyncClient

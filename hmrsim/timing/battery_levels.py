@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.conditions import ORDERS
+from hmrsim.protocol.topics import ORDERS
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.conditions import Comparison, Watch
+    from hmrsim.protocol.topics import Comparison, Watch
     from hmrsim.robots.power import Energy
 
 ConditionId = tuple[str, str]

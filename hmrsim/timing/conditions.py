@@ -16,17 +16,16 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.interfaces.builtin_interfaces import Time
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import InterestChanged, Read
-from hmrsim.protocol.conditions import Watching
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled
-from hmrsim.protocol.topics import Topic
+from hmrsim.protocol.topics import Topic, Watching
 from hmrsim.timing.battery_levels import BatteryLevels, is_level
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.protocol.conditions import Watch
     from hmrsim.protocol.outputs import Output
+    from hmrsim.protocol.topics import Watch
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.battery_levels import ConditionId
 

@@ -18,10 +18,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.answers import Refused, ResultResponse
 from hmrsim.protocol.commands import CancelGoal, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
-from hmrsim.protocol.conditions import Unwatch, Watch
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal import Refused, ResultResponse, made_goal_id
 from hmrsim.protocol.outputs import (
     Answered,
     EventStamped,
@@ -36,7 +34,7 @@ from hmrsim.protocol.outputs import (
 )
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
-from hmrsim.protocol.topics import Topic
+from hmrsim.protocol.topics import Topic, Unwatch, Watch
 from hmrsim.timing.conditions import Conditions
 from hmrsim.timing.participants import NO_KINDS, Participants, Reported, Slot, State, kinds_wanted
 

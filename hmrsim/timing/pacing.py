@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.engine.wall_clock import wall_time
+from hmrsim.engine.sim_time import wall_time
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, PlanAnswered, TimeCommand
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.time import (
     LOCKSTEP,
     CheckWatchdog,
@@ -32,8 +32,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.timing.lockstep import Lockstep
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import AnyCommand
-    from hmrsim.protocol.inbox import Inbox
+    from hmrsim.protocol.commands import AnyCommand, Inbox
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.result_retention import Retention
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.engine.wall_clock import wall_time
+from hmrsim.engine.sim_time import wall_time
 from hmrsim.protocol.commands import ForgetResult
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.sinks import SelectiveSink

@@ -8,9 +8,18 @@ prints the answers, and ``hmrsim map render --bottlenecks`` draws them; a simula
 from __future__ import annotations
 
 from hmrsim.topology.bottlenecks import Bottleneck, Bottlenecks, Side, bottlenecks
-from hmrsim.topology.concentration import Concentration, concentration
-from hmrsim.topology.connectivity import Reach, parts, reach
-from hmrsim.topology.trips import Trip, Trips, seconds_at, speeds_of, trips
+from hmrsim.topology.trips import (
+    Concentration,
+    Reach,
+    Trip,
+    Trips,
+    concentration,
+    parts,
+    reach,
+    seconds_at,
+    speeds_of,
+    trips,
+)
 
 __all__ = [
     "Bottleneck",

@@ -17,9 +17,8 @@ from hmrsim.events.traffic import GaveUpWaiting, MadeRoom, Waiting, WentOn
 from hmrsim.geometry import SAME_PLACE, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
-from hmrsim.traffic.barriers import Barriers
 from hmrsim.traffic.causes import Causes
-from hmrsim.traffic.lane_closures import LaneClosures
+from hmrsim.traffic.lane_closures import Barriers, LaneClosures
 from hmrsim.traffic.rules import Wait
 from hmrsim.traffic.wait_timeout import WaitTimeout
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.route import Leg, Route
-    from hmrsim.traffic.barriers import Barrier
+    from hmrsim.traffic.lane_closures import Barrier
     from hmrsim.traffic.rules import Rules, Vehicle
     from hmrsim.world.model import World
 

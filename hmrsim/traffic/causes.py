@@ -11,8 +11,7 @@ from hmrsim.geometry import PlaceNames
 from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
-    from hmrsim.traffic.barriers import Barriers
-    from hmrsim.traffic.lane_closures import LaneClosures
+    from hmrsim.traffic.lane_closures import Barriers, LaneClosures
     from hmrsim.traffic.rules import Rules, Vehicle, Wait
     from hmrsim.world.model import World
 

@@ -5,7 +5,7 @@ Everything that reads or writes worlds uses it; `hmrsim.world_checks` checks whe
 
 from __future__ import annotations
 
+from hmrsim.world.files import ReadOptions
 from hmrsim.world.model import World
-from hmrsim.world.options import ReadOptions
 
 __all__ = ["ReadOptions", "World"]

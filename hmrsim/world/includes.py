@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.documents.document import read_text
 from hmrsim.errors import Problem, WorldError
+from hmrsim.world.files import AS_IT_IS, ReadOptions, shipped_maps
 from hmrsim.world.files import folder as shipped_folder
-from hmrsim.world.files import shipped_maps
 from hmrsim.world.formats import choose, registry
 from hmrsim.world.merging import Merged, Source
-from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document

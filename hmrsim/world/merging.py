@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hmrsim.diagnostics import Finding, dotted, problem_of, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
-from hmrsim.world.pairs import Pairs
+from hmrsim.world.network import Pairs
 
 if TYPE_CHECKING:
     import pathlib

@@ -32,8 +32,7 @@ from pydantic import (
 from hmrsim.distributions import PositiveRandomSeconds, RandomFactor, RandomSeconds, mean
 from hmrsim.geometry import MAX_COORDINATE, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
-from hmrsim.world.network import Way, as_networkx, levels, nearest
-from hmrsim.world.pairs import Pairs
+from hmrsim.world.network import Pairs, Way, as_networkx, levels, nearest
 from hmrsim.world.segments import SegmentGrid
 
 if TYPE_CHECKING:

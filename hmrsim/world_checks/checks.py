@@ -22,8 +22,7 @@ from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import check_lanes, lane_ends
-from hmrsim.world_checks.robots import check_batteries, check_scripts, check_walled_in
-from hmrsim.world_checks.traffic import check_traffic
+from hmrsim.world_checks.robots import check_batteries, check_scripts, check_traffic, check_walled_in
 from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies._nearness import near_slots
 from hmrsim.world.model import PlainLanes
-from hmrsim.world.pairs import Pairs
+from hmrsim.world.network import Pairs
 from hmrsim.world.segments import SegmentGrid, cells_around
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ _LOOK: Final = 1.0
 """The longest wait in wall seconds."""
 
 Answer = Any
-"""The answer, as in `hmrsim.protocol.answers`; an `HmrsimError`, such as one that was replied; or None: nothing came
+"""The answer, as in `hmrsim.protocol.goal`; an `HmrsimError`, such as one that was replied; or None: nothing came
 back, and the effect of the command is unknown."""
 
 

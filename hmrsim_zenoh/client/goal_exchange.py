@@ -16,9 +16,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Generic
 
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
 from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import CancelResponse, GoalResponse, GoalStatus, ResultResponse
 from hmrsim_zenoh.client.connection import message_of
 from hmrsim_zenoh.client.goal_handle import F, GoalHandle, R
 from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, ResultExpired, SimulatorGone

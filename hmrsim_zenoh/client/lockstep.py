@@ -18,11 +18,10 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.errors import HmrsimError
-from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import CancelGoal, GetResult
-from hmrsim.protocol.conditions import Unwatch
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal import ResultResponse, made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent
+from hmrsim.protocol.topics import Unwatch
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.participant import NO_KINDS, Participant
 from hmrsim_zenoh.client.threads import SingleFlight

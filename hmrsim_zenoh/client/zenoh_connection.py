@@ -17,12 +17,11 @@ from pydantic_core import to_json
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, ResultResponse
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
-from hmrsim.protocol.conditions import Unwatch, Watching
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import CancelResponse, GoalEntry, GoalResponse, GoalStatus, ResultResponse
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
+from hmrsim.protocol.topics import Unwatch, Watching
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import Ask, ReadInfo
 from hmrsim_zenoh.errors import ClientClosed, RequestError

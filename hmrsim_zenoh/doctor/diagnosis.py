@@ -14,7 +14,7 @@ import zenoh
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import PATIENCE
-from hmrsim_zenoh.doctor import network_checks, ros2_checks, simulator_checks
+from hmrsim_zenoh.doctor import network_checks, ros2_checks
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
@@ -180,7 +180,6 @@ def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, 
 
 _CHECKS: Final[tuple[Check, ...]] = (
     *network_checks.CHECKS,
-    *simulator_checks.CHECKS,
     *ros2_checks.CHECKS,
 )
 """All checks, in the order in which problems should be solved."""

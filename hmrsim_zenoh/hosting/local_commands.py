@@ -10,9 +10,8 @@ from pydantic import ValidationError
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message, complete
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.goal import parse_goal_id
+from hmrsim.protocol.goal import Refused, parse_goal_id
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import Join, Leave, ReadTime

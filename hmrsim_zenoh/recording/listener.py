@@ -19,8 +19,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.interfaces.vision_msgs import Detection3DArray
-from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.goal import WORLD, GoalEntry, GoalStatus
 from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.errors import RequestError

@@ -14,7 +14,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.files import unwritable
 from hmrsim.world_checks.schema import world_schema
-from hmrsim_zenoh.wire.tree_state import TreeState
+from hmrsim_zenoh.wire.descriptions import TreeState
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, GoalResponse
 from hmrsim.protocol.outputs import Answered
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 
 from hmrsim.diagnostics import listed
-from hmrsim.protocol.answers import GoalResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, GoalResponse
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, ReadRequest, TimeRequests, goal_id_in

@@ -16,10 +16,9 @@ from pydantic_core import to_json
 from hmrsim.interfaces.builtin_interfaces import MAX_NANOSECONDS, NANOSECONDS
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.conditions import ORDERS, Comparison, Unwatch, Watch
 from hmrsim.protocol.goal import WORLD, parse_goal_id
 from hmrsim.protocol.time import Join, Leave, ReadTime, SetClock
-from hmrsim.protocol.topics import Topic
+from hmrsim.protocol.topics import ORDERS, Comparison, Topic, Unwatch, Watch
 from hmrsim_zenoh.wire.envelopes import (
     MAX_TEXT,
     Envelope,

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import zenoh
 
-from hmrsim.protocol.inbox import Inbox
+from hmrsim.protocol.commands import Inbox
 from hmrsim_zenoh.server.losses import Losses
 
 if TYPE_CHECKING:

@@ -13,10 +13,10 @@ import zenoh
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.conditions import Watching
+from hmrsim.protocol.goal import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
+from hmrsim.protocol.topics import Watching
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import dump
 

@@ -19,9 +19,8 @@ from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.events.simulation import InternalError
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, InterestChanged, SendGoal
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.outputs import (
     Answered,
     EventStamped,

@@ -15,7 +15,7 @@ from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, ResultResponse
+    from hmrsim.protocol.goal import CancelResponse, GoalEntry, GoalResponse, ResultResponse
     from hmrsim.protocol.outputs import StatusChanged
 
 JSON = "application/json"

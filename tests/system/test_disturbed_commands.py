@@ -9,8 +9,8 @@ import threading
 import pytest
 
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.command import Command, CommandTrial, ControllerProcess
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.world_checks.loading import load_world

@@ -17,7 +17,7 @@ from bt_controller.core.blackboards import Board
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import load
 from hmrsim.actions import registry as actions
-from hmrsim.cli.recording import rosout
+from hmrsim.cli.record import rosout
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.time import TimeState
 from hmrsim.world.route_graph import to_geojson

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from markupsafe import Markup
 
-from hmrsim.drawing.svg import element, number, path, titled
+from hmrsim.drawing.canvas import element, number, path, titled
 from hmrsim.experiments.contrast import SUCCESS
 from hmrsim.experiments.report.effects import TREATMENT
 from hmrsim.report.charts import picture

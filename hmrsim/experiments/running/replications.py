@@ -19,7 +19,7 @@ from hmrsim.experiments.results.repeats import fingerprint_of
 from hmrsim.experiments.results.store import Row
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.deferred import DeferredTrace
+from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.guards import attempt
 from hmrsim.trials.trial import CRASHED, FAILED, SUCCEEDED, TIMEOUT

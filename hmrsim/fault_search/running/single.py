@@ -17,7 +17,7 @@ from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
-from hmrsim.trace.deferred import DeferredTrace
+from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.guards import attempt

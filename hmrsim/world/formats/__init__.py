@@ -15,7 +15,7 @@ from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Finding, Path
-    from hmrsim.world.options import ReadOptions
+    from hmrsim.world.files import ReadOptions
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Document:
 
     Attributes:
         data: The top-level keys of a world, as in a native file, which are validated later. The lanes of a grid can be
-            `hmrsim.world.pairs.Pairs`, which are not validated.
+            `hmrsim.world.network.Pairs`, which are not validated.
         line: Returns the line of a path in *data*, as precisely as it is known.
         findings: The errors and warnings of the reader.
         complete: Whether all names of the file are in *data*, so that a missing name is an error.

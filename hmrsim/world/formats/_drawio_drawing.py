@@ -16,8 +16,8 @@ from hmrsim.world.formats._drawio_cells import BadCell, Box, Cell, number, read_
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
-    from hmrsim.world.formats._drawio_file import Element
-    from hmrsim.world.options import ReadOptions
+    from hmrsim.world.files import ReadOptions
+    from hmrsim.world.formats._drawio_cells import Element
 
 
 _Value = TypeVar("_Value")

@@ -13,26 +13,25 @@ from typing import TYPE_CHECKING
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.errors import Problem, WorldError
 from hmrsim.safe_xml import XmlError
-from hmrsim.world.formats import Document, Format, _drawio_roads, _drawio_robots, _drawio_shapes
-from hmrsim.world.formats._drawio_cells import BadCell, Cell, number
+from hmrsim.world.files import AS_IT_IS, ReadOptions
+from hmrsim.world.formats import Document, Format, _drawio_entities, _drawio_roads
+from hmrsim.world.formats._drawio_cells import BadCell, Cell, number, read_page
 from hmrsim.world.formats._drawio_drawing import Drawing
-from hmrsim.world.formats._drawio_file import read_page
-from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
-    from hmrsim.world.formats._drawio_file import Element
+    from hmrsim.world.formats._drawio_cells import Element
 
 _PAGE = 500.0
 
 _LOOKS = re.compile(r"\s*<(\?xml|mxfile|mxGraphModel|svg|!DOCTYPE|!--)")
 
 _SHAPES: dict[str, Callable[[Drawing, Cell], None]] = {
-    "robot": _drawio_robots.robot,
-    "pickable": _drawio_shapes.pickable,
-    "POI": _drawio_shapes.poi,
+    "robot": _drawio_entities.robot,
+    "pickable": _drawio_entities.pickable,
+    "POI": _drawio_entities.poi,
 }
 
-_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _drawio_roads.road, "path": _drawio_robots.way}
+_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _drawio_roads.road, "path": _drawio_entities.way}
 
 _TYPES = (*_SHAPES, *_LINES, "debug")
 
@@ -73,7 +72,7 @@ def _read_cells(drawing: Drawing) -> None:
         # A robot can have other errors than its position, which are reported, too; other cells can't.
         if not cell.failed or cell.kind in _SHAPES:
             drawing.attempt(cell, partial(_read_cell, drawing, cell))
-    _drawio_robots.follow_ways(drawing)
+    _drawio_entities.follow_ways(drawing)
 
 
 def _read_cell(drawing: Drawing, cell: Cell) -> None:
@@ -83,7 +82,7 @@ def _read_cell(drawing: Drawing, cell: Cell) -> None:
         BadCell: The cell is invalid.
     """
     if cell.kind is None:
-        _drawio_shapes.obstacle(drawing, cell)
+        _drawio_entities.obstacle(drawing, cell)
     elif cell.kind in (*_SHAPES, *_LINES) and cell.geometry is None and not cell.is_edge:
         raise BadCell("has no mxGeometry, so it is nowhere")
     elif cell.kind in _SHAPES:

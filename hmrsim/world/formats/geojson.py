@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.world.files import AS_IT_IS, ReadOptions
 from hmrsim.world.formats import Format
 from hmrsim.world.formats._layouts import Edges
 from hmrsim.world.formats._reading import BadPart, Part, Reading, of_json
-from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document

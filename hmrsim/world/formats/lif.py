@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from hmrsim.world.files import AS_IT_IS, ReadOptions
 from hmrsim.world.formats import Format
 from hmrsim.world.formats._layouts import Edges, choose_page, side_by_side
 from hmrsim.world.formats._reading import BadPart, Part, of_json
-from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, shown, warning
 from hmrsim.errors import Problem, WorldError
+from hmrsim.world.files import AS_IT_IS, ReadOptions
 from hmrsim.world.formats import Document, Format
-from hmrsim.world.options import AS_IT_IS, ReadOptions
-from hmrsim.world.pairs import Pairs
+from hmrsim.world.network import Pairs
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path

@@ -6,9 +6,9 @@ import re
 
 from hmrsim.documents.document import parse_document
 from hmrsim.errors import WorldError
+from hmrsim.world.files import AS_IT_IS, ReadOptions
 from hmrsim.world.formats import Document, Format
 from hmrsim.world.model import World
-from hmrsim.world.options import AS_IT_IS, ReadOptions
 
 _KEYS = "|".join(World.model_fields)
 _TOP_LEVEL_KEY = re.compile(rf"""^["']?({_KEYS})["']?[ ]*:""", re.MULTILINE)

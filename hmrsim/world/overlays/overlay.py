@@ -16,6 +16,7 @@ from hmrsim.documents.yaml_text import Unreadable, read_yaml
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
 from hmrsim.world.merging import Source, own
+from hmrsim.world.network import Pairs
 from hmrsim.world.overlays.changes import (
     APPEND,
     FLAW,
@@ -29,7 +30,6 @@ from hmrsim.world.overlays.changes import (
 )
 from hmrsim.world.overlays.expressions import OverlayFlaw
 from hmrsim.world.overlays.tables import read_tables
-from hmrsim.world.pairs import Pairs
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path as FieldPath

@@ -14,7 +14,7 @@ from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, Endpoint, Kind
 from hmrsim_zenoh.server.publisher import FeedbackLimiter
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.answers import GoalEntry
+    from hmrsim.protocol.goal import GoalEntry
     from hmrsim.protocol.outputs import FeedbackSent, StatusChanged
     from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.names import Names

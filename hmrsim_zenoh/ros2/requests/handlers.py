@@ -19,17 +19,16 @@ from hmrsim.interfaces.action_msgs import CancelGoal as CancelGoalService
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
 from hmrsim.interfaces.rcl_interfaces import SetParametersResult
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal
-from hmrsim.protocol.goal import WORLD, Verdict
+from hmrsim.protocol.goal import WORLD, Refused, Verdict
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.keys import NO_HASH
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.protocol.answers import CancelResponse, GoalResponse, ResultResponse
     from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.goal import CancelResponse, GoalResponse, ResultResponse
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import ServiceType

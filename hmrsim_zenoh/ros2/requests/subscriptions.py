@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.protocol.answers import GoalResponse, Refused
 from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.protocol.goal import GoalResponse, Refused
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type

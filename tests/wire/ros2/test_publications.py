@@ -11,8 +11,7 @@ import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.goal import GoalEntry, GoalStatus, made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services

@@ -15,9 +15,8 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.interfaces.simulation_interfaces import GetEntities, Result
-from hmrsim.protocol.answers import CancelResponse, GoalEntry, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoal, StopWaiting
-from hmrsim.protocol.goal import WORLD, GoalStatus
+from hmrsim.protocol.goal import WORLD, CancelResponse, GoalEntry, GoalResponse, GoalStatus, Refused, ResultResponse
 from hmrsim.services import registry as all_services
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World

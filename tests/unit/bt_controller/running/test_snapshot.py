@@ -18,7 +18,7 @@ from bt_controller.loading.trees import Plan
 from bt_controller.running.mission import Mission
 from bt_controller.running.snapshot import board_values, nodes_of, reasons, tip
 from hmrsim.interfaces.geometry_msgs import Point
-from hmrsim_zenoh.wire.tree_state import TreeState
+from hmrsim_zenoh.wire.descriptions import TreeState
 
 
 def ticked(root):

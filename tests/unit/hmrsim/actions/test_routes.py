@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.actions._route_tracking import RouteTracker
+from hmrsim.actions.compute_and_track_route import RouteTracker
 from hmrsim.geometry import yaw_of
 from hmrsim.interfaces.nav2_msgs import ComputeAndTrackRoute, ComputeRoute, FollowPath, NavigateToPose
 from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal

@@ -6,8 +6,7 @@ import io
 
 import pytest
 
-from hmrsim.cli.demo_screen import JsonLines, Screen
-from hmrsim.cli.demo_story import CausalOrder, Line, Story
+from hmrsim.cli.demo_screen import CausalOrder, JsonLines, Line, Screen, Story
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
 from hmrsim.events.simulation import SimulationReset

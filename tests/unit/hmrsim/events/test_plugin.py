@@ -14,7 +14,7 @@ from mcap.reader import make_reader
 from hmrsim import events, plugins
 from hmrsim.actions import registry as actions
 from hmrsim.cli.event_log import EventLog
-from hmrsim.cli.recording import rosout
+from hmrsim.cli.record import rosout
 from hmrsim.faults import registry as faults
 from hmrsim.protocol.time import TimeState
 from hmrsim.report import of_recording, of_trace, report_of

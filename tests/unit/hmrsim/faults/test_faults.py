@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from hmrsim.actions import registry
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read, SendGoal
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus, Refused
 from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic

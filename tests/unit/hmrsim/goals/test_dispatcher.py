@@ -18,9 +18,8 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus, Refused
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.topics import Topic
 from tests.profiles import examples

@@ -6,9 +6,8 @@ import json
 
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.answers import ResultResponse
 from hmrsim.protocol.commands import GetResult, SendGoal, StopWaiting
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.goal import GoalStatus, ResultResponse
 from tests.simulation import simulate
 
 GOAL = "a" * 32

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry
 from hmrsim.components.battery import Battery, BatterySettings
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, Read, SendGoal
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
 from tests.simulation import simulate

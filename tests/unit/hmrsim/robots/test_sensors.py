@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import Read, SendGoal
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
 from tests.simulation import simulate

@@ -14,9 +14,8 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.commands import Advance, CancelGoal, InterestChanged, SendGoal
+from hmrsim.protocol.commands import Advance, CancelGoal, Inbox, InterestChanged, SendGoal
 from hmrsim.protocol.goal import ZERO_ID, made_goal_id
-from hmrsim.protocol.inbox import Inbox
 from hmrsim.protocol.outputs import Answered, Granted
 from hmrsim.protocol.time import KINDS, Join, Leave
 from hmrsim.protocol.topics import Topic

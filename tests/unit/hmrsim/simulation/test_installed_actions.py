@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 from hmrsim.actions import registry
-from hmrsim.simulation import installed_actions
+from hmrsim.simulation import entities
 
 
 def test_an_action_without_its_component_is_a_warning(monkeypatch, caplog):
     pickup = replace(registry()["pickup"], component="clwa")
-    monkeypatch.setattr(installed_actions, "actions", lambda: {"pickup": pickup})
+    monkeypatch.setattr(entities, "actions", lambda: {"pickup": pickup})
 
-    assert {"pickup": pickup} == installed_actions.installed_actions.__wrapped__()
+    assert {"pickup": pickup} == entities.installed_actions.__wrapped__()
     assert ["action 'pickup' needs the component 'clwa', which no robot has; did you mean 'claw'?"] == caplog.messages
 
 
 def test_all_actions_of_hmrsim_have_their_components(caplog):
-    assert registry() == installed_actions.installed_actions.__wrapped__()
+    assert registry() == entities.installed_actions.__wrapped__()
     assert [] == caplog.messages

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import SendGoal
-from hmrsim.protocol.conditions import Comparison, Unwatch, Watch, Watching
-from hmrsim.protocol.topics import Topic
+from hmrsim.protocol.goal import Refused
+from hmrsim.protocol.topics import Comparison, Topic, Unwatch, Watch, Watching
 from hmrsim.timing import battery_levels
 from hmrsim.timing.conditions import MAX_WATCHED, Conditions
 from tests.steps import Steps

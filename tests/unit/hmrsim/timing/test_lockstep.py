@@ -9,9 +9,8 @@ import pytest
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.answers import Refused
 from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
-from hmrsim.protocol.goal import made_goal_id
+from hmrsim.protocol.goal import Refused, made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined
 from hmrsim.protocol.topics import Topic

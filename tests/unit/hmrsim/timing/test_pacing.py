@@ -8,12 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from hmrsim.engine import wall_clock as wall_module
+from hmrsim.engine import sim_time as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import Advance, GetResult, SendGoal
-from hmrsim.protocol.inbox import Inbox
+from hmrsim.protocol.commands import Advance, GetResult, Inbox, SendGoal
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.time import Join, TokenSeen
 from hmrsim.protocol.topics import Topic

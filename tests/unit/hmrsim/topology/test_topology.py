@@ -176,7 +176,7 @@ def test_large_graphs_are_sampled(monkeypatch):
         }
     )
     whole = concentration(world.graph, 1.0)
-    monkeypatch.setattr(import_module("hmrsim.topology.concentration"), "MAX_STEPS", 200_000)
+    monkeypatch.setattr(import_module("hmrsim.topology.trips"), "MAX_STEPS", 200_000)
     found = concentration(world.graph, 1.0)
 
     assert (400, 131, 400) == (whole.starts, found.starts, found.of)

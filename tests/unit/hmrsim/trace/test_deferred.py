@@ -6,8 +6,7 @@ from hmrsim.actions import registry
 from hmrsim.protocol.commands import GetResult, SendGoal, Stop
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trace.deferred import DeferredTrace
-from hmrsim.trace.writer import Header, Trace
+from hmrsim.trace.writer import DeferredTrace, Header, Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
 

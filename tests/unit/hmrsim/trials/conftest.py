@@ -10,8 +10,8 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.settings.run import RunSettings
-from hmrsim.trace.deferred import DeferredTrace
 from hmrsim.trace.replay import replay
+from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.local import LocalTrial
 from hmrsim.world.model import World

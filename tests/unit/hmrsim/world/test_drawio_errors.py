@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.errors import WorldError
 from hmrsim.world import ReadOptions
-from hmrsim.world.formats import _drawio_file
+from hmrsim.world.formats import _drawio_cells
 from hmrsim.world_checks import load_world
 from tests.unit.hmrsim.world.drawings import diagram, drawing, file, model, packed, road, robot, shape, typed
 
@@ -207,7 +207,7 @@ def test_hostile_or_broken_file_is_one_error(write, text, message):
 
 
 def test_file_of_too_many_elements_is_one_error(write, monkeypatch):
-    monkeypatch.setattr(_drawio_file, "MAX_ELEMENTS", 100)
+    monkeypatch.setattr(_drawio_cells, "MAX_ELEMENTS", 100)
     with pytest.raises(WorldError, match="has more than 100 elements") as caught:
         load_world(write("<mxfile>" + "<a/>" * 101 + "</mxfile>", "map.drawio"))
 

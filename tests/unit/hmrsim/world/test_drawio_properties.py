@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
+from hmrsim.world.files import AS_IT_IS
 from hmrsim.world.formats.drawio import FORMAT
-from hmrsim.world.options import AS_IT_IS
 from tests.profiles import examples
 from tests.unit.hmrsim.world.drawings import (
     CORNER,

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from hmrsim.world.files import AS_IT_IS
 from hmrsim.world.formats.drawio import FORMAT
-from hmrsim.world.options import AS_IT_IS
 from tests.unit.hmrsim.world.drawings import drawing, line, robot, shape, typed
 
 SCRIPT = '[["Go bed", "Wait 2"], 0]'

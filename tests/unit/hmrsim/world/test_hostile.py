@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hmrsim.documents.yaml_text import read_yaml
 from hmrsim.errors import WorldError
 from hmrsim.world import World
+from hmrsim.world.files import AS_IT_IS
 from hmrsim.world.formats import _reading, registry
-from hmrsim.world.options import AS_IT_IS
 from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks import check_world, lanes, load_world
 from hmrsim.world_checks.validation import validate

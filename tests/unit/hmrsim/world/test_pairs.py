@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hmrsim.world.files import ReadOptions
 from hmrsim.world.formats import movingai
 from hmrsim.world.model import Lane, PlainLanes
-from hmrsim.world.options import ReadOptions
 from hmrsim.world_checks import checks, load_world, world_hash
 from hmrsim.world_checks.validation import validate
 

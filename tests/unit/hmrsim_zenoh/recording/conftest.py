@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.recording import rosout
+from hmrsim.cli.record import rosout
 from hmrsim.protocol.time import TimeState
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink

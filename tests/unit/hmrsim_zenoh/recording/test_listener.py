@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 import zenoh
 
-from hmrsim.cli.recording import rosout
+from hmrsim.cli.record import rosout
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World

@@ -20,7 +20,7 @@ from hmrsim.errors import RecordingError
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
 from hmrsim_zenoh.recording import open_recording
-from hmrsim_zenoh.recording.chunks import MAX_UNPACKED, Budget, records, unpacked
+from hmrsim_zenoh.recording.reader import MAX_UNPACKED, Budget, records, unpacked
 from tests.simulation import SMALL_WORLD
 from tests.unit.hmrsim_zenoh.recording.conftest import record_to
 

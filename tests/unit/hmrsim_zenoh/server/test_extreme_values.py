@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from hmrsim.actions import registry as actions
-from hmrsim.protocol.answers import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.commands import CallService, SendGoal
-from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.goal import WORLD, CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.outputs import Answered, EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.services import registry as services
 from hmrsim_zenoh.wire import encoding

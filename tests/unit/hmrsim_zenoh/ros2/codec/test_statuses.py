@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import values_of
-from hmrsim.protocol.answers import GoalEntry
-from hmrsim.protocol.goal import GoalStatus, made_goal_id
+from hmrsim.protocol.goal import GoalEntry, GoalStatus, made_goal_id
 from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
 
