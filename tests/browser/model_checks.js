@@ -11,7 +11,8 @@ async ([base, VIEW, prefix = '']) => {
   const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
   const { describe, goalWords } = await import(`${base}/model/texts.js`);
-  const { blockerWords } = await import(`${base}/panels/phrases.js`);
+  const { causeWords } = await import(`${base}/panels/phrases.js`);
+  const { drawCauses } = await import(`${base}/map/fixtures.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
   const robot = (name, more = {}) => ({
@@ -120,13 +121,37 @@ async ([base, VIEW, prefix = '']) => {
       there.stop(21, [5, 10]);
       equal([[5, 10, 3], -Infinity], [there.poseAt(30), there.ends]);
     },
-    'a waiting robot names who is in its way, and what they do there'() {
+    'a waiting robot names the causes down to the first one, or the circle'() {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [1, 0], for: ['eve'] }));
       model.robots.get('eve').put(1, 10, 10, 0);
-      equal('eve: idle at ward', blockerWords(model.robots.get('wall_e'), model, 4));
-      equal('', blockerWords(model.robots.get('eve'), model, 4));
+      equal('eve: idle at ward', causeWords(model.robots.get('wall_e'), model, 4));
+      equal('', causeWords(model.robots.get('eve'), model, 4));
       model.apply(event(2, 'waiting', { robot: 'eve', at: [10, 10], for: ['wall_e'] }));
-      equal('eve: waiting for wall_e at ward, 3.0 s', blockerWords(model.robots.get('wall_e'), model, 5));
+      const circle = 'eve: waiting for wall_e at ward, 3.0 s: they wait for each other in a circle';
+      equal(circle, causeWords(model.robots.get('wall_e'), model, 5));
+    },
+    'a robot in the queue of a dock is held up by the robot in the dock'() {
+      const docked = event(1, 'dock_docked', { robot: 'eve', dock: 'charger' });
+      const model = modelOf(docked, event(2, 'dock_queued', { robot: 'wall_e', dock: 'charger', position: 1 }));
+      equal([['eve'], []], ['wall_e', 'eve'].map((name) => model.robots.get(name).heldBy(model)));
+      equal('eve: idle docked at charger', causeWords(model.robots.get('wall_e'), model, 3));
+    },
+    'an arrow leads from a robot to each that holds it up, thick for a chosen one'() {
+      const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [1, 0], for: ['eve'] }));
+      const robots = [...model.robots.values()];
+      const drawn = (selected) => {
+        const widths = [];
+        let arrows = 0;
+        const c = { beginPath() {}, moveTo() {}, lineTo() {}, setLineDash() {} };
+        c.quadraticCurveTo = () => arrows += 1;
+        c.stroke = () => widths.push([c.lineWidth, arrows]);
+        const where = (name) => [name === 'eve' ? 100 : 0, 0, 8];
+        drawCauses(c, { model, palette: { states: { waiting: '#e69f00' } }, selected }, { robots, count: 2 }, where);
+        return widths;
+      };
+      equal([[1.5, 1], [3, 1]], drawn(null));
+      equal([[1.5, 0], [3, 1]], drawn('wall_e'));
+      equal([[1.5, 1], [3, 1]], drawn('eve'));
     },
     'a robot waits for others until it moves'() {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));

@@ -1,6 +1,7 @@
-/** Docks, doors and lifts in their current state, marks of faults, and the circles of deadlocked robots. */
+/** Docks, doors and lifts in their current state, marks of faults, causes of waits, and circles of deadlocked robots. */
 
 import { middle } from '../model/motion.js';
+import { isChosen } from './robot_layer.js';
 import { GLYPHS, drawBadge, drawWarning, faint, fill, stroke, within } from './shapes.js';
 
 export function drawFixtures(c, frame) {
@@ -116,6 +117,35 @@ function spotOf(fault, { camera, world, model }, where) {
 }
 
 /** Link the robots of each deadlock, each to the one that it waits for. */
+const CROWD = 60; // robots in sight above which only the causes of chosen robots are shown
+
+/** Draw an arrow from each robot that is held up to each robot that holds it up, thick for a chosen robot's causes. */
+export function drawCauses(c, frame, poses, where) {
+  const { model, palette } = frame;
+  const color = palette.states.waiting;
+  const traced = new Set();
+  for (const robot of poses.robots) if (isChosen(frame, robot)) trace(robot, model, traced);
+  for (const thick of [false, true]) {
+    c.beginPath();
+    for (const robot of thick ? traced : poses.count <= CROWD ? poses.robots : []) {
+      const from = traced.has(robot) === thick ? where(robot.name) : null;
+      for (const name of from ? robot.heldBy(model) : []) {
+        const to = where(name);
+        if (to) link(c, from, to);
+      }
+    }
+    c.lineCap = 'round';
+    stroke(c, thick ? color : faint(color, 0.7), thick ? 3 : 1.5);
+  }
+}
+
+/** Add a robot and all robots that hold it up, directly or not, to a set. */
+function trace(robot, model, traced) {
+  if (!robot || traced.has(robot)) return;
+  traced.add(robot);
+  for (const name of robot.heldBy(model)) trace(model.robots.get(name), model, traced);
+}
+
 export function drawDeadlocks(c, frame, where) {
   const { colors, model } = frame;
   if (!model.deadlocks.length) return;

@@ -1,7 +1,7 @@
 /** The map: one canvas for static and one for moving objects, and pointer interaction. */
 
 import { Camera } from './camera.js';
-import { drawDeadlocks, drawFaults } from './fixtures.js';
+import { drawCauses, drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
 import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
@@ -23,6 +23,7 @@ const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: 
  * @property {import('../model/world.js').World|null} world
  * @property {import('./static_layer.js').Measures} measures
  * @property {Record<string, string>} colors The colors of the theme.
+ * @property {Record<string, any>} palette All colors and pictures.
  * @property {Record<string, boolean>} layers
  * @property {number} ratio Device pixels per css pixel.
  * @property {string|null} selected
@@ -200,6 +201,7 @@ export class MapView extends EventTarget {
     if (layers.driven) drawDriven(c, this, poses);
     if (layers.routes) drawAhead(c, this, poses);
     robots.drawItems(c, this);
+    drawCauses(c, this, poses, where);
     drawDeadlocks(c, this, where);
     robots.drawRobots(c, this, poses, time);
     drawFaults(c, this, where);

@@ -194,6 +194,12 @@ export class Robot {
     this.waitsWhy = why;
   }
 
+  /** Return the robots that hold it up, by name: those in its way, or in the dock for which it queues. */
+  heldBy(model) {
+    if (this.waits) return this.waitsFor;
+    return (this.queue && model.docks.get(this.queue.dock)?.docked) || NONE;
+  }
+
   /** Move aside for another robot, along the next path of `take`, and wait there. */
   makeRoom(by) {
     this.aside = by;

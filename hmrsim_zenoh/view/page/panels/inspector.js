@@ -1,7 +1,7 @@
 // The selected robot: its state and the reason, its goal and equipment, and buttons for requests.
 
 import { Facts, TypeSign, button, el, mark, say, sign } from './dom.js';
-import { actionWords, blockerWords, faultWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
+import { actionWords, causeWords, faultWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
 
 export class Inspector {
   constructor(app) {
@@ -96,14 +96,14 @@ export class Inspector {
   #renderFacts(robot, now) {
     const { model } = this.app;
     const [x, y, yaw] = robot.poseAt(now);
-    const waiting = [...model.robots.values()].filter((other) => other.waitsFor.includes(robot.name));
+    const waiting = [...model.robots.values()].filter((other) => other.heldBy(model).includes(robot.name));
     const behind = robot.goals.filter((goal) => goal !== robot.goal);
     this.facts.show([
       ['Position', `${x.toFixed(1)}, ${y.toFixed(1)} · ${Math.round((yaw * 180) / Math.PI)}°`],
       ['Dock', robot.dock],
       ['Carries', robot.holds.join(', ')],
       ['Faults', faultWords(robot, model)],
-      ['In its way', blockerWords(robot, model, now)],
+      ['Held up by', causeWords(robot, model, now)],
       ['Blocks', waiting.map(({ name }) => name).join(', ')],
       ['Other goals', behind.map((goal) => taskWords(goal, model.world)).join(', ')],
       ['Components', robot.components.map(actionWords).join(', ')],

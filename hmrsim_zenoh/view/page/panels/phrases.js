@@ -68,15 +68,31 @@ export function faultWords({ name: robot }, { faults }) {
     .map(({ name, fault }) => (name.startsWith(fault) ? actionWords(fault) : `${name} (${actionWords(fault)})`)).join(', ');
 }
 
-/** Return the robots that block a waiting robot, with their states; "" if it waits for no robot. */
-export function blockerWords(robot, model, now) {
-  const blockers = robot.waitsFor.map((name) => model.robots.get(name)).filter(Boolean);
-  return blockers.map((each) => {
+const MOST_CAUSES = 5;
+
+/**
+ * Return the chain of causes for which a robot does not go on: each robot that holds up the one before it, with its
+ * state, down to the first one that nothing holds up; "" if no robot holds it up.
+ */
+export function causeWords(robot, model, now) {
+  const seen = new Set([robot]);
+  const words = [];
+  for (let each = nextCause(robot, model, now); each; each = nextCause(each, model, now)) {
+    if (seen.has(each)) return `${words.join('; ')}: they wait for each other in a circle`;
+    seen.add(each);
+    if (words.length === MOST_CAUSES) return `${words.join('; ')}; …`;
     const state = each.stateAt(now);
     const why = whyWords(each, state, model, now);
     const at = why ? '' : where(each, model, now);
-    return `${each.name}: ${[state, why].filter(Boolean).join(' ')}${at}`;
-  }).join('; ');
+    words.push(`${each.name}: ${[state, why].filter(Boolean).join(' ')}${at}`);
+  }
+  return words.join('; ');
+}
+
+/** Return the first robot by name that holds up another one and does not just drive on, or else the first one. */
+function nextCause(robot, model, now) {
+  const others = robot.heldBy(model).map((name) => model.robots.get(name)).filter(Boolean);
+  return others.find((each) => !each.movesAt(now)) ?? others[0];
 }
 
 const REASONS = {
