@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import zenoh
@@ -29,9 +30,8 @@ from hmrsim_zenoh.wire.envelopes import (
     SendGoalRequest,
     UnreadableError,
     around,
-    check_texts,
     plain,
-    read,
+    read_request,
 )
 from hmrsim_zenoh.wire.keys import ActionKey, TopicKey, Verb
 
@@ -42,12 +42,16 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.services import AnyService
+    from hmrsim_zenoh.server.publisher import Publisher
     from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 
 _KEPT_KEYS = 16_384
+
+_Route = tuple[Callable[..., "list[AnyCommand]"], tuple[Any, ...]]
+"""The method of `Requests` that decodes the queries on a key, and its arguments after the query."""
 
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
@@ -69,12 +73,14 @@ class _Latched:
 class Requests:
     """Decodes the queries of the JSON wire.
 
+    A key is parsed, and its reader looked up, for the first query on it.
+
     Args:
         actions: All actions by name, to decode goals.
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.
-        timestamp: Returns a timestamp of the session that replies.
+        publisher: Declares the keys that are served, each for the first query on it.
         policy: The access control that the session enforces; None if it has none.
     """
 
@@ -87,36 +93,28 @@ class Requests:
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
         services: Mapping[str, AnyService],
         max_payload: int,
-        timestamp: Callable[[], zenoh.Timestamp],
+        publisher: Publisher,
         policy: AccessControl | None = None,
     ) -> None:
         self._keys = keys
         self._time = TimeRequests(keys, actions, max_payload, policy)
         self._services = services
         self._wakeup_key = keys.wakeup_key()
-        # Clients use the same keys again and again.
-        self._parse = lru_cache(_KEPT_KEYS)(keys.parse)
-        self._without_history = lru_cache(_KEPT_KEYS)(keys.without_history)
+        self._routes: dict[str, _Route] = {}
         self._actions = actions
         self._serves = serves
         self._fixed = fixed
         self._values = {*fixed, *_WORLD_TOPICS, Topic.TIME.value}
         self._goals = [zenoh.KeyExpr(keys.any_action(verb)) for verb in (Verb.SEND_GOAL, Verb.EXECUTE)]
         self._max_payload = max_payload
-        self._timestamp = timestamp
+        self._publisher = publisher
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
-        asked = str(query.key_expr)
-        key = self._without_history(asked)
-        if key == self._wakeup_key or (key != asked and not self._reads(key)):
-            # Every client that may read may query the history, so that such a query must not become a command.
-            query.drop()
-            return []
+        key = str(query.key_expr)
         try:
-            if "*" in key or "$" in key:
-                return self._decode_wildcard(query, key)
-            return self._decode_one(query, key)
+            read, parts = self._routes.get(key) or self._route(key)
+            return read(self, query, *parts)
         except UnreadableError as error:
             PendingReply(query, key).refuse(error.to_json())
         except Exception:  # noqa: BLE001 - whatever a client sends, the simulation goes on
@@ -124,83 +122,137 @@ class Requests:
             PendingReply(query, key).refuse(encoding.error("the simulator has a bug: it can't read this request"))
         return []
 
+    def _route(self, asked: str) -> _Route:
+        """Return how to decode the queries on a key expression, and keep it for further ones."""
+        key = self._keys.without_history(asked)
+        wild = "*" in key or "$" in key
+        if key == self._wakeup_key or (key != asked and not (wild or self._reads(key))):
+            # Every client that may read may query the history, so that such a query must not become a command.
+            route: _Route = Requests._ignore, ()
+        elif wild:
+            route = Requests._decode_wildcard, (key,)
+        else:
+            route = self._route_to(key)
+        if len(self._routes) >= _KEPT_KEYS:
+            self._routes.clear()
+        self._routes[asked] = route
+        return route
+
     def _reads(self, key: str) -> bool:
-        """Return whether a query on a key is for values; one with wildcards always is."""
-        if "*" in key or "$" in key:
-            return True
-        match self._parse(key):
+        """Return whether a query on a key is for values."""
+        match self._keys.parse(key):
             case ActionKey(verb=verb):
                 return verb is Verb.STATUS
             case TopicKey(robot, topic):
                 return robot != WORLD or topic in self._values
         return False
 
-    def _decode_one(self, query: zenoh.Query, key: str) -> list[AnyCommand]:
-        match self._parse(key):
-            case ActionKey() as asked:
-                return self._decode_action(query, key, asked)
+    def _route_to(self, key: str) -> _Route:
+        match self._keys.parse(key):
+            case ActionKey(robot, action) as asked:
+                route = self._route_to_action(key, asked)
+                served = action in self._serves.get(robot, ()) or (robot == WORLD and action in self._actions)
             case TopicKey(robot, topic) if robot == WORLD:
-                return self._decode_world(query, key, topic)
+                route, served = self._route_to_world(key, topic), True
             case TopicKey(robot, topic) if not robot.startswith("_") and not topic.startswith("_"):
-                return [self._read_topic(query, key, robot, topic)]
+                route, served = self._route_to_topic(key, robot, topic), True
             case None if self._keys.owner(key) in self._serves:
                 raise UnreadableError(f"{self._keys.owner(key)} has no key {key!r}; see docs/reference/keys.md")
-        # Other programs, such as a planner, may serve keys below the prefix; they answer these queries.
-        query.drop()
-        return []
+            case _:
+                # Other programs, such as a planner, may serve keys below the prefix; they answer these queries.
+                return Requests._ignore, ()
+        if served:
+            with suppress(zenoh.ZError):
+                self._publisher.declare(key)
+        return route
 
-    def _decode_action(self, query: zenoh.Query, key: str, asked: ActionKey) -> list[AnyCommand]:
+    def _route_to_action(self, key: str, asked: ActionKey) -> _Route:
         robot, name = asked.robot, asked.action
         action = self._actions.get(name)
-        reply_to = PendingReply(query, key, action)
         match asked.verb:
             case Verb.SEND_GOAL:
-                sent = self._read(_goal_reader(SendGoalRequest, action), query)
-                return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, reply_to)]
+                return Requests._send_goal, (key, robot, name, action, _goal_reader(SendGoalRequest, action))
             case Verb.EXECUTE:
-                sent = self._read(_goal_reader(ExecuteRequest, action), query)
-                goal = sent.goal if action else None
-                both = PendingExecution(
-                    query, key, action, robot=robot, feedback=sent.feedback, timestamp=self._timestamp
-                )
-                return [SendGoal(robot, name, goal, sent.goal_id, both, result_to=both)]
+                return Requests._execute, (key, robot, name, action, _goal_reader(ExecuteRequest, action))
             case Verb.CANCEL_GOAL:
-                info = self._read(plain(CancelGoalRequest), query).goal_info
-                goal_id = goal_id_in("goal_info.goal_id", info.goal_id)
-                return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), reply_to)]
+                return Requests._cancel_goal, (key, robot, name, action)
             case Verb.GET_RESULT:
-                request = self._read(plain(GetResultRequest), query)
-                return [GetResult(robot, name, goal_id_in("goal_id", request.goal_id), reply_to)]
+                return Requests._get_result, (key, robot, name, action)
             case Verb.STATUS:
-                self._check_reading(query)
-                return [Read(Topic.STATUS, robot, name, reply_to)]
+                return Requests._read_value, (key, Read(Topic.STATUS, robot, name), action)
             case Verb.FEEDBACK:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
-    def _decode_world(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
+    def _route_to_world(self, key: str, topic: str) -> _Route:
         if topic in self._time.topics:
-            asked = query.payload.to_bytes() if query.payload else b""
-            return [self._time.read(topic, asked, PendingReply(query, key))]
+            return Requests._decode_time, (key, topic)
         if topic in self._services:
             kind: type[Message] = self._services[topic].request
-            return [CallService(topic, self._read(plain(kind), query, empty=b"{}"), PendingReply(query, key))]
-        if topic not in self._fixed and topic not in _WORLD_TOPICS:
-            known = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
-            raise UnreadableError(f"the world has no {topic!r} to get; there are: {known}")
-        self._check_reading(query)
+            return Requests._call_service, (key, topic, plain(kind))
         if topic in _WORLD_TOPICS:
-            return [Read(_WORLD_TOPICS[topic], reply_to=PendingReply(query, key))]
-        mime, payload = self._fixed[topic]
-        PendingReply(query, key).reply(payload(), mime)
-        return []
+            return Requests._read_value, (key, Read(_WORLD_TOPICS[topic]))
+        if topic in self._fixed:
+            return Requests._read_fixed, (key, topic)
+        known = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
+        raise UnreadableError(f"the world has no {topic!r} to get; there are: {known}")
 
-    def _read_topic(self, query: zenoh.Query, key: str, robot: str, topic: str) -> AnyCommand:
+    def _route_to_topic(self, key: str, robot: str, topic: str) -> _Route:
         if robot not in self._serves:
             raise UnreadableError(f"no robot {robot!r}; there are: {listed(list(self._serves))}")
         if topic not in ROBOT_TOPICS:
             raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(ROBOT_TOPICS)}")
+        return Requests._read_value, (key, Read(ROBOT_TOPICS[topic], robot))
+
+    def _ignore(self, query: zenoh.Query) -> list[AnyCommand]:
+        query.drop()
+        return []
+
+    def _send_goal(
+        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None, reader: SchemaValidator
+    ) -> list[AnyCommand]:
+        sent = self._read(reader, query)
+        return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, PendingReply(query, key, action))]
+
+    def _execute(
+        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None, reader: SchemaValidator
+    ) -> list[AnyCommand]:
+        sent = self._read(reader, query)
+        both = PendingExecution(
+            query, key, action, robot=robot, feedback=sent.feedback, timestamp=self._publisher.timestamp
+        )
+        return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, both, result_to=both)]
+
+    def _cancel_goal(
+        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None
+    ) -> list[AnyCommand]:
+        info = self._read(plain(CancelGoalRequest), query).goal_info
+        goal_id = goal_id_in("goal_info.goal_id", info.goal_id)
+        return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), PendingReply(query, key, action))]
+
+    def _get_result(
+        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None
+    ) -> list[AnyCommand]:
+        goal_id = goal_id_in("goal_id", self._read(plain(GetResultRequest), query).goal_id)
+        return [GetResult(robot, name, goal_id, PendingReply(query, key, action))]
+
+    def _read_value(
+        self, query: zenoh.Query, key: str, reading: Read, action: AnyAction | None = None
+    ) -> list[AnyCommand]:
         self._check_reading(query)
-        return Read(ROBOT_TOPICS[topic], robot, reply_to=PendingReply(query, key))
+        return [reading._replace(reply_to=PendingReply(query, key, action))]
+
+    def _decode_time(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
+        payload = query.payload
+        return [self._time.read(topic, payload.to_bytes() if payload else b"", PendingReply(query, key))]
+
+    def _call_service(self, query: zenoh.Query, key: str, name: str, reader: SchemaValidator) -> list[AnyCommand]:
+        return [CallService(name, self._read(reader, query, empty=b"{}"), PendingReply(query, key))]
+
+    def _read_fixed(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
+        self._check_reading(query)
+        mime, payload = self._fixed[topic]
+        PendingReply(query, key).reply(payload(), mime)
+        return []
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
         """Return one reading for each latched key that a key expression matches; wildcards serve readings only."""
@@ -245,12 +297,7 @@ class Requests:
     def _read(self, reader: Any, query: zenoh.Query, *, empty: bytes = b"") -> Any:
         """Return a query's request; *empty* stands for an absent payload."""
         payload = query.payload
-        if payload is not None and len(payload) > self._max_payload:
-            raise UnreadableError(f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
-        data = payload.to_bytes() if payload else empty
-        request = read(reader, data, max_payload=self._max_payload)
-        check_texts(request, len(data))
-        return request
+        return read_request(reader, payload.to_bytes() if payload else empty, self._max_payload)
 
     def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
         """Answer a query that will not be decoded."""

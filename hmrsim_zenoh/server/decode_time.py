@@ -23,10 +23,10 @@ from hmrsim_zenoh.wire.envelopes import (
     MAX_TEXT,
     Envelope,
     UnreadableError,
-    check_texts,
+    check_texts_of,
     plain,
-    read,
     read_often,
+    read_request,
     unreadable,
     unreadable_at,
 )
@@ -178,9 +178,7 @@ class TimeRequests:
         return self._readers[topic](self, payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
-        request = read(plain(kind), payload, max_payload=self._max_payload)
-        check_texts(request, len(payload))
-        return request
+        return read_request(plain(kind), payload, self._max_payload)
 
     def _join(self, payload: bytes, reply_to: Any) -> Join:
         request: JoinRequest = self._request(JoinRequest, payload)
@@ -220,7 +218,8 @@ class TimeRequests:
                 case {"unwatch": _}:
                     return condition(plain(UnwatchRequest).validate_python(item), self._keys)
             request: CommandRequest = self._reader_of(item).validate_python(item)
-            check_texts(request, size)
+            if size > MAX_TEXT:
+                check_texts_of(request)
             return self._command_of(request, member)
         except ValidationError as error:
             return Unreadable(unreadable(error).to_json())
@@ -296,7 +295,8 @@ def read_goal(kind: type[Message], goal: Mapping[str, Any]) -> Message:
     payload = to_json(goal, inf_nan_mode="constants")
     try:
         message: Message = read_often(plain(kind), payload)
-        check_texts(message, len(payload))
+        if len(payload) > MAX_TEXT:
+            check_texts_of(message)
     except UnreadableError as error:
         raise error.below("goal") from None
     return message

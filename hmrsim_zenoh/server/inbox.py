@@ -100,9 +100,7 @@ class QueryInbox(Inbox, ABC):
     @property
     def waiting(self) -> bool:
         """Return whether a query or a command waits; a query may turn out to hold no command."""
-        if not self._commands and not self._queries:
-            self._receive()
-        return bool(self._commands or self._queries)
+        return bool(self._commands or self._queries or self._receive())
 
     def arrived(self) -> int:
         """Return how many queries have arrived so far, including those taken."""

@@ -22,16 +22,20 @@ MIN_WALL_SECONDS: Final = 1 / 20
 
 
 class Publisher:
-    """Publishes on the keys of a session.
+    """Publishes on the keys of a session, and declares the keys that it serves.
 
     Args:
         session: An open session.
-        declares: Whether to declare keys upon first use. Zenoh compares an undeclared key with all declared ones, which
-            takes 0.5 ms where 1,000 robots have liveliness tokens. In larger worlds, which have no tokens, declaring
-            keys would take minutes.
+        declares: Whether to declare keys upon first use. Zenoh compares an undeclared key with all declared ones: where
+            1,000 robots have liveliness tokens, that adds 0.13 ms to a query and 0.5 ms to a publication. In larger
+            worlds, which have no tokens, declaring keys would take minutes.
+
+    Attributes:
+        timestamp: Returns a timestamp of the session, later than all earlier ones.
     """
 
     def __init__(self, session: zenoh.Session, *, declares: bool) -> None:
+        self.timestamp: Callable[[], zenoh.Timestamp] = session.new_timestamp
         self._session = session
         self._declares = declares
         self._keys: dict[str, zenoh.KeyExpr | str] = {}
@@ -39,12 +43,20 @@ class Publisher:
     def put(self, key: str, payload: bytes, mime: str, *, reliable: bool = False) -> None:
         """Publish; a best-effort message is dropped when a subscriber is slow."""
         try:
-            if key not in self._keys:
-                self._keys[key] = self._session.declare_keyexpr(key) if self._declares else key
+            self.declare(key)
             control = _BLOCK if reliable else _DROP
             self._session.put(self._keys[key], payload, encoding=mime, congestion_control=control)
         except zenoh.ZError as error:
             _log.debug("publishing on %s: %s", key, error)
+
+    def declare(self, key: str) -> None:
+        """Declare a key, unless it is declared already, or keys are not.
+
+        Raises:
+            ZError: The session is closed.
+        """
+        if key not in self._keys:
+            self._keys[key] = self._session.declare_keyexpr(key) if self._declares else key
 
     def forget(self, is_unused: Callable[[str], bool]) -> None:
         """Undeclare unused keys, which Zenoh would keep."""

@@ -1,4 +1,4 @@
-"""Replies to queries: the queries that await them, and the JSON answers to time requests."""
+"""Replies to queries: the queries that await them, and their answers as JSON."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from itertools import starmap
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import zenoh
 from pydantic_core import to_json
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import CancelResponse, GoalResponse, Refused, ResultResponse
-from hmrsim.protocol.outputs import FeedbackSent, Granted, TimeAnswer
+from hmrsim.protocol.outputs import FeedbackSent, Granted, Sampled, StatusChanged
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
 from hmrsim.protocol.topics import Watching
 from hmrsim_zenoh.wire import encoding
@@ -25,10 +25,20 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-JOINED: Final = f"{encoding.JSON};hmrsim/Joined"
-GRANTED: Final = f"{encoding.JSON};hmrsim/Granted"
-LEFT: Final = f"{encoding.JSON};hmrsim/Left"
-TIME_STATE: Final = f"{encoding.JSON};hmrsim/TimeState"
+_MIMES: Final[Mapping[type, str]] = MappingProxyType(
+    {
+        Granted: f"{encoding.JSON};hmrsim/Granted",
+        Joined: f"{encoding.JSON};hmrsim/Joined",
+        HasLeft: f"{encoding.JSON};hmrsim/Left",
+        TimeState: f"{encoding.JSON};hmrsim/TimeState",
+        CancelResponse: encoding.CANCEL_RESPONSE,
+        StatusChanged: encoding.STATUS,
+    }
+)
+_PARTS: Final[Mapping[type, str]] = MappingProxyType(
+    {GoalResponse: "SendGoal_Response", ResultResponse: "GetResult_Response"}
+)
+"""The parts of an action that answers are."""
 
 
 class SharedQuery:
@@ -76,17 +86,12 @@ class PendingReply:
     key: str
     action: AnyAction | None = None
 
-    def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send a reply; others may follow."""
+    def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
+        """Send the only or last reply."""
         try:
             self.query.reply(self.key, payload, encoding=mime, attachment=attachment)
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
-
-    def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send the only or last reply."""
-        try:
-            self.send(payload, mime, attachment)
         finally:
             self.query.drop()
 
@@ -125,28 +130,36 @@ class PendingExecution(PendingReply):
         except zenoh.ZError as error:
             _log.debug("replying on %s: %s", self.key, error)
 
-
-def encoded(answer: TimeAnswer) -> tuple[bytes, str]:
-    """Return an answer to a time request as JSON, and its encoding."""
-    match answer:
-        case Granted():
-            return _granted(answer), GRANTED
-        case Joined(participant, epoch, now, goals):
-            fields = {"participant": participant, "epoch": epoch, "now": now, "goals": goals}
-            return dump(fields), JOINED
-        case HasLeft(participant):
-            return dump({"participant": participant}), LEFT
-        case TimeState():
-            return state(answer), TIME_STATE
+    def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
+        """Send the last reply."""
+        try:
+            self.send(payload, mime, attachment)
+        finally:
+            self.query.drop()
 
 
-def state(answer: TimeState) -> bytes:
-    """Return the state of the clock as JSON."""
-    return dump(answer._asdict())
+def encoded(answer: Any, action: AnyAction | None = None) -> tuple[bytes, str, bytes | None]:
+    """Return an answer as JSON, its encoding, and the attachment of the reply.
+
+    Args:
+        answer: An answer to a command, except `Refused`.
+        action: The action that the command was for, if any.
+    """
+    if isinstance(answer, Sampled):
+        answer = answer.message
+    kind, cause = type(answer), None
+    if kind in _MIMES:
+        mime = _MIMES[kind]
+    elif kind in _PARTS:
+        mime = encoding.of_action(action, _PARTS[kind]) if action else encoding.JSON
+        cause = answer.cause.encode() or None if kind is ResultResponse else None
+    else:
+        return encoding.message(answer), encoding.of_message(answer), None
+    return _WRITERS[kind](answer), mime, cause
 
 
 def _granted(answer: Granted) -> bytes:
-    accepted = b",".join([_ENCODERS[type(response)](response) for response in answer.accepted])
+    accepted = b",".join([_WRITERS[type(response)](response) for response in answer.accepted])
     events = b",".join(starmap(_event, answer.events))
     head = f'{{"epoch":{answer.epoch},"now":{answer.now},"reason":"{answer.reason}"'
     met = b',"met":%b' % to_json(answer.met) if answer.met else b""
@@ -154,8 +167,18 @@ def _granted(answer: Granted) -> bytes:
     return b'%b,"accepted":[%b],"events":[%b]%b%b}' % (head.encode(), accepted, events, met, over)
 
 
-_ENCODERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
+def _fields(answer: NamedTuple) -> bytes:
+    """Return an answer whose fields are those of its message."""
+    return dump(answer._asdict())
+
+
+_WRITERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
     {
+        Granted: _granted,
+        Joined: _fields,
+        HasLeft: _fields,
+        TimeState: _fields,
+        StatusChanged: encoding.status_array,
         GoalResponse: encoding.goal_response,
         CancelResponse: encoding.cancel_response,
         ResultResponse: encoding.result_response,
@@ -165,7 +188,7 @@ _ENCODERS: Final[Mapping[type, Callable[[Any], bytes]]] = MappingProxyType(
         type(None): lambda _answer: b"null",
     }
 )
-"""The functions that encode the response to a command, by its type."""
+"""The functions that encode an answer, or the response to a command of an advance, by its type."""
 
 
 def _event(kind: str, at: int, event: Any) -> bytes:

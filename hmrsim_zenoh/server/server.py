@@ -18,16 +18,14 @@ import zenoh
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
 from hmrsim.events.simulation import InternalError
-from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, InterestChanged, SendGoal
-from hmrsim.protocol.goal import WORLD, CancelResponse, GoalResponse, Refused, ResultResponse
+from hmrsim.protocol.goal import WORLD, GoalResponse, Refused
 from hmrsim.protocol.outputs import (
     Answered,
     EventStamped,
     FeedbackSent,
     GoalChanged,
     GoalTold,
-    Granted,
     OrdersChanged,
     PlanWanted,
     RosterChanged,
@@ -36,14 +34,14 @@ from hmrsim.protocol.outputs import (
     TimeRestarted,
 )
 from hmrsim.protocol.sinks import SelectiveSink
-from hmrsim.protocol.time import HasLeft, Joined, TimeState
+from hmrsim.protocol.time import TimeState
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.server.decode import Requests
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import Reader
 from hmrsim_zenoh.server.publisher import FeedbackLimiter, Publisher
-from hmrsim_zenoh.server.replies import TIME_STATE, PendingExecution, PendingReply, encoded
+from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, encoded
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb, servers_own
@@ -122,7 +120,7 @@ class Server(SelectiveSink):
             fixed=self._fixed,
             services=all_services(),
             max_payload=settings.max_payload,
-            timestamp=session.new_timestamp,
+            publisher=self._publisher,
             policy=description.policy,
         )
         self.inbox = inbox(
@@ -307,40 +305,26 @@ class Server(SelectiveSink):
         asked = event.reply_to
         if not isinstance(asked, PendingReply):
             return
+        answer = event.answer
         try:
-            self._reply(asked, event.answer)
+            if isinstance(answer, Refused):
+                asked.refuse(encoding.error(answer.message, answer.field, answer.value))
+            elif isinstance(answer, GoalResponse):
+                self._answer_goal(asked, answer)
+            else:
+                asked.reply(*encoded(answer, asked.action))
         except Exception:
             # Such as the result of an action that JSON can't state.
             asked.refuse(encoding.error("the simulator has a bug: it can't write this answer"))
             raise
 
-    def _reply(self, asked: PendingReply, answer: Any) -> None:
-        action = asked.action
-        match answer:
-            case GoalResponse():
-                mime = encoding.of_action(action, "SendGoal_Response") if action else encoding.JSON
-                if answer.accepted and isinstance(asked, PendingExecution):
-                    asked.send(encoding.goal_response(answer), mime)
-                    self._follow(asked, answer.goal_id)
-                else:
-                    asked.reply(encoding.goal_response(answer), mime)
-                self._look_for_goals()
-            case CancelResponse():
-                asked.reply(encoding.cancel_response(answer), encoding.CANCEL_RESPONSE)
-            case ResultResponse():
-                mime = encoding.of_action(action, "GetResult_Response") if action else encoding.JSON
-                asked.reply(encoding.result_response(answer), mime, answer.cause.encode() or None)
-            case StatusChanged():
-                asked.reply(encoding.status_array(answer), encoding.STATUS)
-            case Sampled(message=message):
-                asked.reply(encoding.message(message), encoding.of_message(message))
-            case Refused(field, value, text):
-                asked.refuse(encoding.error(text, field, value))
-            case Granted() | Joined() | HasLeft() | TimeState():
-                asked.reply(*encoded(answer))
-            # The last, as it is an abstract class, for which Python takes longer.
-            case Message():
-                asked.reply(encoding.message(answer), encoding.of_message(answer))
+    def _answer_goal(self, asked: PendingReply, answer: GoalResponse) -> None:
+        if answer.accepted and isinstance(asked, PendingExecution):
+            asked.send(*encoded(answer, asked.action))
+            self._follow(asked, answer.goal_id)
+        else:
+            asked.reply(*encoded(answer, asked.action))
+        self._look_for_goals()
 
     def _follow(self, asked: PendingExecution, goal_id: str) -> None:
         """Send a query the feedback of its goal, which begins next, if it awaits feedback."""
@@ -398,7 +382,8 @@ class Server(SelectiveSink):
         self._publisher.put(key, encoding.message(event.message), encoding.of_message(event.message))
 
     def _emit_time(self, event: TimeState) -> None:
-        self._publisher.put(self.keys.world(Topic.TIME.value), encoded(event)[0], TIME_STATE, reliable=True)
+        payload, mime, _ = encoded(event)
+        self._publisher.put(self.keys.world(Topic.TIME.value), payload, mime, reliable=True)
 
     def _keys_of(self, event: StatusChanged | FeedbackSent, verb: Verb) -> list[str]:
         """Return the keys of one verb of a robot's action, one for each of its names."""

@@ -251,14 +251,16 @@ _LONG: Final = frozenset({"resource_string", "settings", "goal_id"})
 """The fields that may be long: files, such as worlds, and ids, which have separate checks."""
 
 
-def check_texts(message: object, size: int) -> None:
-    """Check the texts of a message that came in a payload of *size* bytes.
+def read_request(reader: SchemaValidator, payload: bytes, max_payload: int) -> Any:
+    """Return the model in the *payload* of a request, whose texts are limited.
 
     Raises:
-        UnreadableError: A text is too long.
+        UnreadableError: As `read`; or a text is too long.
     """
-    if size > MAX_TEXT:
-        check_texts_of(message)
+    request = read(reader, payload, max_payload=max_payload)
+    if len(payload) > MAX_TEXT:
+        check_texts_of(request)
+    return request
 
 
 def check_texts_of(message: object) -> None:

@@ -21,7 +21,7 @@ from hmrsim.protocol.commands import CallService, GetResult, SendGoal, StopWaiti
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply
 from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
-from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts, unreadable
+from hmrsim_zenoh.wire.envelopes import MAX_TEXT, UnreadableError, check_texts_of, unreadable
 
 if TYPE_CHECKING:
     import zenoh
@@ -238,8 +238,8 @@ class Requests:
             return []
         commands = pending.handler.commands(pending.type.request.decode(payload.to_bytes()), pending)
         for command in commands:
-            if isinstance(command, (SendGoal, CallService)):
-                check_texts(command.goal if isinstance(command, SendGoal) else command.request, size)
+            if size > MAX_TEXT and isinstance(command, (SendGoal, CallService)):
+                check_texts_of(command.goal if isinstance(command, SendGoal) else command.request)
         requests = [command for command in commands if isinstance(command, GetResult)]
         dropped = [stop for request in requests for stop in self._waiting.add(pending, request)]
         return [*dropped, *commands]
