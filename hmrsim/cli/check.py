@@ -113,6 +113,9 @@ def _check(args: argparse.Namespace) -> int:
     check_page(args)
     if args.repro is not None:
         return _repeat(args)
+    from hmrsim.trials.batches import load_early
+
+    load_early(args.executor, "hmrsim.fault_search.running.evaluator")
     code: int = Later("hmrsim.cli.check_search", "search")(args)
     return code
 

@@ -79,7 +79,15 @@ examples:
         "concurrent.futures.Executor (pool)",
     )
     add_json(parser, "print the progress as JSON, one object per line")
-    parser.set_defaults(function=Later("hmrsim.cli.experiment_runs", "run"))
+    parser.set_defaults(function=_run)
+
+
+def _run(args: argparse.Namespace) -> int:
+    from hmrsim.trials.batches import load_early
+
+    load_early(args.executor, "hmrsim.experiments.running.replications")
+    code: int = Later("hmrsim.cli.experiment_runs", "run")(args)
+    return code
 
 
 def _configure_again(parser: argparse.ArgumentParser) -> None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import ctypes
 import importlib
 import math
 import multiprocessing
 import os
 import signal
 import sys
+import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import suppress
+from multiprocessing import forkserver
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from hmrsim.errors import ExperimentError, HmrsimError, Problem
@@ -185,8 +186,8 @@ class _Work(Generic[T, R]):
 
 POOL, DASK = "pool", "dask"
 
-_PR_SET_PDEATHSIG: Final = 1
-"""The option of Linux's prctl that sends a signal when the parent process dies."""
+_METHOD: Final = "forkserver" if sys.platform == "linux" else "spawn"
+"""How processes of a pool are started; on macOS, libraries of the system do not survive a fork."""
 
 
 class Serial(Executor):
@@ -238,18 +239,41 @@ def stop(executor: Executor) -> None:
     executor.shutdown(wait=True, cancel_futures=True)
 
 
-def prepare_worker() -> None:
-    """Prepare a process of a pool: it prints nothing, leaves Ctrl-C to its parent, and ends with its parent."""
+def load_early(text: str, *modules: str) -> None:
+    """Begin to load the modules that a pool's processes need, in the process of which they are copies.
+
+    A command calls this before it loads what it needs itself.
+
+    Args:
+        text: As for `factory_of`; other executors than pools load their modules themselves.
+        modules: The names of the modules.
+    """
+    if _METHOD == "forkserver" and text.partition(":")[0] == POOL:
+        multiprocessing.get_context(_METHOD).set_forkserver_preload([*modules])
+        forkserver.ensure_running()
+
+
+def prepare_worker(environment: Mapping[str, str]) -> None:
+    """Prepare a process of a pool: it prints nothing, leaves Ctrl-C to its parent, and ends with its parent.
+
+    Args:
+        environment: The environment of its parent, since the process of which it is a copy may be older.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    parent = multiprocessing.parent_process()
-    if parent is not None and parent.pid != os.getppid():
-        os._exit(1)  # the parent died before
+    os.environ.clear()
+    os.environ.update(environment)
+    threading.Thread(target=_end_with_parent, name="hmrsim-parent", daemon=True).start()
     null = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(null, stream)
     collect_rarely()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _processors() -> int:
@@ -258,7 +282,8 @@ def _processors() -> int:
 
 
 def _pool(workers: int) -> Executor:
-    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_worker)
+    context = multiprocessing.get_context(_METHOD)
+    return ProcessPoolExecutor(workers, context, prepare_worker, ({**os.environ},))
 
 
 def _dask(distributed: Any, address: str, workers: int) -> Executor:

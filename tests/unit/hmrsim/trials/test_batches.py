@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import select
+import subprocess
+import sys
 import time
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
+from subprocess import PIPE
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import HmrsimError
-from hmrsim.trials.batches import Batches, Serial
+from hmrsim.trials.batches import Batches, Serial, factory_of
 
 
 class Pool(Serial):
@@ -106,3 +111,38 @@ def test_work_beyond_the_time_limit_is_dropped():
     assert [] == list(late)
     assert [(3, 30)] == results(batches, [[3]])
     assert 2 == len(made)
+
+
+_PARENT = """
+import os, sys
+from hmrsim.trials.batches import factory_of
+if __name__ == "__main__":
+    make, _ = factory_of("pool", 1)
+    print(make().submit(os.getpid).result(), flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs pidfd_open")
+def test_a_process_of_a_pool_ends_with_its_parent(tmp_path):
+    """A parent that is killed can't end it."""
+    (tmp_path / "parent.py").write_text(_PARENT)
+    with subprocess.Popen([sys.executable, tmp_path / "parent.py"], stdin=PIPE, stdout=PIPE, text=True) as parent:
+        worker = os.pidfd_open(int(parent.stdout.readline()))
+        parent.kill()
+        ended, _, _ = select.select([worker], [], [])
+        os.close(worker)
+
+    assert [worker] == ended
+
+
+def test_a_pool_has_the_environment_of_its_parent(monkeypatch):
+    """Also one that was changed after an earlier pool had started."""
+    seen = []
+    for value in ("1", "2"):
+        monkeypatch.setenv("HMRSIM_TEST", value)
+        make, _ = factory_of("pool", 1)
+        with make() as pool:
+            seen.append(pool.submit(os.getenv, "HMRSIM_TEST").result())
+
+    assert ["1", "2"] == seen
