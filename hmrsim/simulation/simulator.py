@@ -203,6 +203,13 @@ class Simulator:
         self._command_sinks = [sink for sink in self._sinks if hears_commands(sink)]
         self._apply(InterestChanged())
 
+    def attach(self, sink: Sink) -> None:
+        """Give the outputs to one more sink from now on."""
+        self._sinks.append(sink)
+        if hears_commands(sink):
+            self._command_sinks.append(sink)
+        self.submit(InterestChanged())
+
     @property
     def now(self) -> float:
         """The simulated time, in seconds."""
@@ -351,6 +358,8 @@ class Simulator:
         self.env.take_urgent()
 
     def _change_interest(self) -> None:
+        # A sink may process other outputs as well.
+        self._handlers = {}
         self.interest.refresh()
         self.dispatcher.feedback.interest_changed()
         self.telemetry.refresh(self.now)

@@ -175,6 +175,16 @@ class Connection(Commands, Protocol):
             ClientClosed: The connection is closed.
         """
 
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+        """Report whether the simulator is alive, now and whenever that changes; return a function to stop that.
+
+        Raises:
+            ClientClosed: The connection is closed.
+        """
+
+    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:
+        """Look whether the simulator is alive: call a function if it is, and then, within *timeout* s, the other."""
+
     def close(self) -> None:
         """Unsubscribe all listeners; the session stays open."""
 

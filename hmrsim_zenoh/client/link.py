@@ -6,7 +6,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Protocol
 
 import zenoh
@@ -65,12 +64,10 @@ class Link:
         self.worker = Worker("hmrsim client", at_once=local is None)
         self.queries = Queries(session, self.worker, enclave)
         self.connection: Connection = (
-            ZenohConnection(self.queries, keys)
-            if local is None
-            else LocalConnection(local, keys, self.queries.note_closed)
+            ZenohConnection(self.queries, keys) if local is None else LocalConnection(local, self.queries.note_closed)
         )
         self.rounds = Rounds(self.worker, _ROUND)
-        self.presence = Presence(session, keys.alive(), self.worker, grace=grace, on_gone=self._give_up)
+        self.presence = Presence(self.connection, self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout
         self._lock = threading.Lock()
         # Ordered, so that goals fail in order.
@@ -205,7 +202,7 @@ class Link:
 
 
 class Presence:
-    """Follows the simulator's token and reports when it has been gone for longer than the grace period.
+    """Follows the simulator's liveliness and reports when it has been gone for longer than the grace period.
 
     The grace period covers router restarts. Nothing is queried or subscribed before `start`.
 
@@ -215,22 +212,20 @@ class Presence:
 
     def __init__(
         self,
-        session: zenoh.Session,
-        token: str,
+        connection: Connection,
         worker: Worker,
         *,
         grace: float,
         on_gone: Callable[[], None],
     ) -> None:
-        self._session = session
-        self._token = token
+        self._connection = connection
         self._worker = worker
         self._grace = grace
         self._on_gone = on_gone
         self._changed = threading.Condition()
         self._starting = threading.Lock()
         self.started = False
-        self._subscriber: zenoh.Subscriber[None] | None = None
+        self._unfollow: Callable[[], object] | None = None
         self._asked = False
         self._alive = False
         self._seen = False
@@ -260,15 +255,10 @@ class Presence:
         """
         # Not the callback's lock: Zenoh may be calling it right now.
         with self._starting:
-            if self._subscriber is not None:
-                return
-            self._gone_since = time.monotonic()
-            handler = zenoh.handlers.Callback(self._on_sample, lambda: self._set(alive=False), indirect=False)
-            try:
-                self._subscriber = self._session.liveliness().declare_subscriber(self._token, handler, history=True)
-            except zenoh.ZError:
-                raise ClientClosed("the client is closed") from None
-            self.started = True
+            if self._unfollow is None:
+                self._gone_since = time.monotonic()
+                self._unfollow = self._connection.follow(self._set)
+                self.started = True
 
     def alive(self, timeout: float) -> bool:
         """Return whether the token is there; the first call queries for at most *timeout* seconds."""
@@ -289,22 +279,14 @@ class Presence:
     def close(self) -> None:
         """Stop following the token."""
         with self._starting:
-            subscriber, self._subscriber, self.started = self._subscriber, None, False
-        if subscriber is not None:
-            subscriber.undeclare()
+            unfollow, self._unfollow, self.started = self._unfollow, None, False
+        if unfollow is not None:
+            unfollow()
 
     def _ask(self, then: Callable[[], None]) -> None:
-        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
-            lambda _reply: self._set(alive=True), then, indirect=False
-        )
-        # A closed session has no liveliness.
-        with suppress(zenoh.ZError):
-            self._session.liveliness().get(self._token, handler, timeout=self._grace)
+        self._connection.look(lambda: self._set(True), then, timeout=self._grace)
 
-    def _on_sample(self, sample: zenoh.Sample) -> None:
-        self._set(alive=sample.kind == zenoh.SampleKind.PUT)
-
-    def _set(self, *, alive: bool) -> None:
+    def _set(self, alive: bool) -> None:  # noqa: FBT001 - a callback
         with self._changed:
             went = self._alive and not alive
             self._alive = alive

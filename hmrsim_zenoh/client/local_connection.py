@@ -12,30 +12,34 @@ import zenoh
 from hmrsim.protocol.commands import CallService
 from hmrsim_zenoh.client.connection import Ask, take_within
 from hmrsim_zenoh.errors import ClientClosed
+from hmrsim_zenoh.loopback.session import Pending
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, SendGoal
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, ReadInfo
     from hmrsim_zenoh.errors import Denied
     from hmrsim_zenoh.loopback.session import LoopbackSession
-    from hmrsim_zenoh.wire.keys import Keys
 
 
-class LocalCall:
+class LocalCall(Pending):
     """A request whose answer has usually arrived when the call returns.
 
     Attributes:
         answer: The answer; None before it arrives, and if it was lost.
     """
 
-    def __init__(self) -> None:
+    __slots__ = ("_bell", "_ended", "answer")
+
+    def __init__(self, session: LoopbackSession) -> None:
+        # As the base class does, in place of a call for each advance.
+        self.session, self.may_be_lost = session, False
         self.answer: Answer = None
         self._ended = False
         self._bell: SimpleQueue[None] | None = None
 
     def take(self, answer: Answer) -> None:
-        """Take the answer; from any thread."""
-        if not self._ended:
+        """Take the answer, unless the session was cut off; from any thread."""
+        if not self._ended and self.session.error is None:
             self.answer, self._ended = answer, True
             if self._bell is not None:
                 self._bell.put(None)
@@ -55,6 +59,21 @@ class LocalCall:
         return self._ended
 
 
+class _Sent(Pending):
+    """A command whose answer goes to a function."""
+
+    __slots__ = ("_then",)
+
+    def __init__(self, session: LoopbackSession, then: Callable[[Answer], None]) -> None:
+        super().__init__(session)
+        self._then = then
+
+    def take(self, answer: Answer) -> None:
+        """Pass the answer on, unless the session was cut off."""
+        if self.session.error is None:
+            self._then(answer)
+
+
 class LocalConnection:
     """A `Connection` within one process.
 
@@ -65,9 +84,8 @@ class LocalConnection:
     ordered = False
     in_process = True
 
-    def __init__(self, session: LoopbackSession, keys: Keys, on_closed: Callable[[], None]) -> None:
+    def __init__(self, session: LoopbackSession, on_closed: Callable[[], None]) -> None:
         self._session = session
-        self._keys = keys
         self._on_closed = on_closed
 
     def send(
@@ -81,7 +99,7 @@ class LocalConnection:
         ended: bool = False,  # noqa: ARG002 - there is no event to wait for
     ) -> None:
         """Send a command to the simulator's inbox."""
-        self._send(command, then)
+        self._submit(command, _Sent(self._session, then))
 
     def execute(
         self,
@@ -94,7 +112,7 @@ class LocalConnection:
         read: bool = True,  # noqa: ARG002 - as above
     ) -> None:
         """Send a goal; its result is to be asked for."""
-        self._send(command, on_answer)
+        self._submit(command, _Sent(self._session, on_answer))
         on_end()
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
@@ -102,8 +120,8 @@ class LocalConnection:
 
     def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
         """Send a command for whose answer a thread waits."""
-        call = LocalCall()
-        self._send(CallService(command.service, command.request) if isinstance(command, Ask) else command, call.take)
+        call = LocalCall(self._session)
+        self._submit(CallService(command.service, command.request) if isinstance(command, Ask) else command, call)
         return call
 
     def token(self) -> str:
@@ -115,12 +133,22 @@ class LocalConnection:
         return len(commands)
 
     def announce(self, name: str) -> Callable[[], None]:
-        """Declare the liveliness token of a participant; return a function that undeclares it."""
+        """Announce a participant; return a function that withdraws the announcement."""
         try:
-            token = self._session.liveliness().declare_token(self._keys.participant(name))
+            return self._session.announce(name)
         except zenoh.ZError:
             raise ClientClosed("the client is closed") from None
-        return token.undeclare
+
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+        """Report whether the simulator is alive, now and whenever that changes; return a function to stop that."""
+        if self._session.is_closed():
+            raise ClientClosed("the client is closed")
+        return self._session.simulation.follow(on_change)
+
+    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:  # noqa: ARG002
+        """Call a function if the simulator is alive, and then the other."""
+        self._session.simulation.follow(lambda alive: on_alive() if alive else None)()
+        then()
 
     def close(self) -> None:
         """Do nothing: there are no listeners."""
@@ -129,9 +157,9 @@ class LocalConnection:
         """Return None: there is no access control."""
         return None
 
-    def _send(self, command: AnyCommand | ReadInfo, then: Callable[[Answer], None]) -> None:
+    def _submit(self, command: AnyCommand | ReadInfo, pending: Pending) -> None:
         try:
-            self._session.submit(command, then)
+            self._session.submit(command, pending)
         except zenoh.ZError:
             self._on_closed()
-            then(None)
+            pending.take(None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
@@ -274,6 +275,31 @@ class ZenohConnection:
             raise ClientClosed("the client is closed") from None
         undeclare: Callable[[], None] = token.undeclare
         return undeclare
+
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+        """Report whether the simulator's liveliness token is there, now and whenever that changes."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            on_change(sample.kind == zenoh.SampleKind.PUT)
+
+        handler = zenoh.handlers.Callback(on_sample, lambda: on_change(False), indirect=False)
+        try:
+            subscriber = self._queries.session.liveliness().declare_subscriber(
+                self._keys.alive(), handler, history=True
+            )
+        except zenoh.ZError:
+            raise ClientClosed("the client is closed") from None
+        undeclare: Callable[[], None] = subscriber.undeclare
+        return undeclare
+
+    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:
+        """Query the simulator's liveliness token: call a function if it is there, and then the other."""
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            lambda _reply: on_alive(), then, indirect=False
+        )
+        # A closed session has no liveliness.
+        with suppress(zenoh.ZError):
+            self._queries.session.liveliness().get(self._keys.alive(), handler, timeout=timeout)
 
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied."""

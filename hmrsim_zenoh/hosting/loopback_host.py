@@ -1,19 +1,27 @@
-"""A world served within this process: no network, no thread, and time that moves while a client waits for it."""
+"""A world simulated within this process: no network, no thread, and time that moves while a client waits for it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.time import LOCKSTEP
+from hmrsim.protocol.time import LOCKSTEP, TokenSeen
+from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing.pacing import Pacing
+from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
+from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
+from hmrsim_zenoh.loopback.delivery import Delivery
 from hmrsim_zenoh.loopback.exchange import Exchange, Kind
 from hmrsim_zenoh.loopback.session import LoopbackSession
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.server import Server
+from hmrsim_zenoh.server.tokens import LivelinessTokens
+from hmrsim_zenoh.server.world_info import Description
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
@@ -22,15 +30,16 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
+    from hmrsim_zenoh.loopback.session import Pending
     from hmrsim_zenoh.server.losses import Losses
-    from hmrsim_zenoh.server.server import Server
 
 
 class LoopbackHost:
-    """Serves a world to sessions of this process until it is stopped; a context manager that stops it.
+    """Simulates a world for sessions of this process until it is stopped; a context manager that stops it.
 
     The simulation runs in the thread that sends a request, before the call returns: until all participants of lockstep
     have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
+    Keys are served from the first use of one.
 
     Args:
         settings: The settings of the run, except that its clock is lockstep.
@@ -41,10 +50,15 @@ class LoopbackHost:
     Attributes:
         simulator: The simulator; read-only.
         pacing: The clock that advances its time; read-only.
+        delivery: Runs the simulation, and delivers its messages while it pauses.
 
     Raises:
         ValueError: The prefix is invalid.
     """
+
+    pacing: Pacing
+    _commands: LocalCommands
+    _description: Description
 
     def __init__(
         self,
@@ -55,27 +69,33 @@ class LoopbackHost:
         sinks: Sequence[Sink] = (),
         watchers: Watchers = unwatched,
     ) -> None:
+        self._settings = settings = settings.model_copy(update={"clock": LOCKSTEP})
+        self._keys = Keys(prefix, world.remap)
         self._reason = "the simulation has ended"
-        self._begun = self._ended = False
-        self._exchange = Exchange(self._run, self._has_messages)
-        self._session = cast("zenoh.Session", LoopbackSession(self._exchange))
-        self._served = ServedSimulation(
-            Wiring(
-                self._session,
-                Keys(prefix, world.remap),
-                LocalInbox,
-                LocalInterest,
-                answers=self._answers,
-            ),
+        self._begun = self._ended = self._stopped = False
+        self._inbox = inbox = LocalInbox()
+        self.delivery = Delivery(self._run, lambda: self._begun and inbox.waiting)
+        self._followers: dict[Callable[[bool], None], None] = {}
+        self._exchange: Exchange | None = None
+        self._session: LoopbackSession | None = None
+        self._tokens: LivelinessTokens | None = None
+        retention = Retention(settings.result_timeout, settings.keep_results)
+
+        def watching(simulator: Simulator) -> Sequence[Sink]:
+            self.pacing = Pacing(simulator, inbox, retention, settings, lockstep_only=True)
+            self._description = Description(simulator, lambda: self.pacing.state, settings.run_id)
+            self._commands = LocalCommands(self.delivery, inbox, self._keys, self._description, lambda: self.exchange)
+            return [self._commands, self.pacing.lockstep, *watchers(simulator, self.pacing)]
+
+        self.simulator = Simulator(
             world,
-            settings.model_copy(update={"clock": LOCKSTEP}),
-            Observers(sinks, watchers),
-            lockstep_only=True,
+            settings,
+            [retention, *sinks],
+            watchers=watching,
+            services=all_services(),
+            hindrance=lambda: self.pacing.hindrance,
         )
-        self.simulator = self._served.simulator
-        self.pacing = self._served.pacing
         self._begun = True
-        self._served.declare()
         self.go_on()
 
     def __enter__(self) -> Self:
@@ -89,14 +109,23 @@ class LoopbackHost:
     @property
     def losses(self) -> Losses:
         """The loss and duplication of requests and answers."""
-        return self._served.losses
+        return self._inbox.losses
+
+    @property
+    def exchange(self) -> Exchange:
+        """The declarations of all sessions; the first use begins to serve keys."""
+        if self._exchange is None:
+            self._exchange = Exchange(self.delivery)
+            if not self._stopped:
+                self._serve_keys()
+        return self._exchange
 
     def open_session(self, waits: Callable[[], bool] | None = None) -> zenoh.Session:
         """Return a session with the simulation, which the caller closes; it passes for one of Zenoh's.
 
         *waits* returns whether what the session wants to send has to wait, as another thread comes first.
         """
-        return cast("zenoh.Session", LoopbackSession(self._exchange, self._commands.send, waits))
+        return cast("zenoh.Session", LoopbackSession(self, waits))
 
     def cut(self, session: zenoh.Session, error: BaseException) -> None:
         """Cut a session off, as the end of its process would; also from within the simulation.
@@ -106,9 +135,24 @@ class LoopbackHost:
         if isinstance(session, LoopbackSession):
             session.cut(error)
 
+    def send(self, command: Any, pending: Pending) -> None:
+        """Send a command of a session; *pending* takes its answer while the simulation does not run."""
+        self._commands.send(command, pending)
+
+    def announce(self, name: str, *, alive: bool) -> None:
+        """Report that a participant has come or gone."""
+        if not self._inbox.closed:
+            self._inbox.put(TokenSeen(name, alive=alive))
+
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+        """Report whether the simulation serves its clients, now and when it ends; return a function to stop that."""
+        self._followers[on_change] = None
+        on_change(not self._ended)
+        return lambda: self._followers.pop(on_change, None)
+
     def go_on(self) -> None:
         """Run the simulation until it needs a message to continue."""
-        self._exchange.settle(resume=True)
+        self.delivery.settle(resume=True)
 
     def end(self, reason: str) -> None:
         """End the run once all events of this instant are processed; a sink may call it.
@@ -126,38 +170,76 @@ class LoopbackHost:
             reason: The message in the results of the active goals.
         """
         self._reason = reason
-        self._served.close()
+        self._inbox.close()
         self.go_on()
-        self._served.leave()
-        self._session.close()
-
-    def _answers(self, server: Server) -> LocalCommands:
-        self._commands = LocalCommands(self._exchange, server)
-        return self._commands
-
-    def _has_messages(self) -> bool:
-        return self._begun and self._served.server.inbox.waiting
+        self._stopped = True
+        self._commands.leave()
+        if self._session is not None:
+            self._inbox.leave()
+            self._session.close()
 
     def _run(self) -> None:
         if self._begun and not self._ended and not self.pacing.run_until_idle():
             self._ended = True
-            self._served.finish(self._reason)
+            self._finish()
+
+    def _finish(self) -> None:
+        """End every goal, answer pending requests, and report the end to the clients."""
+        try:
+            self.pacing.end(self._reason)
+        finally:
+            self._commands.finish(self.pacing.submit, self.simulator.answer)
+            if self._tokens is not None:
+                self._tokens.undeclare()
+            for on_change in self._followers:
+                self.delivery.deliver(on_change, False)
+
+    def _serve_keys(self) -> None:
+        """Serve the keys of the simulation, like a simulator on a network."""
+
+        def follow_roster() -> None:
+            tokens.follow(self.simulator.robots.keys(), self.simulator.dispatcher.cut_off)
+            server.follow()
+
+        session = self._session = LoopbackSession(self)
+        opened = cast("zenoh.Session", session)
+        tokens = self._tokens = LivelinessTokens(opened, self._keys)
+        server = Server(
+            opened,
+            self._commands.keys,
+            self._description,
+            submit=self.simulator.submit,
+            on_roster=follow_roster,
+            settings=self._settings,
+            inbox=self._inbox.open,
+            interest=LocalInterest,
+        )
+        self._commands.serve_keys(server)
+        if not self._ended:
+            self.simulator.attach(server)
+            tokens.declare(self.simulator.robots.keys())
 
 
 class LocalInbox(QueryInbox):
-    """An inbox without waiting: the sender of a query runs the simulation."""
+    """An inbox without waiting: the sender of a command or query runs the simulation."""
 
-    def __init__(
+    def __init__(self) -> None:
+        super().__init__()
+        self._queryables: list[zenoh.Queryable[None]] = []
+
+    def open(
         self,
         session: zenoh.Session,
         key_expr: str,
         reader: Reader,
         *,
-        wakeup_key: str,
-        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
-    ) -> None:
-        super().__init__(session, key_expr, reader, wakeup_key=wakeup_key, prepare=prepare)
-        self._queryables = [session.declare_queryable(key_expr, self.put_query)]
+        wakeup_key: str,  # noqa: ARG002 - nobody sleeps
+        prepare: Callable[[zenoh.Query | None], None],
+    ) -> Self:
+        """Take the queries on a key expression from now on."""
+        self._session, self._reader, self._prepare = session, reader, prepare
+        self._queryables.append(session.declare_queryable(key_expr, self.put_query))
+        return self
 
     def serve(
         self,

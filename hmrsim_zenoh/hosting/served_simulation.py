@@ -60,7 +60,6 @@ class Wiring:
         interest: The kind of the detection of subscribers.
         sessions: The connected sessions, if the simulator is secured.
         wires: The ROS 2 wires to serve beside the JSON wire.
-        answers: Makes the sink that answers the clients of this process; None over a network.
     """
 
     session: zenoh.Session
@@ -69,7 +68,6 @@ class Wiring:
     interest: type[Interest[Any]] = SubscriberWatch
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
-    answers: Callable[[Server], Sink] | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,6 @@ class ServedSimulation:
     Args:
         wiring: Where to serve it. The caller closes the session; where this raises an error, it is closed.
         preparations: Return optional work, done step by step in lockstep while time stands still.
-        lockstep_only: Whether the clock can't be set to anything else.
 
     Attributes:
         simulator: The simulator.
@@ -113,7 +110,6 @@ class ServedSimulation:
         observers: Observers,
         *,
         preparations: Callable[[Simulator], Iterable[object]] = lambda _simulator: (),
-        lockstep_only: bool = False,
     ) -> None:
         self._wiring = wiring
         self._settings = settings
@@ -131,10 +127,8 @@ class ServedSimulation:
                 on_lag=_warn_of_lag,
                 on_wait=observers.on_wait,
                 preparations=iter(preparations(simulator)),
-                lockstep_only=lockstep_only,
             )
-            answers = [wiring.answers(self.server)] if wiring.answers else []
-            return [*self._servers, *answers, self.pacing.lockstep, *observers.watchers(simulator, self.pacing)]
+            return [*self._servers, self.pacing.lockstep, *observers.watchers(simulator, self.pacing)]
 
         self._tokens = LivelinessTokens(wiring.session, wiring.keys)
         try:

@@ -6,58 +6,103 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 import zenoh
 
 from hmrsim_zenoh.loopback.exchange import Kind
 
 if TYPE_CHECKING:
+    from hmrsim_zenoh.loopback.delivery import Delivery
     from hmrsim_zenoh.loopback.exchange import Declaration, Exchange
 
-Submit = Callable[["LoopbackSession", Any, Callable[[Any], object]], None]
-"""Receives a session, a command of its client, and the callback for the answer."""
+
+class Pending:
+    """A command that awaits its answer.
+
+    Attributes:
+        may_be_lost: Whether the answer may get lost on its way.
+    """
+
+    __slots__ = ("may_be_lost", "session")
+
+    def __init__(self, session: LoopbackSession) -> None:
+        self.session = session
+        self.may_be_lost = False
+
+    def take(self, answer: Any) -> None:
+        """Take the answer, once: None if it is lost, a `RequestError` if the command can't be served."""
+        raise NotImplementedError
+
+
+class Simulation(Protocol):
+    """The simulation of a process, as its sessions reach it."""
+
+    @property
+    def exchange(self) -> Exchange:
+        """The declarations of all sessions; the first use begins to serve keys."""
+
+    @property
+    def delivery(self) -> Delivery:
+        """Runs the simulation, and delivers its messages while it pauses."""
+
+    def send(self, command: Any, pending: Pending) -> None:
+        """Send a command; *pending* takes its answer while the simulation does not run."""
+
+    def announce(self, name: str, *, alive: bool) -> None:
+        """Report that a participant has come or gone."""
+
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+        """Report whether the simulation serves its clients, now and when it ends; return a function to stop that."""
 
 
 class LoopbackSession:
-    """A session on an exchange. Requests are handled, and answered if possible, before a call returns.
+    """A session with the simulation of this process. Requests are answered, if possible, before a call returns.
+
+    Commands go to the simulation as objects. On keys it passes for a session of Zenoh, with what is used of that here.
 
     Args:
-        exchange: The exchange.
-        submit: Receives the commands of a client; None for the session of the simulator.
+        simulation: The simulation.
         waits: Returns whether the session has to wait before it sends, because other threads come first.
 
     Attributes:
-        exchange: The exchange.
+        simulation: The simulation; read-only.
         error: The error with which the session was cut off, so that it receives nothing; None if it was not.
     """
 
-    def __init__(
-        self, exchange: Exchange, submit: Submit | None = None, waits: Callable[[], bool] | None = None
-    ) -> None:
-        self.exchange = exchange
-        self._take = submit
-        self._waits = waits
+    def __init__(self, simulation: Simulation, waits: Callable[[], bool] | None = None) -> None:
+        self.simulation = simulation
         self.error: BaseException | None = None
-        self._number = exchange.number()
+        self._delivery = simulation.delivery
+        self._waits = waits
+        self._number = self._delivery.number()
+        self._participants: dict[str, None] = {}
         self._tokens: list[Token] = []
         self._declared: list[Declaration] = []
         self._closed = False
 
+    @property
+    def exchange(self) -> Exchange:
+        """The declarations of all sessions of the process."""
+        return self.simulation.exchange
+
     def close(self) -> None:
-        """Withdraw all declarations of the session."""
+        """Withdraw all that the session has declared and announced."""
         if not self._closed:
             self._closed = True
+            for name in list(self._participants):
+                self._withdraw(name)
             for token in self._tokens:
                 token.undeclare()
             for declared in self._declared:
                 declared.undeclare()
-            self.exchange.settle()
+            self._delivery.settle()
 
     def cut(self, error: BaseException) -> None:
         """Cut the session off at once, as the end of its process would; the simulation may call it, too.
 
-        Its tokens disappear, it receives nothing further, and each call raises *error*, including calls in progress.
+        Its participants are gone, it receives nothing further, and each call raises *error*, including calls in
+        progress.
         """
         if self._closed:
             return
@@ -66,33 +111,54 @@ class LoopbackSession:
             declared.undeclare()
         for token in self._tokens:
             token.lose()
-        self.exchange.notify()
+        for name in list(self._participants):
+            self._withdraw(name)
+        self._delivery.notify()
 
     def is_closed(self) -> bool:
         """Return whether the session was closed."""
         return self._closed
 
     def new_timestamp(self) -> str:
-        """Return a text that no session of the exchange has returned before."""
-        return f"{self.exchange.number()}/{self._number}"
+        """Return a text that no session of the process has returned before."""
+        return f"{self._delivery.number()}/{self._number}"
 
-    def declare_keyexpr(self, key: str) -> str:
-        """Return a key: they need not be declared here."""
-        return key
-
-    def submit(self, command: Any, then: Callable[[Any], object]) -> None:
-        """Send the simulation a command; *then* receives its answer, once, unless the session was cut off.
+    def submit(self, command: Any, pending: Pending) -> None:
+        """Send the simulation a command; *pending* takes its answer, once, unless the session was cut off.
 
         Raises:
             zenoh.ZError: The session is closed.
         """
         if self._closed or self._waits is not None:
             self._check()
-        if self._take is None:
-            raise zenoh.ZError("the session is the simulator's own")
-        self._take(self, command, then)
+        self.simulation.send(command, pending)
         if self.error is not None:
             raise self.error
+
+    def announce(self, name: str) -> Callable[[], None]:
+        """Announce a participant; return a function that withdraws the announcement.
+
+        Raises:
+            zenoh.ZError: The session is closed.
+        """
+        self._check()
+        self._participants[name] = None
+        self.simulation.announce(name, alive=True)
+        self._settle()
+        return partial(self._take_leave, name)
+
+    def _take_leave(self, name: str) -> None:
+        if name in self._participants:
+            self._withdraw(name)
+            self._settle()
+
+    def _withdraw(self, name: str) -> None:
+        del self._participants[name]
+        self.simulation.announce(name, alive=False)
+
+    def declare_keyexpr(self, key: str) -> str:
+        """Return a key: they need not be declared here."""
+        return key
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
         """Publish a sample to all subscribers."""
@@ -102,7 +168,7 @@ class LoopbackSession:
         if found:
             sample = Sample(name, Payload.of(payload), str(encoding))
             for each in found:
-                self.exchange.deliver(each.call, sample)
+                self._delivery.deliver(each.call, sample)
             self._settle()
 
     def get(
@@ -122,20 +188,20 @@ class LoopbackSession:
             **sent: The *payload*, *encoding* and *attachment* of the query; other options of Zenoh mean nothing here.
         """
         self._check()
-        exchange, name = self.exchange, str(key)
+        delivery, name = self._delivery, str(key)
         replies: list[Reply] = []
         take = self._heard(replies.append if handler is None else handler.callback)
-        found = [each for each in exchange.matching(Kind.QUERYABLE, name) if among(each)]
+        found = [each for each in self.exchange.matching(Kind.QUERYABLE, name) if among(each)]
         left = len(found)
 
         def end() -> None:
             nonlocal left
             left -= 1
             if left <= 0 and handler is not None and handler.drop is not None:
-                exchange.deliver(lambda drop: drop(), handler.drop)
+                delivery.deliver(lambda drop: drop(), handler.drop)
 
         for each in found:
-            each.call(Query(name, sent, partial(exchange.deliver, take), end))
+            each.call(Query(name, sent, partial(delivery.deliver, take), end))
         if not found:
             end()
         self._settle()
@@ -165,19 +231,19 @@ class LoopbackSession:
 
     def _declare_token(self, key: str) -> Token:
         self._check()
-        token = Token(self.exchange, self.exchange.declare(Kind.TOKEN, key, _ignore, self))
+        token = Token(self.exchange, self._delivery, self.exchange.declare(Kind.TOKEN, key, _ignore, self))
         self._tokens.append(token)
         return token
 
     def _check(self) -> None:
         if self._waits is not None:
-            self.exchange.wait_while(lambda: not self._closed and self._waits is not None and self._waits())
+            self._delivery.wait_while(lambda: not self._closed and self._waits is not None and self._waits())
         self._check_cut()
         if self._closed:
             raise zenoh.ZError("the session is closed")
 
     def _settle(self) -> None:
-        self.exchange.settle()
+        self._delivery.settle()
         self._check_cut()
 
     def _check_cut(self) -> None:
@@ -195,6 +261,7 @@ class Liveliness:
     def __init__(self, session: LoopbackSession) -> None:
         self._session = session
         self._exchange = session.exchange
+        self._delivery = session.simulation.delivery
 
     def declare_token(self, key: str) -> Token:
         """Declare a token of this session."""
@@ -206,24 +273,25 @@ class Liveliness:
         declaration = self._session._declare(Kind.TOKEN_SUBSCRIBER, key, take)  # noqa: SLF001 - as above
         if history:
             for each in self._exchange.matching(Kind.TOKEN, key):
-                self._exchange.deliver(take, Sample(str(each.key_expr)))
-            self._exchange.settle()
+                self._delivery.deliver(take, Sample(str(each.key_expr)))
+            self._delivery.settle()
         return declaration
 
     def get(self, key: str, handler: zenoh.handlers.Callback[Any], **_: object) -> None:
         """Query the tokens that exist."""
         for each in self._exchange.matching(Kind.TOKEN, key):
-            self._exchange.deliver(handler.callback, Reply(ok=Sample(str(each.key_expr))))
+            self._delivery.deliver(handler.callback, Reply(ok=Sample(str(each.key_expr))))
         if handler.drop is not None:
-            self._exchange.deliver(lambda drop: drop(), handler.drop)
-        self._exchange.settle()
+            self._delivery.deliver(lambda drop: drop(), handler.drop)
+        self._delivery.settle()
 
 
 class Token:
     """A liveliness token of a session."""
 
-    def __init__(self, exchange: Exchange, declaration: Declaration) -> None:
+    def __init__(self, exchange: Exchange, delivery: Delivery, declaration: Declaration) -> None:
         self._exchange = exchange
+        self._delivery = delivery
         self._declaration = declaration
         self._key = str(declaration.key_expr)
         self._announce(zenoh.SampleKind.PUT)
@@ -241,8 +309,8 @@ class Token:
 
     def _announce(self, kind: zenoh.SampleKind) -> None:
         for each in self._exchange.matching(Kind.TOKEN_SUBSCRIBER, self._key):
-            self._exchange.deliver(each.call, Sample(self._key, kind=kind))
-        self._exchange.settle()
+            self._delivery.deliver(each.call, Sample(self._key, kind=kind))
+        self._delivery.settle()
 
 
 class Querier:

@@ -21,7 +21,7 @@ from hmrsim.protocol.goal import WORLD, GoalResponse
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, ReadRequest, TimeRequests, goal_id_in
-from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery
+from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery, not_served
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
     CancelGoalRequest,
@@ -304,16 +304,10 @@ class Requests:
         key = str(query.key_expr)
         asked = self._keys.parse(key)
         if isinstance(asked, ActionKey) and asked.verb in (Verb.SEND_GOAL, Verb.EXECUTE):
-            answer = self.not_served(asked.action, None, reason, text)
+            answer = not_served(asked.action, None, reason, text)
             PendingReply(query, key).reply(encoding.goal_response(answer), encoding.JSON)
         else:
             PendingReply(query, key).refuse(encoding.error(text))
-
-    def not_served(self, action: str, goal_id: str | None, reason: str, text: str) -> GoalResponse:
-        """Return the reply to a goal that does not reach the simulation."""
-        known = self._actions.get(action)
-        code = known.codes.rejected if known else 1
-        return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
 
 
 def _goal_reader(envelope: type[SendGoalRequest[Any]], action: AnyAction | None) -> SchemaValidator:

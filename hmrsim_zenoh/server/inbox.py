@@ -52,32 +52,18 @@ class Reader(NamedTuple):
 class QueryInbox(Inbox, ABC):
     """An inbox of the queries on one key expression and on further ones that `serve` adds.
 
-    Args:
-        session: Where to declare the queryable.
-        key_expr: The keys that it serves.
-        reader: Decodes queries, in the simulation's thread, and refuses those that are too many or too late, in any
-            thread.
-        wakeup_key: A key under *key_expr* that the reader ignores; a query on it wakes the simulation's thread.
-        prepare: Called before a query on any key expression is decoded, and with None when none waits.
-
     Attributes:
         losses: Decides which answers are lost, and which queries arrive twice.
         taken: The number of queries that `poll` has taken.
     """
 
-    def __init__(
-        self,
-        session: zenoh.Session,
-        key_expr: str,  # noqa: ARG002 - for subclasses
-        reader: Reader,
-        *,
-        wakeup_key: str,  # noqa: ARG002 - as above
-        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
-    ) -> None:
+    _session: zenoh.Session
+    _reader: Reader
+    """The reader of the first key expression."""
+
+    def __init__(self, prepare: Callable[[zenoh.Query | None], None] = lambda _query: None) -> None:
         super().__init__()
         self.losses = Losses()
-        self._session = session
-        self._reader = reader
         self._prepare = prepare
         self._queries: deque[tuple[Reader, zenoh.Query]] = deque()
         self.taken = 0
@@ -133,6 +119,12 @@ class ChannelInbox(QueryInbox):
     """An inbox of the queries that come over Zenoh.
 
     Args:
+        session: Where to declare the queryable.
+        key_expr: The keys that it serves.
+        reader: Decodes queries, in the simulation's thread, and refuses those that are too many or too late, in any
+            thread.
+        wakeup_key: A key under *key_expr* that the reader ignores; a query on it wakes the simulation's thread.
+        prepare: Called before a query on any key expression is decoded, and with None when none waits.
         max_waiting: Queries that may wait for the simulation thread.
     """
 
@@ -146,7 +138,9 @@ class ChannelInbox(QueryInbox):
         prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
         max_waiting: int = 10_000,
     ) -> None:
-        super().__init__(session, key_expr, reader, wakeup_key=wakeup_key, prepare=prepare)
+        super().__init__(prepare)
+        self._session = session
+        self._reader = reader
         self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
         self._asleep = False

@@ -1,4 +1,4 @@
-"""Replies to queries: the queries that await them, and their answers as JSON."""
+"""Replies to queries: the queries that await them, their answers as JSON, and refusals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import zenoh
 from pydantic_core import to_json
 
+from hmrsim.actions import registry as all_actions
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
+from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.protocol.goal import CancelResponse, GoalResponse, Refused, ResultResponse
 from hmrsim.protocol.outputs import FeedbackSent, Granted, Sampled, StatusChanged
 from hmrsim.protocol.time import HasLeft, Joined, TimeState
@@ -22,6 +24,8 @@ from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
+    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.inbox import Inbox
 
 _log = logging.getLogger(__name__)
 
@@ -39,6 +43,9 @@ _PARTS: Final[Mapping[type, str]] = MappingProxyType(
     {GoalResponse: "SendGoal_Response", ResultResponse: "GetResult_Response"}
 )
 """The parts of an action that answers are."""
+
+ENDED: Final = "the simulation has ended"
+"""Why a request is refused that comes after the end."""
 
 
 class SharedQuery:
@@ -203,3 +210,33 @@ def _event(kind: str, at: int, event: Any) -> bytes:
         cause = encoding.cause(event.cause)
         return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
     return b'%b"status":%d}' % (head, event.status)
+
+
+def not_served(action: str, goal_id: str | None, reason: str, text: str) -> GoalResponse:
+    """Return the reply to a goal that does not reach the simulation."""
+    known = all_actions().get(action)
+    code = known.codes.rejected if known else 1
+    return GoalResponse(False, goal_id or "", stamp=1, reason=reason, error_code=code, error_msg=text)
+
+
+def after_the_end(command: object) -> GoalResponse | Refused:
+    """Return the answer to a command that comes after the end."""
+    if isinstance(command, SendGoal):
+        return not_served(command.action, command.goal_id, "not_ready", ENDED)
+    return Refused("", None, ENDED)
+
+
+def finish(inbox: Inbox, submit: Callable[[AnyCommand], None], answer: Callable[[Any, Any], None]) -> None:
+    """Close an inbox, and answer what still waits there when the simulation has ended.
+
+    Args:
+        inbox: The inbox.
+        submit: Processes all commands except new goals and services.
+        answer: Sends the answer to these.
+    """
+    inbox.close()
+    while (command := inbox.poll()) is not None:
+        if isinstance(command, (SendGoal, CallService)):
+            answer(command.reply_to, after_the_end(command))
+        else:
+            submit(command)

@@ -41,7 +41,7 @@ from hmrsim_zenoh.server.decode import Requests
 from hmrsim_zenoh.server.external_planner import Planner
 from hmrsim_zenoh.server.inbox import Reader
 from hmrsim_zenoh.server.publisher import FeedbackLimiter, Publisher
-from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, encoded
+from hmrsim_zenoh.server.replies import ENDED, PendingExecution, PendingReply, encoded, finish
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.keys import Verb, servers_own
@@ -58,7 +58,6 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _BUSY = "too many requests are waiting; try again later"
-_ENDED = "the simulation has ended"
 
 _LOG = "log"
 """The key of the events that a trace contains, and of what goals ask for. They are few where robots only drive."""
@@ -83,7 +82,7 @@ class Server(SelectiveSink):
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        inbox: The kind of the inbox of queries.
+        inbox: Opens the inbox of queries.
         interest: The kind of the detection of subscribers.
 
     Attributes:
@@ -101,7 +100,7 @@ class Server(SelectiveSink):
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
-        inbox: type[QueryInbox],
+        inbox: Callable[..., QueryInbox],
         interest: type[Interest[Topic | str]],
     ) -> None:
         self._submit = submit
@@ -203,13 +202,8 @@ class Server(SelectiveSink):
             submit: Processes all commands except new goals and services.
             answer: Sends the answer to these.
         """
-        self.close()
         self._finishing = True
-        while (command := self.inbox.poll()) is not None:
-            if isinstance(command, (SendGoal, CallService)):
-                answer(command.reply_to, self.refusal_of(command))
-            else:
-                submit(command)
+        finish(self.inbox, submit, answer)
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands to process before one of a client in this process: changes of planner and subscribers."""
@@ -220,16 +214,6 @@ class Server(SelectiveSink):
             self._changes_reported = changes
             first.append(InterestChanged())
         return first
-
-    def info(self) -> dict[str, Any]:
-        """Return the description of the simulator as plain values, which the caller may modify."""
-        return self._description.info_values()
-
-    def refusal_of(self, command: object) -> GoalResponse | Refused:
-        """Return the answer to a command that comes after the end."""
-        if isinstance(command, SendGoal):
-            return self._requests.not_served(command.action, command.goal_id, "not_ready", _ENDED)
-        return Refused("", None, _ENDED)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         if self._finishing and "*" in str(query.key_expr):
@@ -275,7 +259,7 @@ class Server(SelectiveSink):
             self._on_roster()
 
     def _refuse(self, query: zenoh.Query) -> None:
-        reason, text = ("not_ready", _ENDED) if self.inbox.closed else ("busy", _BUSY)
+        reason, text = ("not_ready", ENDED) if self.inbox.closed else ("busy", _BUSY)
         self._requests.refuse(query, reason, text)
 
     def _interest_changed(self) -> None:
