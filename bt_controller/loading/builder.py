@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -58,6 +59,11 @@ class Blueprint:
     connections: Connections | Mapping[str, Any]
     children: Sequence[Blueprint] = ()
 
+    @cached_property
+    def _argument(self) -> str:
+        """The argument that the node's class has for its children; an empty text for none."""
+        return "child" if issubclass(self.node, Decorator) else "children" if issubclass(self.node, Composite) else ""
+
     def build(self) -> Any:
         """Return a new node with new children, on the blackboard in use.
 
@@ -66,10 +72,11 @@ class Blueprint:
         """
         children = [child.build() for child in self.children] if self.children else []
         arguments: dict[str, Any] = {}
-        if issubclass(self.node, Decorator):
-            arguments["child"] = children[0]
-        elif issubclass(self.node, Composite):
-            arguments["children"] = children
+        match self._argument:
+            case "child":
+                arguments["child"] = children[0]
+            case "children":
+                arguments["children"] = children
         try:
             node = self.node(name=self.name, behaviour_class_name=self.origin.tag, **arguments)
         except Exception as error:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.outputs import EventStamped, Sampled
+from hmrsim.protocol.sinks import topics_of
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -64,9 +65,17 @@ class Interest:
 
     def refresh(self) -> None:
         """Refresh the topics that are wanted."""
-        subscribers: list[Reaction | Sink] = [*self._reactions, *self._sinks]
+        wanted: set[Topic] = set()
+        for each in self._sinks:
+            topics = topics_of(each)
+            if topics is None:
+                wanted.update(filter(each.wants, _NAMES))
+            else:
+                wanted.update(topics)
+        for part in self._reactions:
+            wanted.update(filter(part.wants, _NAMES))
         for topic, name in _NAMES.items():
-            setattr(self, name, True in [each.wants(topic) for each in subscribers])
+            setattr(self, name, topic in wanted)
         self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections
 
     def in_(self, topic: Topic) -> bool:

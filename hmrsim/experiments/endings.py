@@ -49,6 +49,8 @@ class Judge(SelectiveSink):
         counts: How many goals have ended, by status, and how many were accepted.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
         self.label = self.cause = ""
         self.at = 0.0
@@ -88,10 +90,6 @@ class Judge(SelectiveSink):
         if not self.label:
             self.label, self.at = label, now
             self._end(f"the run has ended: {label}")
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic's messages are wanted: events."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Mapping
+from types import GeneratorType
 from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event as SimpyEvent
@@ -205,7 +206,7 @@ class Dispatcher:
     def _start(self, goal: ServedGoal, message: Message) -> None:
         """Execute an accepted goal; it preempts the goal that holds what it needs, or finds the base busy."""
         action, name = goal.server.action, goal.server.robot.name
-        needed = _needed(goal)
+        needed = goal.server.needs
         holder = self._holders.get(needed)
         if holder is not None and action.codes.busy is None:
             # Before the new goal is published, so that no client sees two goals that execute on one base.
@@ -217,7 +218,8 @@ class Dispatcher:
             result = self._failed(goal, action.codes.busy, f"{name} is busy with {running}")
             self._end(goal, GoalEvent.ABORT, result, Cause.BUSY)
             return
-        hit = self.faults.met(name, action.name)
+        faulty = self.faults.armed
+        hit = self.faults.met(name, action.name) if faulty else None
         if hit is not None:
             self._end(goal, GoalEvent.ABORT, self._failed(goal, self._code_of(hit, goal), hit.why), hit.cause)
             hit.done()
@@ -225,7 +227,8 @@ class Dispatcher:
         if needed:
             self._holders[needed] = goal
         goal.process = self._env.process(self._pursue(goal, message))
-        self.faults.begun(goal)
+        if faulty:
+            self.faults.begun(goal)
 
     def _begin(self, goal: ServedGoal, message: Message) -> None:
         """Publish that a goal executes."""
@@ -234,8 +237,8 @@ class Dispatcher:
         goal.message = message
         if self._interest.motion:
             self._publisher.publish_untraced(goal.accepted)
-        self._publish(goal, message)
-        self._change(goal, GoalEvent.EXECUTE)
+        self._publish(goal, goal.stamp, message)
+        self._change(goal, GoalEvent.EXECUTE, goal.stamp)
         server.robot.act(server.action.name)
 
     def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
@@ -251,7 +254,7 @@ class Dispatcher:
         action, process = goal.server.action, self._env.active_process
         try:
             steps = action.process(goal.server.robot, message, _Report(self.feedback, goal))
-            if not isinstance(steps, Generator):
+            if type(steps) is not GeneratorType and not isinstance(steps, Generator):
                 raise TypeError("its process is no generator; let it yield events, or `yield from ()`")
             result = _checked(action, (yield from steps))
         except Interrupt:
@@ -343,17 +346,20 @@ class Dispatcher:
             return
         name = goal.server.robot.name
         self.feedback.finish(goal)
-        self.faults.ended(goal)
-        needed = _needed(goal)
+        if self.faults.armed:
+            self.faults.ended(goal)
+        needed = goal.server.needs
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         goal.server.robot.act(goal.server.action.name, next_status(goal.status, event))
-        goal.end(self._env.stamp, result, cause)
-        self._change(goal, event)
+        stamp = self._env.stamp
+        goal.end(stamp, result, cause)
+        self._change(goal, event, stamp)
         late = name in self.updates.late
         if late:
             self.updates.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))
-        self._tell(goal, inside=late or name in self.cut_off)
+        if goal.waiting:
+            self._tell(goal, inside=late or name in self.cut_off)
         ended = self._ended.setdefault(name, {})
         ended[goal] = None
         if len(ended) > self._keep_results:
@@ -374,15 +380,15 @@ class Dispatcher:
             elif (result := goal.result) is not None:
                 self._answer(reply_to, ResultResponse(goal.status, result, goal.cause))
 
-    def _change(self, goal: ServedGoal, event: GoalEvent) -> None:
+    def _change(self, goal: ServedGoal, event: GoalEvent, stamp: int) -> None:
         goal.status = next_status(goal.status, event)
-        self._publish(goal)
+        self._publish(goal, stamp)
 
-    def _publish(self, goal: ServedGoal, message: Message | None = None) -> None:
+    def _publish(self, goal: ServedGoal, stamp: int, message: Message | None = None) -> None:
         server = goal.server
         result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name
-        change = GoalChanged(self._env.stamp, robot, action, goal.goal_id, goal.status, message, result, goal.cause)
+        change = GoalChanged(stamp, robot, action, goal.goal_id, goal.status, message, result, goal.cause)
         self._emit(change)
         if robot in self.updates.late:
             status = self._status(server)
@@ -410,7 +416,7 @@ class Dispatcher:
             known = command.goal_id in server.goals
             code = _CANCEL.ERROR_GOAL_TERMINATED if known else _CANCEL.ERROR_UNKNOWN_GOAL_ID
         for goal in chosen:
-            self._change(goal, GoalEvent.CANCEL)
+            self._change(goal, GoalEvent.CANCEL, self._env.stamp)
         self._answer(command.reply_to, CancelResponse(code, tuple(goal.entry() for goal in chosen)))
         for goal in chosen:
             self._halt(goal, GoalEvent.CANCELED, server.action.codes.canceled, "canceled", Cause.CANCELED)
@@ -538,12 +544,6 @@ class Dispatcher:
     def _status(self, server: ActionServer) -> StatusChanged:
         entries = tuple(goal.entry() for goal in server.goals.values())
         return StatusChanged(server.robot.name, server.action.name, entries)
-
-
-def _needed(goal: ServedGoal) -> str:
-    """Return the resource that one goal at a time can hold: the robot's base or the action itself; empty for none."""
-    action, name = goal.server.action, goal.server.robot.name
-    return name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 
 
 def _checked(action: AnyAction, result: Any) -> Message:

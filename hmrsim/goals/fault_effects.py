@@ -61,6 +61,9 @@ class GoalFaults:
     Args:
         active: Returns the active goals of a robot.
         abort: Ends an executing goal.
+
+    Attributes:
+        armed: Whether there has been any such fault; most runs have none.
     """
 
     def __init__(
@@ -69,6 +72,7 @@ class GoalFaults:
         active: Callable[[str], Iterable[ServedGoal]],
         abort: Callable[[ServedGoal, Abortion], None],
     ) -> None:
+        self.armed = False
         self._env = env
         self._active = active
         self._abort = abort
@@ -81,6 +85,7 @@ class GoalFaults:
         """Reject goals, for a reason and a text; return what ends that."""
         rejection = Rejection(robot, action, reason, why, done)
         self._rejections.append(rejection)
+        self.armed = True
         return lambda: _drop(self._rejections, rejection)
 
     def abort(
@@ -100,6 +105,7 @@ class GoalFaults:
         """
         abortion = Abortion(robot, action, code, why, cause, delay, done)
         self._abortions.append(abortion)
+        self.armed = True
         for goal in [*self._active(robot)]:
             if _hits(abortion, goal.server.robot.name, goal.server.action.name):
                 self._set_timer(abortion, goal)

@@ -48,6 +48,7 @@ class Feedback:
         self._interest = publisher.interest
         self._errors = errors
         self._rate = rate
+        self._ever_sampled = False
 
     def send(self, goal: ServedGoal, feedback: Message | Mapping[str, Any], *, last: bool = False) -> None:
         """Publish the feedback of an executing goal, if there is a subscriber."""
@@ -69,6 +70,9 @@ class Feedback:
     def finish(self, goal: ServedGoal) -> None:
         """Publish the last feedback of a goal that is about to end."""
         if goal.sample is not None:
+            if not self._ever_sampled:
+                goal.sample = None
+                return
             feedback = self._of(goal) if self._interest.feedback else None
             self.stop(goal)
             if feedback is not None:
@@ -100,6 +104,7 @@ class Feedback:
             if feedback is not None:
                 self.send(goal, feedback)
 
+        self._ever_sampled = True
         self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, take, now=self._env.now)
 
     def _of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:

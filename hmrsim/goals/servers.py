@@ -143,12 +143,19 @@ class ActionServer:
     Attributes:
         number: The unique number of the goal.
         goals: The goals that are kept, by id.
+        needs: The resource that one goal at a time can hold: the robot's base or the action itself; empty for none.
     """
 
     robot: Owner
     action: AnyAction
     number: int
     goals: dict[str, ServedGoal] = field(default_factory=dict)
+    needs: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Name the resource."""
+        name, action = self.robot.name, self.action
+        self.needs = name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 
 
 class ActionServers:

@@ -93,7 +93,8 @@ def complete(message: Message) -> None:
 
 def lists_messages(message: Message) -> bool:
     """Return whether a message has a non-empty list of messages, so that it may be large."""
-    return any(at(message) for at in _shape(type(message)).lists)
+    lists = _shape(type(message)).lists
+    return bool(lists) and any(at(message) for at in lists)
 
 
 class _Shape(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
 
 if TYPE_CHECKING:
@@ -25,7 +25,17 @@ class Sink(Protocol):
 
 
 class SelectiveSink:
-    """A base class of sinks that process outputs of some types only, each with its own function."""
+    """A base class of sinks that process outputs of some types only, each with its own function.
+
+    Attributes:
+        topics: The topics that it always wants; a subclass whose interest changes has a `wants` of its own.
+    """
+
+    topics: Collection[Topic] = ()
+
+    def wants(self, topic: Topic) -> bool:
+        """Return whether a topic is wanted now."""
+        return topic in self.topics
 
     def emit(self, output: Output) -> None:
         """Process an output of the simulation, if it is of one of these types."""
@@ -35,7 +45,8 @@ class SelectiveSink:
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them.
 
-        The simulator asks once for each type, and calls the function in place of `emit`.
+        The simulator asks once for each type, and again when interest has changed, and calls the function in place of
+        `emit`.
         """
         raise NotImplementedError
 
@@ -56,6 +67,13 @@ class CommandSink(Sink, Protocol):
 def handler_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
     """Return the function by which a sink processes outputs of a type; None if it ignores them."""
     return sink.handler_for(kind) if isinstance(sink, SelectiveSink) else sink.emit
+
+
+def topics_of(sink: object) -> Collection[Topic] | None:
+    """Return the topics that a sink always wants; None for one whose interest may change."""
+    if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:
+        return sink.topics
+    return None
 
 
 def hears_commands(sink: Sink) -> TypeGuard[CommandSink]:

@@ -37,6 +37,8 @@ class ReportSink(SelectiveSink):
         restarted: Called when time has begun anew, with the time until then, in nanoseconds.
     """
 
+    topics = frozenset({Topic.EVENTS, Topic.MOTION})
+
     def __init__(
         self,
         simulator: Simulator,
@@ -48,10 +50,6 @@ class ReportSink(SelectiveSink):
         self._restarted = restarted
         self._charges: list[Occurrence] = []
         self._see()
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether it wants a topic: events and motions."""
-        return topic in (Topic.EVENTS, Topic.MOTION)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

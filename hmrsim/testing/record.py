@@ -69,14 +69,12 @@ class Record(SelectiveSink):
         where: Returns at which place a robot is now.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, where: Callable[[str], str]) -> None:
         self._where = where
         self.goals: dict[tuple[str, str, str], Goal] = {}
         self._kept: list[GoalChanged | EventStamped] = []
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic's messages are wanted: events, and no samples."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

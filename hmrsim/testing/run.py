@@ -53,7 +53,8 @@ AnyTree = str | Path | Callable[..., object]
 LIMIT = 3600.0
 """Simulated seconds in which a tree has to end, if the settings have no duration."""
 
-_SETTINGS = RunSettings()
+_SETTINGS = RunSettings(clock="lockstep")
+_LIMITED = _SETTINGS.model_copy(update={"duration": LIMIT})
 
 _NOTED = 10
 """Robots in the notes of an error."""
@@ -102,10 +103,10 @@ def simulation(  # noqa: PLR0913 - the options of the commands
         raise ValueError("a schedule with disturbances of the controller needs `check`; give faults and changes only")
     world = read_world(world, changes, overlays_of(schedule))
     plan = None if tree is None else _plan(tree, values or {}, nodes)
-    chosen = (settings or _SETTINGS).model_copy(update={"clock": LOCKSTEP})
+    chosen = _SETTINGS if settings is None else settings.model_copy(update={"clock": LOCKSTEP})
     limited = plan is not None and chosen.duration == math.inf
     if limited:
-        chosen = chosen.model_copy(update={"duration": LIMIT})
+        chosen = _LIMITED if settings is None else chosen.model_copy(update={"duration": LIMIT})
     return Run(
         with_faults(world, schedule), plan, robots, chosen, TreeCoverage() if coverage else None, limited=limited
     )

@@ -394,7 +394,7 @@ class Lockstep(SelectiveSink):
         self.granting = False
         self.epoch += 1
         self._participants.arrive(self._env.now, wall)
-        if self.over:
+        if self._env.now >= self._end - _NEAR and self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
         if "feedback" in self._kinds:
@@ -512,7 +512,9 @@ class Lockstep(SelectiveSink):
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
-        return (topic is Topic.FEEDBACK and "feedback" in self._kinds) or self._conditions.wants(topic)
+        if topic is Topic.FEEDBACK and "feedback" in self._kinds:
+            return True
+        return bool(self._conditions.watched) and self._conditions.wants(topic)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

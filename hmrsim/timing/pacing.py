@@ -66,6 +66,9 @@ _MAX_WAIT = 0.25
 _MAX_LATENESS = 0.1
 """Wall seconds that an event, or the end of a wait, may be late before simulated time stops catching up."""
 
+_NEAR = 1e-8
+"""Simulated seconds; times that are further apart have different stamps."""
+
 _LOOKS = 5
 """Checks for a stalled participant within its timeout."""
 
@@ -107,6 +110,8 @@ class Pacing:
         self._inbox = inbox
         self._retention = retention
         self._duration = settings.duration
+        # From here on it is looked more closely whether the run is over.
+        self._nearly_over = settings.duration - _NEAR
         self._participant_timeout = settings.participant_timeout
         self._end_on_loss = settings.on_participant_loss == "end"
         self._on_lag = on_lag
@@ -261,7 +266,8 @@ class Pacing:
     def _begins(self, *, prepares: bool) -> bool:
         """Begin a grant, end the run, or take a step of the preparations; return whether commands come next."""
         lockstep = self.lockstep
-        if lockstep.over:
+        # Checked here first, as it is asked for each grant.
+        if self._simulator.env.now >= self._nearly_over and lockstep.over:
             self._over = True
             return True
         if lockstep.ready:

@@ -178,7 +178,7 @@ class Participant:
         self.state = TRANSITIONS[self.state, Event.BEGIN]
         if (request := self.request) is None:
             raise AssertionError(f"{self.name} has not asked to advance")
-        self.behind, self.kinds = None, kinds_wanted(request)
+        self.behind, self.kinds = None, kinds_wanted(request) if request.report else request.wake
         return request
 
     def answer(self, epoch: int, granted: Granted) -> list[Any]:

@@ -13,7 +13,6 @@ from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.sinks import SelectiveSink
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
 
 _PART: Final = 0.01
@@ -47,10 +46,6 @@ class Retention(SelectiveSink):
             self._ended[change.robot] = deque(maxlen=self._keep_results)
         self._ended[change.robot].append((expires, change.action, change.goal_id))
         self._next = min(self._next, expires)
-
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: ends of goals are delivered without it."""
-        return False
 
     def apply(self, simulator: Simulator) -> None:
         """Submit the commands that drop expired results."""

@@ -138,6 +138,8 @@ class Trace(SelectiveSink):
     Writing raises `WriteError` when *write* raises OSError.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, header: Header, write: Callable[[str], object]) -> None:
         self.header = header
         self._write = write
@@ -169,10 +171,6 @@ class Trace(SelectiveSink):
         """Write the last line, which says that the trace is complete: the run ends at this time, in seconds."""
         self._add({"kind": "end", "stamp": values_of(stamp(now))})
         self.flush()
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether it takes a topic: what happens, but no samples."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
@@ -306,6 +304,8 @@ class DeferredTrace(SelectiveSink):
         settings: The settings of the run.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, world: World, settings: RunSettings) -> None:
         self._world, self._settings = world, settings
         self._kept: list[Output | _Commanded] = []
@@ -332,10 +332,6 @@ class DeferredTrace(SelectiveSink):
                 trace.emit(kept)
         self._kept.clear()
         return trace
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether it takes a topic: what happens, but no samples."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

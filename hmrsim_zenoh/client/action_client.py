@@ -130,12 +130,14 @@ class ActionClient(Generic[G, R, F]):
         on_change: Callable[[GoalHandle[R, F]], None] | None,
     ) -> GoalExchange[R, F]:
         """Return a goal's handle, which is to be started."""
-        if not isinstance(goal, (self.action.goal, Mapping)):
-            raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {_kind(goal)}")
+        # Plain values become a message where they enter the simulator.
+        sent: Any = goal
+        if not isinstance(goal, self.action.goal):
+            if not isinstance(goal, Mapping):
+                raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {_kind(goal)}")
+            sent = with_poses(goal, self.action.goal, self._pose_of)
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         next_id = (lockstep or self._link).next_goal_id()
-        # Plain values become a message where they enter the simulator.
-        sent: Any = with_poses(goal, self.action.goal, self._pose_of) if isinstance(goal, Mapping) else goal
         exchange: GoalExchange[R, F] = GoalExchange(
             self._link,
             lockstep,

@@ -102,7 +102,8 @@ class Link:
             self.presence.start()
         with self._lock:
             # Closing fails only the goals that are tracked by then.
-            self.check_open()
+            if self._closed or self.queries.broken:
+                self.check_open()
             self._goals[goal] = None
 
     def leave(self, goal: Failing) -> None:

@@ -121,7 +121,11 @@ class LocalConnection:
     def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
         """Send a command for whose answer a thread waits."""
         call = LocalCall(self._session)
-        self._submit(CallService(command.service, command.request) if isinstance(command, Ask) else command, call)
+        sent = CallService(command.service, command.request) if isinstance(command, Ask) else command
+        try:
+            self._session.submit(sent, call)
+        except zenoh.ZError:
+            self._give_up(call)
         return call
 
     def token(self) -> str:
@@ -161,5 +165,8 @@ class LocalConnection:
         try:
             self._session.submit(command, pending)
         except zenoh.ZError:
-            self._on_closed()
-            pending.take(None)
+            self._give_up(pending)
+
+    def _give_up(self, pending: Pending) -> None:
+        self._on_closed()
+        pending.take(None)

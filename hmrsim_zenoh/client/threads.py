@@ -25,10 +25,10 @@ class Worker:
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._started = at_once
+        self._name = name
+        self._thread: threading.Thread | None = None
         if at_once:
-            self._thread.start()
+            self._start()
 
     def after(self, delay: float, call: Callable[[], None]) -> None:
         """Call a function after *delay* wall seconds, unless the worker is closed by then."""
@@ -37,9 +37,8 @@ class Worker:
                 return
             heapq.heappush(self._due, (time.monotonic() + delay, next(self._order), call))
             self._changed.notify()
-            if not self._started:
-                self._started = True
-                self._thread.start()
+            if self._thread is None:
+                self._start()
 
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
@@ -47,8 +46,12 @@ class Worker:
             self._closed = True
             self._due.clear()
             self._changed.notify()
-        if self._started and self._thread is not threading.current_thread():
+        if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
+
+    def _start(self) -> None:
+        self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        self._thread.start()
 
     def _run(self) -> None:
         while (call := self._next()) is not None:

@@ -25,7 +25,6 @@ from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts_of, plain, 
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim.protocol.topics import Topic
     from hmrsim_zenoh.loopback.delivery import Delivery
     from hmrsim_zenoh.server.inbox import QueryInbox
     from hmrsim_zenoh.server.server import Server
@@ -112,10 +111,6 @@ class LocalCommands(SelectiveSink):
                     self._inbox.put(command._replace(reply_to=None))
         delivery.settle(resume=True)
 
-    def wants(self, _topic: Topic) -> bool:
-        """Return False: answers are sent regardless of topics."""
-        return False
-
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
         return self._answer if kind is Answered else self._follow_roster if kind is RosterChanged else None
@@ -176,10 +171,14 @@ class LocalCommands(SelectiveSink):
         return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=pending)
 
     def _goal(self, command: SendGoal, pending: Pending | None) -> SendGoal:
-        robot, name = self.keys.resolve(command.robot, command.action)
+        robot, name = command.robot, command.action
+        if self.keys.aliases:
+            robot, name = self.keys.resolve(robot, name)
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
         goal = None if action is None else _message(action.goal, command.goal)
+        if goal is command.goal and pending is None and name is command.action:
+            return command
         return SendGoal(robot, name, goal, command.goal_id, pending)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.protocol.time import LOCKSTEP, TokenSeen
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
-    from hmrsim_zenoh.loopback.session import Pending
     from hmrsim_zenoh.server.losses import Losses
 
 
@@ -51,6 +50,7 @@ class LoopbackHost:
         simulator: The simulator; read-only.
         pacing: The clock that advances its time; read-only.
         delivery: Runs the simulation, and delivers its messages while it pauses.
+        send: Sends a command of a session; its `Pending` takes the answer while the simulation does not run.
 
     Raises:
         ValueError: The prefix is invalid.
@@ -69,7 +69,9 @@ class LoopbackHost:
         sinks: Sequence[Sink] = (),
         watchers: Watchers = unwatched,
     ) -> None:
-        self._settings = settings = settings.model_copy(update={"clock": LOCKSTEP})
+        if settings.clock != LOCKSTEP:
+            settings = settings.model_copy(update={"clock": LOCKSTEP})
+        self._settings = settings
         self._keys = Keys(prefix, world.remap)
         self._reason = "the simulation has ended"
         self._begun = self._ended = self._stopped = False
@@ -95,6 +97,7 @@ class LoopbackHost:
             services=all_services(),
             hindrance=lambda: self.pacing.hindrance,
         )
+        self.send = self._commands.send
         self._begun = True
         self.go_on()
 
@@ -134,10 +137,6 @@ class LoopbackHost:
         """
         if isinstance(session, LoopbackSession):
             session.cut(error)
-
-    def send(self, command: Any, pending: Pending) -> None:
-        """Send a command of a session; *pending* takes its answer while the simulation does not run."""
-        self._commands.send(command, pending)
 
     def announce(self, name: str, *, alive: bool) -> None:
         """Report that a participant has come or gone."""
@@ -283,8 +282,9 @@ class LocalInbox(QueryInbox):
         return bool(self._commands or self._queries)
 
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
-        """Prepare for the next query, and return."""
-        self._prepare(None)
+        """Prepare for the next query, if there are any, and return."""
+        if self._queryables:
+            self._prepare(None)
 
     def leave(self) -> None:
         """Undeclare the queryables of the inbox."""

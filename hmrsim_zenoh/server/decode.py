@@ -17,7 +17,7 @@ import zenoh
 
 from hmrsim.diagnostics import listed
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
-from hmrsim.protocol.goal import WORLD, GoalResponse
+from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, ReadRequest, TimeRequests, goal_id_in

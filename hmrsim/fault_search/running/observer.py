@@ -48,6 +48,8 @@ class Observer(SelectiveSink):
         lines: The events as text, each with its time in seconds.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, *, story: bool = False) -> None:
         self.moments: list[Moment] = []
         self.begun: dict[tuple[str, str], list[float]] = {}
@@ -69,10 +71,6 @@ class Observer(SelectiveSink):
     def features(self) -> tuple[str, ...]:
         """Features of the run: changes of goals and events, each alone, after the previous one, and after a fault."""
         return tuple(self._features)
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is wanted: events, and no samples."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
@@ -155,6 +153,8 @@ class BatteryDraws(SelectiveSink):
         world: Its world.
     """
 
+    topics = frozenset({Topic.EVENTS})
+
     def __init__(self, simulator: Simulator, world: World) -> None:
         self._simulator = simulator
         batteries = ((name, battery_of(world, name)) for name in world.robots)
@@ -162,10 +162,6 @@ class BatteryDraws(SelectiveSink):
         self._charged = {name: share_at_start(battery) for name, battery in batteries if battery is not None}
         self._at_start: dict[str, float] = {}
         self._draws: dict[str, Draw] = {}
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is wanted: events."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from hmrsim.engine import sim_time as wall_module
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
@@ -17,6 +16,7 @@ from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.time import Join, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
+from hmrsim.timing import pacing, result_retention
 from hmrsim.timing.pacing import Pacing, _Watchdog
 from hmrsim.timing.result_retention import Retention
 from tests.patience import PATIENCE
@@ -32,7 +32,8 @@ class FakeWall:
     def __init__(self, monkeypatch):
         self.now = 100.0
         self.waits = []
-        monkeypatch.setattr(wall_module.time, "monotonic", lambda: self.now)
+        for module in (pacing, result_retention):
+            monkeypatch.setattr(module, "wall_time", lambda: self.now)
 
     def inbox(self, arrivals=(), *, close_at=None):
         """Return an inbox into which commands come at given wall seconds after now."""
