@@ -23,10 +23,8 @@ from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.inbox import Inbox
-
     from hmrsim.actions import AnyAction
-    from hmrsim.protocol.commands import AnyCommand
+    from hmrsim.protocol.commands import AnyCommand, Inbox
 
 _log = logging.getLogger(__name__)
 
