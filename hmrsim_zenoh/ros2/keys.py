@@ -57,6 +57,9 @@ LATCHED_QOS: Final = ":1:,1:,:,:,,"
 TF_QOS: Final = "::,100:,:,:,,"
 """The quality of service of transforms."""
 
+SENSOR_QOS: Final = "2::,5:,:,:,,"
+"""The quality of service of sensor data: best effort, depth 5."""
+
 
 class Node(NamedTuple):
     """A ROS node by its namespace and name.

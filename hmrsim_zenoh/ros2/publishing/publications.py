@@ -270,8 +270,6 @@ class Publications:
         self._topics.emit(sample)
         if sample.topic is Topic.CLOCK:
             self._views.tick()
-        elif sample.topic is Topic.ODOM:
-            self._views.follow_motion(sample.robot)
 
     def _emit_change(self, event: GoalChanged) -> None:
         if event.status.terminal:

@@ -1,4 +1,4 @@
-"""The topics for RViz and Foxglove: maps, markers, models, plans and footprints.
+"""The topics for RViz and Foxglove: maps, markers, models, plans, footprints and scans.
 
 Each is computed only while it has a subscriber.
 """
@@ -23,13 +23,16 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
     MARKERS,
     PLAN,
     ROBOT_DESCRIPTION,
+    SCAN,
     TF_STATIC,
     THINGS,
 )
 from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers
+from hmrsim_zenoh.ros2.publishing.scan import Scanner
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import EventStamped
+    from hmrsim.robots.robot import Robot
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Part
@@ -38,6 +41,9 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
 _LATCHED: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, MARKERS, THINGS)
+_STREAMS: Final = (PLAN, FOOTPRINT, SCAN)
+"""The topics of robots that are published at the rate of the clock, or of plans, for the robots that were asked for."""
+
 _REPLACES_THINGS: Final = (Spawned, Deleted, Teleported, SimulationReset, WorldLoaded)
 """The events after which items and doors are read anew."""
 
@@ -47,14 +53,14 @@ _PLAN_SECONDS: Final = 1.0
 
 def patterns(wire: Wire) -> dict[str, str]:
     """Return the keys on which each kind of topic is published."""
-    of_robots = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT)
+    of_robots = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, *_STREAMS)
     of_world = (MAP_TOPIC, TF_STATIC, MARKERS, THINGS)
     return {f"/*/{topic}": wire.key(f"/*/{topic}") for topic in of_robots} | {
         f"/{topic}": wire.key(f"/{topic}") for topic in of_world
     }
 
 
-_PLAN, _FOOTPRINT, _THINGS = f"/*/{PLAN}", f"/*/{FOOTPRINT}", f"/{THINGS}"
+_PLAN, _THINGS = f"/*/{PLAN}", f"/{THINGS}"
 
 
 class ViewTopics:
@@ -86,9 +92,12 @@ class ViewTopics:
         self._map: tuple[World, bytes] | None = None
         self._markers = WorldMarkers()
         self._things_changed = self._things_replaced = False
+        # The robots whose streams have had subscribers, as long as any robot's has one.
+        self._streamed: dict[str, set[str]] = {topic: set() for topic in _STREAMS}
+        self._heard: set[str] = set()
+        self._scanner = Scanner(simulator.world)
         self._planned = 0.0
         self._planning: set[str] = set()
-        self._plans_shown = False
         self._make: Mapping[str, Callable[[str], Mapping[str, Any]]] = {
             TF_STATIC: partial(views.static_transforms, simulator),
             ROBOT_DESCRIPTION: partial(views.urdf, simulator),
@@ -97,9 +106,9 @@ class ViewTopics:
         }
 
     def ask(self, part: Part, name: str) -> None:
-        """Publish a topic, if it is a latched one of this part, for a new subscriber; from any thread."""
+        """Publish a topic of a part, if viewers show it, for a new subscriber; from any thread."""
         topic = name[1:] if part.robot == WORLD else name[len(part.robot) + 2 :]
-        if topic in _LATCHED:
+        if topic in _LATCHED or topic in _STREAMS:
             self._asked.append((part.robot, topic))
             self._changed()
 
@@ -107,20 +116,25 @@ class ViewTopics:
         """Return whether a topic is needed for a subscriber; the clock shows when to publish the changes of a while."""
         interest = self._interest
         return (
-            (topic is Topic.ODOM and interest[_FOOTPRINT])
-            or (topic is Topic.MOTION and interest[_PLAN])
+            (topic is Topic.MOTION and interest[_PLAN])
             or (topic is Topic.EVENTS and interest[_THINGS])
-            or (topic is Topic.CLOCK and (interest[_THINGS] or interest[_PLAN]))
+            or (topic is Topic.CLOCK and (interest[_THINGS] or any(interest[f"/*/{stream}"] for stream in _STREAMS)))
         )
 
     def look(self) -> None:
         """Publish the topics that have new subscribers."""
         while self._asked:
-            self._shown[self._asked[0]] = None
-            self._publish_latched(*self._asked.popleft())
-        before, self._plans_shown = self._plans_shown, self._interest[_PLAN]
-        if self._plans_shown and not before:
-            self._plan_all()
+            robot, topic = self._asked.popleft()
+            if topic in _LATCHED:
+                self._shown[robot, topic] = None
+                self._publish_latched(robot, topic)
+            else:
+                self._streamed[topic].add(robot)
+                self._planned = -_PLAN_SECONDS
+        # A subscriber's token may arrive before the subscriber itself.
+        before, self._heard = self._heard, {topic for topic in _STREAMS if self._interest[f"/*/{topic}"]}
+        for topic in before - self._heard:
+            self._streamed[topic].clear()
 
     def follow(self) -> None:
         """Publish the topics again that have subscribers, after robots came or went or the world was replaced."""
@@ -130,7 +144,8 @@ class ViewTopics:
             return self._interest[f"/{topic}" if robot == WORLD else f"/*/{topic}"]
 
         self._known = {key: one for key, one in self._known.items() if key[0] in robots or key[0] == WORLD}
-        self._planning &= robots.keys()
+        for streamed in self._streamed.values():
+            streamed.intersection_update(robots)
         self._shown = {key: None for key in self._shown if (key[0] in robots or key[0] == WORLD) and shows(*key)}
         for key in self._shown:
             self._publish_latched(*key)
@@ -151,16 +166,11 @@ class ViewTopics:
             self._map = world, self._endpoints.message_type(MAP_TOPIC).encode(values)
         return self._map[1]
 
-    def follow_motion(self, robot: str) -> None:
-        """Publish what depends on the pose of a robot, which was sampled now."""
-        if self._interest[_FOOTPRINT] and self._publisher(robot, FOOTPRINT):
-            self._publish(robot, FOOTPRINT, views.footprint(self._simulator.roster.robots[robot]))
-
     def event(self, output: EventStamped) -> None:
         """Apply an event of the world."""
         event = output.event
         if isinstance(event, RouteTaken):
-            if self._interest[_PLAN]:
+            if event.robot in self._streamed[PLAN]:
                 self._plan(event.robot)
         elif self._interest[_THINGS]:
             self._things_replaced |= isinstance(event, _REPLACES_THINGS)
@@ -172,23 +182,29 @@ class ViewTopics:
             message = self._things(WORLD) if self._things_replaced else self._markers.things(stamp(self._simulator.now))
             self._things_changed = self._things_replaced = False
             self._publish(WORLD, THINGS, message)
-        now = self._simulator.now
-        if self._interest[_PLAN] and not 0.0 <= now - self._planned < _PLAN_SECONDS:
-            self._plan_all()
+        robots, now = self._simulator.roster.robots, self._simulator.now
+        for name in sorted(self._streamed[FOOTPRINT]):
+            self._publish(name, FOOTPRINT, views.footprint(robots[name]))
+        for name in sorted(self._streamed[SCAN]):
+            self._scan(robots[name])
+        if self._streamed[PLAN] and not 0.0 <= now - self._planned < _PLAN_SECONDS:
+            self._planned = now
+            for name in sorted(self._streamed[PLAN]):
+                if robots[name].legs_ahead or name in self._planning:
+                    self._plan(name)
 
-    def _plan_all(self) -> None:
-        """Publish the plans of the robots that drive, and once more of those that have stopped."""
-        self._planned = self._simulator.now
-        for name, robot in self._simulator.roster.robots.items():
-            if robot.legs_ahead or name in self._planning:
-                self._plan(name)
+    def _plan(self, name: str) -> None:
+        """Publish the plan of a robot; once more after it has stopped."""
+        robot = self._simulator.roster.robots[name]
+        (self._planning.add if robot.legs_ahead else self._planning.discard)(name)
+        self._publish(name, PLAN, views.plan(robot))
 
-    def _plan(self, robot: str) -> None:
-        if not self._publisher(robot, PLAN):
-            return
-        planned = self._simulator.roster.robots[robot]
-        (self._planning.add if planned.legs_ahead else self._planning.discard)(robot)
-        self._publish(robot, PLAN, views.plan(planned))
+    def _scan(self, robot: Robot) -> None:
+        if self._scanner.world is not self._simulator.world:
+            self._scanner = Scanner(self._simulator.world)
+        pose = robot.pose()
+        header = {**robot.stamped(pose)["header"], "frame_id": f"{robot.name}/{views.SCAN_FRAME}"}
+        self._publish(robot.name, SCAN, self._scanner.message(pose, header))
 
     def _static_markers(self, _robot: str) -> Mapping[str, Any]:
         self._replace_scene()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import logging.handlers
+import math
 import queue
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
@@ -112,6 +113,17 @@ def test_a_footprint_is_where_the_robot_is(serve, ros):
 
     assert 16 == len(corners)
     assert all(pytest.approx(0.25) == (corner["x"] - 3) ** 2 + (corner["y"] - 4) ** 2 for corner in corners)
+
+
+def test_a_scan_measures_the_walls_around_one_robot(live, ros):
+    """Ray 90 of 180 points ahead, to the wall at x = 12 m; behind the robot there is none."""
+    node = ros(live)
+    scan = listen(node, "/eve/scan", "scan").next()
+
+    assert ("eve/base_scan", 180) == (scan["header"]["frame_id"], len(scan["ranges"]))
+    assert pytest.approx(3.0) == scan["ranges"][90]
+    assert math.inf == scan["ranges"][0]
+    assert pytest.approx(-math.pi) == scan["angle_min"]
 
 
 def test_markers_follow_items_and_robots(live, ros):
