@@ -147,7 +147,7 @@ def test_rviz_s_goal_button_sends_a_goal(fast, ros):
     status = node.action("/wall_e/navigate_to_pose").wait().status
     publish(node, "/wall_e/goal_pose", "goal_pose", goal_to(9.0, 2.0)["pose"])
 
-    status.wait(lambda messages: [one["status"] for one in messages[-1]["status_list"]] == [4])
+    status.wait(lambda messages: messages and [one["status"] for one in messages[-1]["status_list"]] == [4])
 
 
 def test_rviz_s_pose_button_moves_the_robot(live, ros):
@@ -157,7 +157,7 @@ def test_rviz_s_pose_button_moves_the_robot(live, ros):
     values = {"header": pose["header"], "pose": {"pose": pose["pose"], "covariance": [0.25] * 36}}
     publish(node, "/wall_e/initialpose", "initialpose", values)
 
-    poses.wait(lambda messages: messages[-1]["pose"]["pose"]["position"]["x"] == 3.0)
+    poses.wait(lambda messages: messages and messages[-1]["pose"]["pose"]["position"]["x"] == 3.0)
 
 
 @pytest.mark.parametrize("topic", ["goal_pose", "initialpose"])
