@@ -18,11 +18,11 @@ import hmrsim_gym  # noqa: F401 - registers the environments
 from benchmarks._report import Row
 from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.replications import execute_run
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.replications import execute_run
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings

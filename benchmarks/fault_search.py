@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 from benchmarks._pairs import PAIRS, PORTERS, WORLD
 from benchmarks._report import Row
 from benchmarks._spread import Spread
+from hmrsim.fault_search.campaign import Campaign, Options, limited
+from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.trials.batches import factory_of
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.results.summary import Summary
-    from hmrsim.fault_search.searching.search import Strategy
+    from hmrsim.fault_search.search import Strategy
+    from hmrsim.fault_search.summary import Summary
 
 QUICK: dict[str, Any] = {"schedules": 32, "rounds": 1, "pairs": 1, "seeds": 1, "most": 32}
 

@@ -4,7 +4,7 @@ The porter looks whether it has picked the box up, and tries again. It does not 
 arrives: if the box falls on the way, it says that all is well.
 """
 
-from hmrsim.fault_search.results.summary import Summary
+from hmrsim.fault_search.summary import Summary
 from hmrsim.testing import check
 from hmrsim_zenoh import Client, Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from hmrsim.actions import registry
+from hmrsim.fault_search.campaign import Campaign, Options, limited
+from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.trials.batches import Serial
 from hmrsim_zenoh.client.commander import Commander
 from hmrsim_zenoh.errors import GoalFailed, GoalRejectedError

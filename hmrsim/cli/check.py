@@ -22,7 +22,7 @@ from hmrsim.program.log_options import add_log_options, logging_to_stderr
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.reading import Repro
-    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.run import Outcome
     from hmrsim.properties import Checked, Properties, Verdict, Violation
 
 _MAX_VIOLATIONS: Final = 50
@@ -115,7 +115,7 @@ def _check(args: argparse.Namespace) -> int:
         return _repeat(args)
     from hmrsim.trials.batches import load_early
 
-    load_early(args.executor, "hmrsim.fault_search.running.evaluator")
+    load_early(args.executor, "hmrsim.fault_search.evaluator")
     code: int = Later("hmrsim.cli.check_search", "search")(args)
     return code
 
@@ -134,9 +134,9 @@ def check_page(args: argparse.Namespace) -> None:
 
 def _repeat(args: argparse.Namespace) -> int:
     """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
+    from hmrsim.fault_search.failure_page import failure_page, run_logged
     from hmrsim.fault_search.reading import read_repro
-    from hmrsim.fault_search.results.run_page import failure_page, run_logged
-    from hmrsim.fault_search.running.single import Wanted, run_case
+    from hmrsim.fault_search.run import Wanted, run_case
     from hmrsim.program.memory import collect_rarely
     from hmrsim.trials.trial import ERROR
 
@@ -173,7 +173,7 @@ def _repeat(args: argparse.Namespace) -> int:
 
 def _compared(check: Check) -> Check:
     """Return the check with its run without faults, which is made here if a property compares runs with it."""
-    from hmrsim.fault_search.running.single import run_case
+    from hmrsim.fault_search.run import run_case
     from hmrsim.fault_search.schedule import Case
 
     if not check.compares:
@@ -185,14 +185,14 @@ def _compared(check: Check) -> Check:
 def _trace_of(path: Path, folder: Path | None) -> str:
     """Repeat a failure and return its trace."""
     from hmrsim.fault_search.reading import read_repro
-    from hmrsim.fault_search.running.single import Wanted, run_case
+    from hmrsim.fault_search.run import Wanted, run_case
 
     repro = read_repro(path, folder)
     return run_case(repro.check, repro.case, Wanted(trace=True)).trace
 
 
 def _same(repro: Repro, outcome: Outcome) -> bool:
-    from hmrsim.fault_search.running.single import Failure
+    from hmrsim.fault_search.run import Failure
 
     return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
 
@@ -216,8 +216,8 @@ def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
 
 def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
     from hmrsim.cli.trace_file import difference_from
-    from hmrsim.fault_search.results.story import LONG, events_of
-    from hmrsim.fault_search.results.summary import by_begin
+    from hmrsim.fault_search.story import LONG, events_of
+    from hmrsim.fault_search.summary import by_begin
 
     schedule = repro.case.schedule
     for number, i in enumerate(by_begin(schedule, outcome), 1):

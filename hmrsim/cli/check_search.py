@@ -14,14 +14,14 @@ from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
 from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
+from hmrsim.fault_search.campaign import Campaign, Options, Progress, limited, no_search
+from hmrsim.fault_search.evaluator import Evaluator
+from hmrsim.fault_search.failure_page import failure_page, run_logged
 from hmrsim.fault_search.reading import check_at, check_of, file_of, read_check, read_repro
-from hmrsim.fault_search.results.folder import ResultsFolder
-from hmrsim.fault_search.results.run_page import failure_page, run_logged
-from hmrsim.fault_search.results.story import passes
-from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.single import VERDICTS, Failure
+from hmrsim.fault_search.results_folder import ResultsFolder
+from hmrsim.fault_search.run import VERDICTS, Failure
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, Progress, limited, no_search
+from hmrsim.fault_search.story import passes
 from hmrsim.program.files import write_text
 from hmrsim.trials.batches import factory_of
 from hmrsim.trials.trial import TIMEOUT
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.results.summary import Finding, Summary
-    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.run import Outcome
+    from hmrsim.fault_search.summary import Finding, Summary
 
 _ENOUGH: Final = 500
 """Runs below which a search is too short to mean much."""

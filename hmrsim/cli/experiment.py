@@ -85,7 +85,7 @@ examples:
 def _run(args: argparse.Namespace) -> int:
     from hmrsim.trials.batches import load_early
 
-    load_early(args.executor, "hmrsim.experiments.running.replications")
+    load_early(args.executor, "hmrsim.experiments.replications")
     code: int = Later("hmrsim.cli.experiment_runs", "run")(args)
     return code
 

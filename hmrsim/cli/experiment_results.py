@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, show_result, show_table
 from hmrsim.errors import ResultsError, printable
-from hmrsim.experiments.results.repeats import note_of
-from hmrsim.experiments.results.store import FILE, TRACES, Results
-from hmrsim.experiments.results.table import Group, groups_by, groups_of, write_csv, write_json, write_table
+from hmrsim.experiments.repeats import note_of
+from hmrsim.experiments.store import FILE, TRACES, Results
+from hmrsim.experiments.table import Group, groups_by, groups_of, write_csv, write_json, write_table
 from hmrsim.program.files import STDOUT, check_outputs, write_text
 from hmrsim.report.html import UNKNOWN
 

@@ -13,12 +13,12 @@ from hmrsim.cli.exits import ExitCode
 from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import ResultsError
+from hmrsim.experiments.campaign import Campaign, Progress
 from hmrsim.experiments.checking import check_file
 from hmrsim.experiments.contrast import withdrawal
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import FILE, TRACES, Results
-from hmrsim.experiments.running.campaign import Campaign, Progress
-from hmrsim.experiments.running.replications import execute_run
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.replications import execute_run
+from hmrsim.experiments.store import FILE, TRACES, Results
 from hmrsim.program.files import check_outputs, write_text
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.batches import factory_of
@@ -27,9 +27,9 @@ from hmrsim_zenoh.hosting.served_simulation import unwatched
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.results.store import Row
+    from hmrsim.experiments.plan import Plan
     from hmrsim.experiments.statistics.verdicts import Comparison
+    from hmrsim.experiments.store import Row
 
 _PERIOD: Final = 60.0
 """Wall seconds between two lines of progress without a terminal."""

@@ -11,8 +11,8 @@ from hmrsim.diagnostics import Finding, instead
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
 from hmrsim.experiments.endings import BY_REPORT, REPORTED
-from hmrsim.experiments.file.reading import Reading, read_valid_parts
 from hmrsim.experiments.measures import NAMES, Unknown, unknown_parts
+from hmrsim.experiments.reading import Reading, read_valid_parts
 from hmrsim.experiments.statistics.confidence_sequences import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
 from hmrsim.trials.trial import BUILT_IN
@@ -21,8 +21,8 @@ from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, name
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.file.model import Ending
-    from hmrsim.experiments.file.plan import Plan
+    from hmrsim.experiments.model import Ending
+    from hmrsim.experiments.plan import Plan
     from hmrsim.world.model import World
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead, listed
 from hmrsim.errors import ResultsError
-from hmrsim.experiments.results.repeats import COLUMNS, Repeats, about_means, cell_of, note_of_pairs, pairs_that_count
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.repeats import COLUMNS, Repeats, about_means, cell_of, note_of_pairs, pairs_that_count
 from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
+from hmrsim.experiments.store import Results
 
 if TYPE_CHECKING:
     from hmrsim.experiments.statistics.verdicts import Comparison

@@ -23,7 +23,7 @@ from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, subs
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.experiments.file.model import Ending
+    from hmrsim.experiments.model import Ending
     from hmrsim.geometry import Point
     from hmrsim.simulation.simulator import Simulator
 

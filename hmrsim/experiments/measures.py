@@ -19,7 +19,7 @@ from hmrsim.trials.trial import BUILT_IN
 from hmrsim.world.overlays.expressions import OverlayFlaw, UnknownPart, evaluate, names_in, parts_in
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.file.model import ExperimentFile
+    from hmrsim.experiments.model import ExperimentFile
     from hmrsim.world.model import World
 
 Value = float | str | None

@@ -7,22 +7,22 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from hmrsim.fault_search.campaign import Campaign, Options, limited, no_search
 from hmrsim.fault_search.candidates import Candidates, Timeline
+from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.reading import check_at, file_of
-from hmrsim.fault_search.results.folder import ResultsFolder
-from hmrsim.fault_search.results.story import story_of
-from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.results_folder import ResultsFolder
+from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited, no_search
+from hmrsim.fault_search.story import story_of
 from hmrsim.trials.batches import Serial
 
 if TYPE_CHECKING:
     from hypothesis import strategies as st
 
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.results.summary import Summary
     from hmrsim.fault_search.schedule import Schedule
+    from hmrsim.fault_search.summary import Summary
 
 _PLACE: Final = "hmrsim.testing.check"
 _PLACE_OF_SCHEDULES: Final = "hmrsim.testing.schedules"

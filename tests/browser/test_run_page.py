@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._browser import until
+from hmrsim.fault_search.failure_page import failure_page, run_logged
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.results.run_page import failure_page, run_logged
-from hmrsim.fault_search.running.single import Wanted
+from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 
 _TREE = '''"""A waiter that goes on when driving has failed."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import yaml
 import zenoh
 
-from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.reading import read_plan
 from hmrsim.fault_search.reading import read_check
 from hmrsim.fault_search.schedule import read_injections
 from hmrsim.properties import check_properties, read_properties

@@ -21,17 +21,17 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
+from hmrsim.fault_search.campaign import Campaign, Options, limited
+from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.running.evaluator import Evaluator
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
 from hmrsim.trials.batches import factory_of
 from tests.patience import PATIENCE
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.results.summary import Summary
+    from hmrsim.fault_search.summary import Summary
 
 HOME = Path(__file__).parents[1] / "planted"
 

@@ -17,8 +17,8 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from hmrsim.fault_search.results.folder import ResultsFolder
-from hmrsim.fault_search.running.evaluator import Evaluator
+from hmrsim.fault_search.evaluator import Evaluator
+from hmrsim.fault_search.results_folder import ResultsFolder
 from hmrsim.trials.batches import factory_of
 from tests.torture.planted import catalogue, check_of, say, searched
 

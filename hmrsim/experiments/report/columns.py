@@ -8,15 +8,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.experiments.repeats import COLUMNS, Repeats, cell_of
 from hmrsim.experiments.report.model import Cause, Failure, Failures
-from hmrsim.experiments.results.repeats import COLUMNS, Repeats, cell_of
 from hmrsim.experiments.statistics.summaries import arrays
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from hmrsim.experiments.results.store import Results
+    from hmrsim.experiments.store import Results
 
     Numbers = NDArray[np.float64]
     Codes = NDArray[np.int64]

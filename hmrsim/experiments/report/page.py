@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from hmrsim.drawing.canvas import element, number, path, titled
 from hmrsim.experiments.contrast import SUCCESS
-from hmrsim.experiments.report.effects import TREATMENT
+from hmrsim.experiments.report.comparisons import TREATMENT
 from hmrsim.report.charts import picture
 from hmrsim.report.html import UNKNOWN, page_around, part, templates
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.documents.yaml_text import read_yaml
 from hmrsim.experiments.contrast import SUCCESS
+from hmrsim.experiments.repeats import counted, note_of
 from hmrsim.experiments.report.columns import columns_of, with_success
-from hmrsim.experiments.report.comparisons import comparisons_of
-from hmrsim.experiments.report.effects import effects_of
+from hmrsim.experiments.report.comparisons import comparisons_of, effects_of
 from hmrsim.experiments.report.model import (
     Column,
     Ending,
@@ -23,14 +23,13 @@ from hmrsim.experiments.report.model import (
     Treatment,
     estimate_of,
 )
-from hmrsim.experiments.results.repeats import counted, note_of
-from hmrsim.experiments.results.table import interval_of, share_of
 from hmrsim.experiments.statistics.intervals import CONFIDENCE
 from hmrsim.experiments.statistics.summaries import arrays, distributions, summary
+from hmrsim.experiments.table import interval_of, share_of
 
 if TYPE_CHECKING:
     from hmrsim.experiments.report.columns import Columns, Flags, Numbers
-    from hmrsim.experiments.results.store import Results
+    from hmrsim.experiments.store import Results
 
 
 def summary_of(results: Results) -> Summary:

@@ -19,12 +19,16 @@ from hmrsim.experiments.statistics.effects import (
 )
 from hmrsim.experiments.statistics.intervals import (
     CONFIDENCE,
+    MEAN,
+    PROPORTION,
     Interval,
+    StoppingRule,
+    enough,
     mean_interval,
     proportion_interval,
     quantile_interval,
+    replications_needed,
 )
-from hmrsim.experiments.statistics.stopping import MEAN, PROPORTION, StoppingRule, enough, replications_needed
 from hmrsim.experiments.statistics.summaries import Summary, quantile, summary
 from hmrsim.experiments.statistics.verdicts import (
     BETTER,

@@ -11,7 +11,7 @@ import pytest
 
 from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
-from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case, Injection
 from tests.torture.planted import catalogue, patient
 

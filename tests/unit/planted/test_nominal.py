@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.fault_search.running.single import run_case
+from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case
 from tests.torture.planted import catalogue, patient
 

@@ -225,7 +225,7 @@ def test_ctrl_c_before_the_first_run_exits_with_130(capsys, monkeypatch):
     def interrupted(*_args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hmrsim.fault_search.running.evaluator.Evaluator.outcomes", interrupted)
+    monkeypatch.setattr("hmrsim.fault_search.evaluator.Evaluator.outcomes", interrupted)
 
     assert check("world.yaml", "--python", "porters.py:vain", *SERIAL) == 130
     assert "nothing was tried" in capsys.readouterr().err

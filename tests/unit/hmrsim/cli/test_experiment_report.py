@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import Results, Row
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.store import Results, Row
 
 EXPERIMENT = """\
 name: crossing

@@ -13,8 +13,8 @@ import pytest
 
 import bt_controller.cli
 from hmrsim.cli import entry, main
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import Results
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.store import Results
 from hmrsim.program.command_line import LazyParser
 
 COMMANDS = [

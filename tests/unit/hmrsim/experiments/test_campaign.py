@@ -16,19 +16,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError, ResultsError, WriteError
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import FILE, Results, Row
-from hmrsim.experiments.results.table import write_table
-from hmrsim.experiments.running.campaign import Campaign
-from hmrsim.experiments.running.schedule import Schedule
+from hmrsim.experiments.campaign import Campaign, Schedule
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.store import FILE, Results, Row
+from hmrsim.experiments.table import write_table
 from hmrsim.trials.batches import factory_of
 from hmrsim.trials.trial import DIED
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.file.plan import Plan
-    from hmrsim.experiments.running.replications import Task
+    from hmrsim.experiments.plan import Plan
+    from hmrsim.experiments.replications import Task
 
 
 def plan_of(folder: Path, **changes: Any) -> Plan:

@@ -9,9 +9,9 @@ import pytest
 import yaml
 
 from bt_controller.coverage.files import read_coverage
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import Results
-from hmrsim.experiments.running.campaign import Campaign
+from hmrsim.experiments.campaign import Campaign
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.store import Results
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,12 +14,12 @@ import yaml
 
 from hmrsim.cli import main
 from hmrsim.experiments.contrast import contrast, sides_of
-from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.report import summary_of
-from hmrsim.experiments.results.store import Results, Row
+from hmrsim.experiments.store import Results, Row
 
 if TYPE_CHECKING:
-    from hmrsim.experiments.file.plan import Run
+    from hmrsim.experiments.plan import Run
 
 TREE = {"tree": "bt_controller.examples.hospital:mission"}
 LEVELS = {"first": -1.0, "second": 1.0, "third": 3.0}

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from hmrsim.errors import ExperimentError
 from hmrsim.experiments.checking import check_file
-from hmrsim.experiments.file.model import ExperimentFile
-from hmrsim.experiments.file.plan import scenarios_of
-from hmrsim.experiments.file.reading import read_plan
+from hmrsim.experiments.model import ExperimentFile
+from hmrsim.experiments.plan import scenarios_of
+from hmrsim.experiments.reading import read_plan
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.running.replications import Task, execute, execute_run
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.replications import Task, execute, execute_run
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
 from hmrsim.trials.trial import CRASHED, ERROR, HUNG, TIMEOUT
@@ -21,7 +21,7 @@ from tests.patience import PATIENCE
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from hmrsim.experiments.results.store import Row
+    from hmrsim.experiments.store import Row
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 

@@ -6,11 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.single import Failure, run_case
+from hmrsim.fault_search.evaluator import Evaluator
+from hmrsim.fault_search.reducer import Reducer, needed, parts_of, restricted, simpler, tidied
+from hmrsim.fault_search.run import Failure, run_case
 from hmrsim.fault_search.schedule import Case, Injection
-from hmrsim.fault_search.searching.reducer import Reducer, needed
-from hmrsim.fault_search.searching.shrinking import parts_of, restricted, simpler, tidied
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of
 

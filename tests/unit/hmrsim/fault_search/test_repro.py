@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.fault_search.reading import read_repro
-from hmrsim.fault_search.results.folder import ResultsFolder, junit_text, page_of
-from hmrsim.fault_search.results.story import LONG, events_of, mark_of, story_of
-from hmrsim.fault_search.results.summary import Finding, Reduced, by_begin
-from hmrsim.fault_search.running.single import Failure, Outcome, Wanted, run_case
+from hmrsim.fault_search.results_folder import ResultsFolder, junit_text, page_of
+from hmrsim.fault_search.run import Failure, Outcome, Wanted, run_case
 from hmrsim.fault_search.schedule import Case, Injection
+from hmrsim.fault_search.story import LONG, events_of, mark_of, story_of
+from hmrsim.fault_search.summary import Finding, Reduced, by_begin
 from hmrsim.trace.replay import replay
 from tests.porters import check_of, searched
 

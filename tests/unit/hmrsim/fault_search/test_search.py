@@ -9,13 +9,13 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from hmrsim.fault_search.campaign import Campaign, Options, limited
 from hmrsim.fault_search.candidates import Candidates
-from hmrsim.fault_search.running.evaluator import Evaluator
-from hmrsim.fault_search.running.single import VERDICTS, run_case, run_within
+from hmrsim.fault_search.evaluator import Evaluator
+from hmrsim.fault_search.guide import without_twins
+from hmrsim.fault_search.run import VERDICTS, run_case, run_within
 from hmrsim.fault_search.schedule import Case, Injection, Moment
-from hmrsim.fault_search.searching.campaign import Campaign, Options, limited
-from hmrsim.fault_search.searching.guide import without_twins
-from hmrsim.fault_search.searching.search import BATCH, Search
+from hmrsim.fault_search.search import BATCH, Search
 from hmrsim.trials.batches import Serial
 from tests.porters import check_of, searched
 from tests.torture.planted import catalogue

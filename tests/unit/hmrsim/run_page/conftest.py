@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.fault_search.results.run_page import failure_page, run_logged
-from hmrsim.fault_search.running.single import Wanted
+from hmrsim.fault_search.failure_page import failure_page, run_logged
+from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from tests.porters import check_of
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import re
 
-from hmrsim.fault_search.results.run_page import failure_page, run_logged
-from hmrsim.fault_search.running.single import Wanted
+from hmrsim.fault_search.failure_page import failure_page, run_logged
+from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from tests.porters import WORLD, check_of
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN

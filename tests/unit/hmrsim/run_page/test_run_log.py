@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.run_page.run_log import Tree
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN

@@ -7,7 +7,7 @@ import weakref
 
 import pytest
 
-from hmrsim.experiments.file.model import Limits
+from hmrsim.experiments.model import Limits
 from hmrsim.trials.guards import attempt, ending_of_lost
 
 

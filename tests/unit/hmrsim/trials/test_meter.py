@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from hmrsim.experiments.file.model import Limits
+from hmrsim.experiments.model import Limits
 from hmrsim.trials.meter import Meter, Usage
 
 LIMITS = Limits(wall=20.0, processor=30.0)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 import yaml
 
-from hmrsim.experiments.file.plan import Run
-from hmrsim.experiments.file.reading import read_plan
-from hmrsim.experiments.results.store import Results, Row
+from hmrsim.experiments.plan import Run
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.store import Results, Row
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -19,7 +19,7 @@ from hmrsim.experiments.report.page import (
     running_chart,
     ticks_of,
 )
-from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.store import Row
 from hmrsim.report.html import UNKNOWN
 from tests.unit.hmrsim.experiments.report.conftest import TREE, times
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from hmrsim.cli import main
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.contrast import contrast, sides_of
+from hmrsim.experiments.repeats import Repeats, counted, pairs_that_count
 from hmrsim.experiments.report import summary_of
-from hmrsim.experiments.results.repeats import Repeats, counted, pairs_that_count
-from hmrsim.experiments.results.store import Row
-from hmrsim.experiments.results.table import groups_by, groups_of
 from hmrsim.experiments.statistics.intervals import mean_interval, proportion_interval
+from hmrsim.experiments.store import Row
+from hmrsim.experiments.table import groups_by, groups_of
 
 
 def rows(*cells):

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.store import Row
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import pytest
 from hmrsim.errors import MissingExtra
 from hmrsim.experiments.report import comparisons, summary_of
 from hmrsim.experiments.report.columns import MAX_LISTED
-from hmrsim.experiments.results.store import Row
 from hmrsim.experiments.statistics import (
     Criterion,
     compare,
@@ -19,6 +18,7 @@ from hmrsim.experiments.statistics import (
     mean_interval,
     proportion_interval,
 )
+from hmrsim.experiments.store import Row
 from tests.unit.hmrsim.experiments.report.conftest import TREE, times
 
 

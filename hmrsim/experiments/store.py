@@ -20,8 +20,8 @@ from hmrsim.errors import OutputError, ResultsError, WriteError, reason_of
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.file.plan import Plan, Run
     from hmrsim.experiments.measures import Value
+    from hmrsim.experiments.plan import Plan, Run
 
 
 FILE: Final = "results.sqlite"

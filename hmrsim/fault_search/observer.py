@@ -12,7 +12,7 @@ from hmrsim.events.faults import FaultBegan, FaultEnded, FaultMissed
 from hmrsim.events.goals import SendGoalRejected
 from hmrsim.events.robots import ChargingBegan, ChargingEnded
 from hmrsim.events.simulation import ParticipantEvent
-from hmrsim.experiments.running.replications import packed, unpacked
+from hmrsim.experiments.replications import packed, unpacked
 from hmrsim.fault_search.kinds import Draw, battery_of, share_at_start
 from hmrsim.fault_search.schedule import Moment
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS

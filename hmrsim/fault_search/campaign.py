@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.candidates import Candidates
-from hmrsim.fault_search.results.summary import Finding, Summary, Unreached
-from hmrsim.fault_search.running.single import NOT_RUN
+from hmrsim.fault_search.reducer import Reducer
+from hmrsim.fault_search.run import NOT_RUN
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.searching.reducer import Reducer
-from hmrsim.fault_search.searching.search import Found, Search, Strategy
+from hmrsim.fault_search.search import Found, Search, Strategy
+from hmrsim.fault_search.summary import Finding, Summary, Unreached
 from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.evaluator import Evaluator
+    from hmrsim.fault_search.run import Failure, Outcome
 
 _ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0

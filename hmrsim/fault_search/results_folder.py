@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from hmrsim import __version__
 from hmrsim.errors import OutputError, reason_of
-from hmrsim.fault_search.results.story import LONG, events_of, mark_of, passes, story_of
+from hmrsim.fault_search.story import LONG, events_of, mark_of, passes, story_of
 from hmrsim.report.html import page_around, part, templates
 from hmrsim.world.writing import block
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.results.summary import Finding, Summary
-    from hmrsim.fault_search.running.observer import TotalCoverage
+    from hmrsim.fault_search.observer import TotalCoverage
+    from hmrsim.fault_search.summary import Finding, Summary
 
 FAILURES: Final = "failures"
 """The subfolder of failures; a later search begins with them."""

@@ -13,10 +13,10 @@ from bt_controller.coverage import TreeCoverage
 from bt_controller.coverage.files import write_coverage
 from hmrsim.errors import ExperimentError, Problem
 from hmrsim.experiments.endings import Judge
-from hmrsim.experiments.file.reading import read_plan
 from hmrsim.experiments.measures import measures_of, needs_report
-from hmrsim.experiments.results.repeats import fingerprint_of
-from hmrsim.experiments.results.store import Row
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.repeats import fingerprint_of
+from hmrsim.experiments.store import Row
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.writer import DeferredTrace
@@ -28,8 +28,8 @@ from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.experiments.file.plan import Plan, Run
-    from hmrsim.experiments.results.store import Results
+    from hmrsim.experiments.plan import Plan, Run
+    from hmrsim.experiments.store import Results
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.simulation import ParticipantDropped
-from hmrsim.fault_search.running.observer import BatteryDraws, Novelty, Observer
+from hmrsim.fault_search.observer import BatteryDraws, Novelty, Observer
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of

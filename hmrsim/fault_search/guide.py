@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hmrsim.fault_search.candidates import Candidates
-    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.schedule import Injection, Moment, Schedule, What
 
 _NEARER: Final = 0.95

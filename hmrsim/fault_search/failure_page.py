@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from hmrsim.fault_search.results.story import passes
-from hmrsim.fault_search.results.summary import by_begin
-from hmrsim.fault_search.running.single import Wanted, run_case
+from hmrsim.fault_search.run import Wanted, run_case
+from hmrsim.fault_search.story import passes
+from hmrsim.fault_search.summary import by_begin
 from hmrsim.run_page import Cause, RunLog, ShownRun, page_of
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.schedule import Case
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator

@@ -12,7 +12,7 @@ from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.validation import explain
 from hmrsim.errors import ExperimentError, Problem, WorldError
-from hmrsim.experiments.file.model import (
+from hmrsim.experiments.model import (
     Design,
     Ending,
     ExperimentFile,
@@ -25,7 +25,7 @@ from hmrsim.experiments.file.model import (
     Until,
     Variant,
 )
-from hmrsim.experiments.file.plan import DesignFlaw, Levels, Plan, scenarios_of
+from hmrsim.experiments.plan import DesignFlaw, Levels, Plan, scenarios_of
 from hmrsim.trials.worlds import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source

@@ -16,17 +16,17 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.fault_search.results.summary import Tried
+from hmrsim.fault_search.guide import Guide, Kept, Mutator, without_twins
 from hmrsim.fault_search.schedule import Case, Injection
-from hmrsim.fault_search.searching.guide import Guide, Kept, Mutator, without_twins
+from hmrsim.fault_search.summary import Tried
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from hmrsim.fault_search.candidates import Candidates, Single
     from hmrsim.fault_search.check import Check
-    from hmrsim.fault_search.running.evaluator import Evaluator
-    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.evaluator import Evaluator
+    from hmrsim.fault_search.run import Failure, Outcome
     from hmrsim.fault_search.schedule import Moment, Schedule
 
 Strategy = Literal["guided", "random"]

@@ -13,7 +13,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead
-from hmrsim.experiments.file.model import Design, ExperimentFile, Range
+from hmrsim.experiments.model import Design, ExperimentFile, Range
 from hmrsim.navigation.cache import LruCache
 from hmrsim.world.overlays.overlay import Overlay
 from hmrsim.world.overlays.tables import as_rows
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from hmrsim.experiments.file.model import ExperimentFile, Treatment
+    from hmrsim.experiments.model import ExperimentFile, Treatment
     from hmrsim.world.merging import Source
     from hmrsim.world_checks import LoadedWorld
 

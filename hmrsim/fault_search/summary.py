@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hmrsim.fault_search.running.single import Failure, Outcome
+    from hmrsim.fault_search.run import Failure, Outcome
     from hmrsim.fault_search.schedule import Case, Injection, Schedule
 
 _FEW: Final = 50

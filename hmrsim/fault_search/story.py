@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.fault_search.running.observer import DISTURBED
-from hmrsim.fault_search.running.single import NOT_RUN
+from hmrsim.fault_search.observer import DISTURBED
+from hmrsim.fault_search.run import NOT_RUN
 
 if TYPE_CHECKING:
-    from hmrsim.fault_search.results.summary import Finding
-    from hmrsim.fault_search.running.single import Outcome
+    from hmrsim.fault_search.run import Outcome
+    from hmrsim.fault_search.summary import Finding
 
 SHORT: Final = 60
 """The maximum number of events in a story among others, such as on a page."""

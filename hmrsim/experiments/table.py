@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from hmrsim.diagnostics import known_name
 from hmrsim.errors import MissingExtra, OutputError, reason_of
-from hmrsim.experiments.results.repeats import COLUMNS, Repeats, counted
+from hmrsim.experiments.repeats import COLUMNS, Repeats, counted
 from hmrsim.experiments.statistics.intervals import Interval, mean_interval, proportion_interval
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hmrsim.experiments.results.store import Results
+    from hmrsim.experiments.store import Results
 
 FORMATS = (".csv", ".json", ".parquet")
 """The supported suffixes of files."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Self
 
-from hmrsim.fault_search.running.observer import TotalCoverage
-from hmrsim.fault_search.running.single import NOT_RUN, VERDICTS, Outcome, Wanted, run_within, without_run
+from hmrsim.fault_search.observer import TotalCoverage
+from hmrsim.fault_search.run import NOT_RUN, VERDICTS, Outcome, Wanted, run_within, without_run
 from hmrsim.fault_search.schedule import Case
 from hmrsim.trials.batches import Batches
 from hmrsim.trials.guards import ending_of_lost

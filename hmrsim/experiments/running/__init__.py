@@ -1,1 +1,0 @@
-"""Runs of an experiment: one run in a worker, and all runs on an executor."""

@@ -1,1 +1,0 @@
-"""The search: it proposes schedules, guided by earlier runs, and reduces those that fail."""
