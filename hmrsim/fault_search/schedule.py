@@ -326,4 +326,4 @@ def overlays_of(schedule: Iterable[Injection]) -> list[Overlay]:
 def with_faults(world: World, schedule: Sequence[Injection]) -> World:
     """Return a world to whose faults those of a schedule are added."""
     faults = [FaultEntry.model_validate(dict(injection.spec)) for injection in schedule if injection.family == FAULT]
-    return world.model_copy(update={"faults": (*world.faults, *faults)}) if faults else world
+    return world.with_faults(faults) if faults else world

@@ -35,6 +35,10 @@ class Derived(Generic[T]):
             return self._known[key]
         except KeyError:
             value = self._known[key] = self._function(world)
-            # No other object has the identity of the world or of its parts while the world exists.
-            weakref.finalize(world, self._known.pop, key, None).atexit = False
+            # No other object has the identity of the world or of its parts while the world exists. Copies for single
+            # runs end soon, and the next one has the same parts.
+            owner = world.origin
+            if not self._parts or any(getattr(owner, part) is not getattr(world, part) for part in self._parts):
+                owner = world
+            weakref.finalize(owner, self._known.pop, key, None).atexit = False
             return value

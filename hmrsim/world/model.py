@@ -524,6 +524,18 @@ class World(Model):
     seed: Annotated[int, Field(strict=True)] = 0
 
     @property
+    def origin(self) -> World:
+        """The world of which this is a copy with more faults; itself if it is no copy."""
+        origin: World = self.__dict__.get("_origin", self)
+        return origin
+
+    def with_faults(self, faults: Sequence[FaultEntry]) -> World:
+        """Return a copy with further faults; both share what follows from the rest, see `hmrsim.world.derived`."""
+        copy = self.model_copy(update={"faults": (*self.faults, *faults)})
+        copy.__dict__["_origin"] = self.origin
+        return copy
+
+    @property
     def policy(self) -> str:
         """The name of the traffic policy in force: the one that the world sets, else the default.
 

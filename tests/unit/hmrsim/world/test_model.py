@@ -134,3 +134,17 @@ def test_a_copy_with_the_same_parts_keeps_a_derived_value():
     del first
     gc.collect()
     assert (["a"], ["first", "first", "copy"]) == (derived(copy), asked)
+
+
+def test_a_value_that_a_copy_with_faults_needs_first_outlives_the_copy():
+    asked = []
+    derived = Derived(lambda world: asked.append(len(world.faults)), "waypoints")
+    base, faults = world("base"), World.model_validate({"faults": [{"type": "lane_closed", "at": 30}]}).faults
+    for _ in range(3):
+        derived(base.with_faults(faults).with_faults(faults))
+        gc.collect()
+
+    assert [2] == asked
+    del base
+    gc.collect()
+    assert {} == derived._known
