@@ -57,6 +57,8 @@ LATCHED_QOS: Final = ":1:,1:,:,:,,"
 TF_QOS: Final = "::,100:,:,:,,"
 """The quality of service of transforms."""
 
+ROSOUT_QOS: Final = "::,1000:,:,:,,"
+"""The quality of service of the log; that of a node of ROS keeps its lines for late subscribers, too."""
 SENSOR_QOS: Final = "2::,5:,:,:,,"
 """The quality of service of sensor data: best effort, depth 5."""
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
+from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
 from hmrsim.protocol.goal import WORLD, GoalResponse
 from hmrsim.protocol.outputs import Answered
@@ -146,6 +147,7 @@ class Ros2Server:
             waiting=self._waiting,
             rejections=rejections,
             name_of=self._peers.name_of if self._peers else numbered,
+            reject=lambda node, text: self._publications.log(node, Log.WARN, text),
             wrong_hash=self._wrong_hash,
             max_payload=max_payload,
         )

@@ -8,8 +8,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
+from hmrsim.interfaces.diagnostic_msgs import DiagnosticArray
 from hmrsim.interfaces.geometry_msgs import PolygonStamped, PoseStamped, PoseWithCovarianceStamped
 from hmrsim.interfaces.nav_msgs import OccupancyGrid, Odometry, Path
+from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState, LaserScan
 from hmrsim.interfaces.std_msgs import String
@@ -18,7 +20,7 @@ from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.interfaces.visualization_msgs import MarkerArray
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
-from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, SENSOR_QOS, TF_QOS, Endpoint, Kind, Node
+from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, ROSOUT_QOS, SENSOR_QOS, TF_QOS, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.names import (
     LIFECYCLE_SERVICE,
     LIFECYCLE_SERVICES,
@@ -49,6 +51,7 @@ ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detection
 CLOCK, TF = "clock", "tf"
 MAP_TOPIC, TF_STATIC, MARKERS, THINGS = "map", "tf_static", "world/markers", "world/things"
 PLAN, ROBOT_DESCRIPTION, FOOTPRINT, SCAN = "plan", "robot_description", "local_costmap/published_footprint", "scan"
+ROSOUT, DIAGNOSTICS = "rosout", "diagnostics"
 INITIAL_POSE, GOAL_POSE = "initialpose", "goal_pose"
 
 
@@ -84,13 +87,15 @@ TOPICS: Final[Mapping[str, TopicKind]] = MappingProxyType(
         PLAN: TopicKind(Path),
         FOOTPRINT: TopicKind(PolygonStamped),
         SCAN: TopicKind(LaserScan, qos=SENSOR_QOS),
+        ROSOUT: TopicKind(Log, qos=ROSOUT_QOS),
+        DIAGNOSTICS: TopicKind(DiagnosticArray),
         INITIAL_POSE: TopicKind(PoseWithCovarianceStamped, LOCALIZATION, kind=Kind.SUBSCRIBER),
         GOAL_POSE: TopicKind(PoseStamped, kind=Kind.SUBSCRIBER),
     }
 )
 """The topics by their names below the robot's; the messages are the same in all distributions."""
 
-_OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS)
+_OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS, ROSOUT, DIAGNOSTICS)
 _FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE)
 """The topics of a robot that are for RViz and Foxglove, declared after its actions."""
 

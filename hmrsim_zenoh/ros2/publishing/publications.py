@@ -16,7 +16,7 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.codec.layout import CdrError
-from hmrsim_zenoh.ros2.publishing import goal_topics, view_topics
+from hmrsim_zenoh.ros2.publishing import goal_topics, health_topics, view_topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
@@ -29,6 +29,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
     Parts,
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
+from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers
 from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
 from hmrsim_zenoh.server.interest import SubscriberWatch
@@ -145,6 +146,9 @@ class Publications:
         session: The session to publish on, which the caller closes.
         simulator: The simulation to read; its robots must be those of `follow`.
         changed: Called in another thread when the subscribers of topics may have changed.
+
+    Attributes:
+        log: Publishes a line of a node's log, with a level of rcl_interfaces; from any thread.
     """
 
     def __init__(
@@ -168,10 +172,13 @@ class Publications:
         self._publishers = Publishers(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
         patterns = goal_topics.patterns(wire) | topic_patterns(wire) | view_topics.patterns(wire)
+        patterns |= health_topics.patterns(wire)
         self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
         self._topics = Topics(self._endpoints, self._publishers, self._interest)
         self._views = ViewTopics(simulator, self._endpoints, self._publishers, self._interest, changed)
+        self._health = HealthTopics(simulator, self._endpoints, self._publishers, self._interest)
+        self.log = self._health.log
         # Referenced here, as latched publishers have to keep their message until they are declared.
         self._poses: dict[str, Publisher] = {}
         self._poses_wanted = False
@@ -181,7 +188,7 @@ class Publications:
             StatusChanged: self._goals.emit_status,
             FeedbackSent: lambda event: self._goals.emit_feedback(event, self._names),
             Sampled: self._emit_sample,
-            EventStamped: self._views.event,
+            EventStamped: self._emit_event,
         }
 
     def start(self) -> None:
@@ -255,7 +262,7 @@ class Publications:
         if topic is Topic.ODOM:
             self._publish_poses()
             self._views.look()
-        return self._goals.wants(topic) or self._topics.wants(topic) or self._views.wants(topic)
+        return any(each.wants(topic) for each in (self._goals, self._topics, self._views, self._health))
 
     def emit(self, output: Output) -> None:
         """Publish an event that has a ROS topic."""
@@ -270,8 +277,14 @@ class Publications:
         self._topics.emit(sample)
         if sample.topic is Topic.CLOCK:
             self._views.tick()
+            self._health.tick()
+
+    def _emit_event(self, output: EventStamped) -> None:
+        self._views.event(output)
+        self._health.event(output)
 
     def _emit_change(self, event: GoalChanged) -> None:
+        self._health.change(event)
         if event.status.terminal:
             self._goals.forget(event.goal_id)
             if event.robot in self._poses and self._actions[event.action].holds_base:

@@ -23,6 +23,7 @@ from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, SendGoa
 from hmrsim.protocol.goal import WORLD, Refused, Verdict
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.keys import NO_HASH
+from hmrsim_zenoh.ros2.names import WORLD_NODE, node_of
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -138,6 +139,11 @@ class Handler(ABC):
     layouts: Layouts
     lost: bool = field(default=False, kw_only=True)
 
+    @property
+    def serving(self) -> Node:
+        """The node whose service it is."""
+        return WORLD_NODE
+
     @abstractmethod
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the commands of a request; a request that needs none is answered here.
@@ -161,6 +167,11 @@ class ActionHandler(Handler):
 
     robot: str
     action: AnyAction
+
+    @property
+    def serving(self) -> Node:
+        """The node that serves the action."""
+        return node_of(self.robot, self.action.name)
 
 
 class SendGoalHandler(ActionHandler):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import zenoh
 
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim_zenoh.ros2.keys import Address
+    from hmrsim_zenoh.ros2.keys import Address, Node
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
     from hmrsim_zenoh.ros2.wires import Wire
 
@@ -150,6 +150,7 @@ class Requests:
     Args:
         waiting: The pending get_result requests.
         name_of: Returns the name of a client for messages, by its gid in hex.
+        reject: Called with the node and the reason when a request is rejected here; from any thread.
         wrong_hash: Called with the address and the client of a request in an unknown layout.
         max_payload: The largest request in bytes.
     """
@@ -162,6 +163,7 @@ class Requests:
         waiting: PendingResults,
         rejections: RejectionLog,
         name_of: Callable[[str], str],
+        reject: Callable[[Node, str], None],
         wrong_hash: Callable[[Address, str], None],
         max_payload: int,
     ) -> None:
@@ -170,6 +172,7 @@ class Requests:
         self._waiting = waiting
         self._warn = rejections.warn
         self._name_of = name_of
+        self._reject = reject
         self._wrong_hash = wrong_hash
         self._max_payload = max_payload
 
@@ -246,6 +249,7 @@ class Requests:
 
     def _refuse(self, pending: PendingRosReply, text: str) -> None:
         self.log_rejection(pending.client, pending.handler.name, text)
+        self._reject(pending.handler.serving, f"{pending.handler.name}: {text}")
         pending.refuse(text)
 
 

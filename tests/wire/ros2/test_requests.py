@@ -90,6 +90,7 @@ class Desk:
             waiting=self.waiting,
             rejections=RejectionLog(),
             name_of=lambda who: f"client {who[:4]}",
+            reject=lambda _node, _text: None,
             wrong_hash=lambda address, who: self.wrong.append((address, who)),
             max_payload=1000,
         )
