@@ -36,7 +36,7 @@ from hmrsim.protocol.goal import (
     Verdict,
     next_status,
 )
-from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, RosterChanged, StatusChanged
+from hmrsim.protocol.outputs import Answered, GoalChanged, GoalTold, Receiver, RosterChanged, StatusChanged
 
 if TYPE_CHECKING:
     import simpy
@@ -535,8 +535,8 @@ class Dispatcher:
             return None
 
     def _answer(self, reply_to: Any, answer: Any) -> None:
-        if isinstance(reply_to, SimpyEvent):
-            # The script of a robot waits for it.
+        if isinstance(reply_to, (Receiver, SimpyEvent)):
+            # A participant in lockstep waits for it, or the script of a robot.
             reply_to.succeed(answer)
         elif reply_to is not None:
             self._emit(Answered(reply_to, answer))

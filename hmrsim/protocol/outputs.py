@@ -27,6 +27,16 @@ class Answered(NamedTuple):
     answer: GoalResponse | CancelResponse | ResultResponse | Refused | Published | Message | TimeAnswer
 
 
+class Receiver:
+    """A ``reply_to`` that takes the answer itself; sinks do not receive it."""
+
+    __slots__ = ()
+
+    def succeed(self, answer: Any) -> None:
+        """Take the answer, in the simulation's thread."""
+        raise NotImplementedError
+
+
 class GoalChanged(NamedTuple):
     """The status of a goal has changed; *goal* is set upon acceptance, *result* with a terminal status.
 

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.engine.sim_time import end_of_instant, stamp
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.commands import CancelGoal, GetResult, InterestChanged, SendGoal, StopWaiting, Unreadable
-from hmrsim.protocol.goal import Refused, ResultResponse, made_goal_id
+from hmrsim.protocol.goal import Refused, made_goal_id
 from hmrsim.protocol.outputs import (
-    Answered,
     EventStamped,
     FeedbackSent,
     GoalChanged,
@@ -48,9 +47,6 @@ _log = logging.getLogger(__name__)
 
 _ENDED: Final = "the simulation has ended"
 """The default reason for the end of a run."""
-
-_FINAL: Final = (Refused, ResultResponse, bytes)
-"""The answers to commands without an event to follow."""
 
 _NEAR: Final = 1e-8
 """Times that are further apart, in simulated seconds, have different stamps."""
@@ -95,7 +91,6 @@ class Lockstep(SelectiveSink):
         # Changes of goals of robots that clients can't reach.
         self._withheld: list[GoalChanged] = []
         self._handlers: dict[type, Callable[[Any], None]] = {
-            Answered: self._on_answer,
             GoalChanged: self._on_goal_changed,
             GoalTold: lambda told: self._record_change(told.change),
             FeedbackSent: self._on_feedback,
@@ -328,7 +323,7 @@ class Lockstep(SelectiveSink):
         """Apply the commands of a participant in order."""
         wakes = "result" in request.wake and not participant.state.stalled
         name = participant.name
-        participant.slots = [Slot(wakes) for _ in request.commands]
+        participant.slots = [Slot(self._halt, wakes=wakes) for _ in request.commands]
         for command, slot in zip(request.commands, participant.slots, strict=True):
             match command:
                 case SendGoal(robot, action, goal, goal_id):
@@ -341,13 +336,13 @@ class Lockstep(SelectiveSink):
                     slot.wanted = command
                     self._simulator.submit(command._replace(reply_to=slot), name)
                 case Watch():
-                    self._fill(slot, self._conditions.watch(name, command))
+                    slot.succeed(self._conditions.watch(name, command))
                 case Unwatch():
                     slot.answer = self._conditions.unwatch(name, command.name)
                 case Unreadable(answer):
                     # It may be a goal that its sender has numbered.
                     self._participants.next_goal(name)
-                    self._fill(slot, answer)
+                    slot.succeed(answer)
 
     def proceed(self, most: int, wall: float) -> bool:
         """Process at most so many events of a grant; return whether more may be processed at once.
@@ -361,8 +356,14 @@ class Lockstep(SelectiveSink):
             return simulator.process_events(end_of_instant(simulator.now), most) or (
                 plans.all_kept and self._submit_plans()
             )
+        env = self._env
+        if self._woken and env.peek() > env.horizon and not (self._conditions.watched or simulator.interest.sampled):
+            # Halted at the end of this instant, at which nothing is due any more.
+            self._finish("event", wall)
+            return False
         stop = self._next_stop()
-        if simulator.process_events(end_of_instant(stop), most, idle=stop < math.inf) or stop != self._next_stop():
+        end = end_of_instant(stop) if stop < math.inf else stop
+        if simulator.process_events(end, most, idle=stop < math.inf) or stop != self._next_stop():
             return True
         if self._conditions.watched and stop == self._conditions.due < math.inf:
             simulator.advance_clock(stop)
@@ -530,17 +531,6 @@ class Lockstep(SelectiveSink):
         self._kinds = kinds
         if changed:
             self._simulator.submit(InterestChanged())
-
-    def _on_answer(self, answered: Answered) -> None:
-        if type(answered.reply_to) is Slot:
-            self._fill(answered.reply_to, answered.answer)
-
-    def _fill(self, slot: Slot, answer: Any) -> None:
-        slot.answer = answer
-        if slot.wakes and (isinstance(answer, _FINAL) or not getattr(answer, "accepted", True)):
-            # It counts as the result: no later event could wake the participant that sent the command.
-            slot.woke = True
-            self._halt()
 
     def _on_goal_changed(self, change: GoalChanged) -> None:
         dispatcher = self._simulator.dispatcher

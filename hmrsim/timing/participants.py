@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.protocol.commands import Participation
-from hmrsim.protocol.outputs import FeedbackSent, GoalChanged
+from hmrsim.protocol.goal import Refused, ResultResponse
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Receiver
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, GetResult
@@ -38,6 +39,9 @@ NO_KINDS: Final[frozenset[str]] = frozenset()
 """No kind of event."""
 
 _FEEDBACK: Final = frozenset({"feedback"})
+
+_FINAL: Final = (Refused, ResultResponse, bytes)
+"""The answers to commands without an event to follow."""
 
 
 class State(Enum):
@@ -118,8 +122,7 @@ TRANSITIONS: Final[Mapping[tuple[State, Event], State]] = {
 """All transitions; an event that is not here can't happen in that state."""
 
 
-@dataclass(slots=True, eq=False)
-class Slot:
+class Slot(Receiver):
     """The slot for the answer to a command of an advance.
 
     Attributes:
@@ -129,10 +132,22 @@ class Slot:
         woke: Whether the answer ends the grant, because no event will follow.
     """
 
-    wakes: bool
-    wanted: GetResult | None = None
-    answer: Any = None
-    woke: bool = False
+    __slots__ = ("_halt", "answer", "wakes", "wanted", "woke")
+
+    def __init__(self, halt: Callable[[], None], *, wakes: bool) -> None:
+        self.wakes = wakes
+        self.wanted: GetResult | None = None
+        self.answer: Any = None
+        self.woke = False
+        self._halt = halt
+
+    def succeed(self, answer: Any) -> None:
+        """Take the answer; end the grant if it counts as a result, and the participant wants to be woken for it."""
+        self.answer = answer
+        if self.wakes and (isinstance(answer, _FINAL) or not getattr(answer, "accepted", True)):
+            # No later event could wake the participant.
+            self.woke = True
+            self._halt()
 
 
 @dataclass(slots=True, eq=False)

@@ -184,8 +184,8 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _route_to_world(self, key: str, topic: str) -> _Route:
-        if topic in self._time.topics:
-            return Requests._decode_time, (key, topic)
+        if topic in self._time.readers:
+            return Requests._decode_time, (key, self._time.readers[topic])
         if topic in self._services:
             kind: type[Message] = self._services[topic].request
             return Requests._call_service, (key, topic, plain(kind))
@@ -241,9 +241,11 @@ class Requests:
         self._check_reading(query)
         return [reading._replace(reply_to=PendingReply(query, key, action))]
 
-    def _decode_time(self, query: zenoh.Query, key: str, topic: str) -> list[AnyCommand]:
+    def _decode_time(
+        self, query: zenoh.Query, key: str, read: Callable[[TimeRequests, bytes, Any], AnyCommand]
+    ) -> list[AnyCommand]:
         payload = query.payload
-        return [self._time.read(topic, payload.to_bytes() if payload else b"", PendingReply(query, key))]
+        return [read(self._time, payload.to_bytes() if payload else b"", PendingReply(query, key))]
 
     def _call_service(self, query: zenoh.Query, key: str, name: str, reader: SchemaValidator) -> list[AnyCommand]:
         return [CallService(name, self._read(reader, query, empty=b"{}"), PendingReply(query, key))]

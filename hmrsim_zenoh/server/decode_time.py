@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache, partial
+from itertools import repeat
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
 
@@ -144,20 +145,20 @@ class TimeRequests:
             advance on the key `advance/NAME`, which shows whose rights apply to each command.
 
     Attributes:
-        topics: The topics of the world that are requests about time.
+        readers: For each topic of the world that is a request about time, the function of this object, a payload and a
+            ``reply_to`` that returns the command; it raises an `UnreadableError` if the request is invalid.
     """
 
     def __init__(
         self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int, policy: AccessControl | None = None
     ) -> None:
-        self._readers: dict[str, Callable[[TimeRequests, bytes, Any], TimeCommand]] = {
+        self.readers: dict[str, Callable[[TimeRequests, bytes, Any], TimeCommand]] = {
             **{f"{_FOLDER}{name}": reader for name, reader in self._READERS.items()},
             **{
                 f"{_FOLDER}{_ADVANCE}/{member}": partial(TimeRequests._advance, member=member)
                 for member in (policy.rules if policy else ())
             },
         }
-        self.topics = self._readers.keys()
         self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
         self._resolve = lru_cache(_KEPT)(keys.resolve)
@@ -168,14 +169,6 @@ class TimeRequests:
     def names(self) -> tuple[str, ...]:
         """The names of the requests, as the ends of keys."""
         return tuple(f"{_FOLDER}{name}" for name in self._READERS)
-
-    def read(self, topic: str, payload: bytes, reply_to: Any) -> TimeCommand:
-        """Return the command of a request.
-
-        Raises:
-            UnreadableError: The request is invalid.
-        """
-        return self._readers[topic](self, payload, reply_to)
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         return read_request(plain(kind), payload, self._max_payload)
@@ -197,27 +190,34 @@ class TimeRequests:
         return ReadTime(reply_to)
 
     def _advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
-        request: AdvanceRequest = self._request(AdvanceRequest, payload)
+        request: AdvanceRequest = read_request(plain(AdvanceRequest), payload, self._max_payload)
         return Advance(
             request.participant,
             request.epoch,
             math.inf if request.until is None else request.until,
-            wake=_kinds(tuple(request.wake)),
-            report=_kinds(tuple(request.report)),
-            commands=tuple([self._command(each, member, len(payload)) for each in request.commands]),
-            reply_to=reply_to,
+            _kinds(tuple(request.wake)),
+            _kinds(tuple(request.report)),
+            tuple(map(self._command, request.commands, repeat(member), repeat(len(payload)))),
+            reply_to,
         )
 
     def _command(
         self, item: object, member: str, size: int
     ) -> SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable:
+        reader = plain(CommandRequest)
         try:
             match item:
                 case {"watch": _}:
                     return condition(plain(WatchRequest).validate_python(item), self._keys)
                 case {"unwatch": _}:
                     return condition(plain(UnwatchRequest).validate_python(item), self._keys)
-            request: CommandRequest = self._reader_of(item).validate_python(item)
+                case {"robot": str(robot), "action": str(name), "goal": goal} if goal is not None:
+                    action = self._actions.get(self._resolve(robot, name)[1])
+                    if action is not None:
+                        # With the message of the goal.
+                        kind: type[Message] = action.goal
+                        reader = _sender(kind)
+            request: CommandRequest = reader.validate_python(item)
             if size > MAX_TEXT:
                 check_texts_of(request)
             return self._command_of(request, member)
@@ -225,17 +225,6 @@ class TimeRequests:
             return Unreadable(unreadable(error).to_json())
         except UnreadableError as error:
             return Unreadable(error.to_json())
-
-    def _reader_of(self, item: object) -> SchemaValidator:
-        """Return the reader of a command: with the message of a goal, if one is sent to a known action."""
-        if isinstance(item, dict) and item.get("goal") is not None:
-            robot, name = item.get("robot"), item.get("action")
-            if isinstance(robot, str) and isinstance(name, str):
-                action = self._actions.get(self._resolve(robot, name)[1])
-                if action is not None:
-                    kind: type[Message] = action.goal
-                    return _sender(kind)
-        return plain(CommandRequest)
 
     def _command_of(self, request: CommandRequest, member: str) -> SendGoal | CancelGoal | GetResult:
         robot, name = self._resolve(request.robot, request.action)

@@ -48,7 +48,6 @@ from hmrsim_zenoh.wire.keys import Verb, servers_own
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Command
-    from hmrsim.protocol.outputs import Output
     from hmrsim.settings.run import RunSettings
     from hmrsim_zenoh.server.inbox import QueryInbox
     from hmrsim_zenoh.server.interest import Interest
@@ -274,16 +273,12 @@ class Server(SelectiveSink):
             return True
         return self._interest[topic] or (topic is Topic.EVENTS and self._interest[_LOG])
 
-    def emit(self, output: Output) -> None:
-        """Send an event as replies and publications."""
-        kind = type(output)
-        # The limiter has to learn of the ends of goals whose feedback it has passed.
-        if kind not in _UNHEARD or self._interest.any or self._followed or self._limiter.sent:
-            self._emitters[kind](output)
-
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self.emit if kind in _UNHEARD else self._emitters.get(kind)
+        # The limiter has to learn of the ends of goals whose feedback it has passed.
+        if kind in _UNHEARD and not (self._interest.any or self._followed or self._limiter.sent):
+            return None
+        return self._emitters.get(kind)
 
     def _emit_answer(self, event: Answered) -> None:
         asked = event.reply_to
