@@ -50,8 +50,8 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
         found, beside = run_logged(check, smaller, Wanted())
         without[i] = passes(found)
         if found.failure is None and beside.watched:
-            title = f"Without {schedule[i].describe()}" if len(schedule) > 1 else "Without the fault"
-            twin = ShownRun(title, beside, _ending(found), found.at)
+            what = schedule[i].describe() if len(schedule) > 1 else "the fault"
+            twin = ShownRun("Passing run", beside, f"without {what}, {_ending(found)}", found.at)
             break
     causes = [Cause(schedule[i].describe(), outcome.began[i], without.get(i, "")) for i in order]
     violations = [(each.at / 1e9, f"{each.property}: {each.text}") for each in outcome.violations]

@@ -16,6 +16,10 @@ _ENDS: Final = "no further event"
 _GRAVE: Final = ("warning", "error")
 _MOST_GRAVE: Final = 8
 """The maximum number of warnings among the key moments."""
+_QUIET: Final = 5.0
+"""Seconds without an event after which a run that goes on stands still."""
+_MOST_STILL: Final = 4
+"""The maximum number of reasons why it does."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +62,13 @@ class Difference(NamedTuple):
     Attributes:
         at: Seconds since the runs began.
         lines: The number of lines before it, in each run.
+        seen: The same, with the event if it is a line.
         texts: The event in each run, in words.
     """
 
     at: float
     lines: tuple[int, int]
+    seen: tuple[int, int]
     texts: tuple[str, str]
 
 
@@ -71,15 +77,20 @@ def first_difference(one: RunLog, other: RunLog) -> Difference | None:
     for a, b in zip_longest(one.happenings, other.happenings):
         if a is None or b is None or a[:2] != b[:2]:
             at = min(each.at for each in (a, b) if each is not None)
-            lines = (len(one.lines) if a is None else a.line, len(other.lines) if b is None else b.line)
-            return Difference(in_seconds(at), lines, (_text(one, a), _text(other, b)))
+            sides = [_side(log, each, at) for log, each in ((one, a), (other, b))]
+            (first, first_seen, text), (second, second_seen, beside) = sides
+            return Difference(in_seconds(at), (first, second), (first_seen, second_seen), (text, beside))
     return None
 
 
-def _text(log: RunLog, happening: Happening | None) -> str:
+def _side(log: RunLog, happening: Happening | None, at: int) -> tuple[int, int, str]:
+    """Return the lines before an event that differs, those with it at the time of the difference, and its text."""
     if happening is None:
-        return _ENDS
-    return f"{in_seconds(happening.at):.3f} s: {log.describe(happening.event)}"
+        return len(log.lines), len(log.lines), _ENDS
+    text = log.describe(happening.event)
+    if happening.at > at:
+        return happening.line, happening.line, f"{text}, at {in_seconds(happening.at):.3f} s"
+    return happening.line, happening.line + happening.told, text
 
 
 class Moment(NamedTuple):
@@ -87,32 +98,35 @@ class Moment(NamedTuple):
 
     Attributes:
         at: Seconds since the run began.
-        kind: ``cause``, ``difference``, ``alarm``, ``violated`` or ``end``.
+        kind: ``cause``, ``difference``, ``alarm``, ``still``, ``violated`` or ``end``.
         text: What happened.
         beside: What happened in the other run instead; empty if that is not known.
-        line: The line of the event, if it is one.
+        seen: The number of lines up to its event, if it has one.
     """
 
     at: float
     kind: str
     text: str
     beside: str = ""
-    line: int | None = None
+    seen: int | None = None
 
 
-_ORDER: Final = ("cause", "difference", "alarm", "violated", "end")
+_ORDER: Final = ("cause", "difference", "alarm", "still", "violated", "end")
 
 
 def moments_of(
     causes: Sequence[Cause], failing: ShownRun, other: ShownRun | None, difference: Difference | None
 ) -> list[Moment]:
     """Return the key moments of a run, in order of time."""
+    log = failing.log
     found = [Moment(cause.began, "cause", cause.text) for cause in causes if cause.began is not None]
     if difference is not None:
-        found.append(Moment(difference.at, "difference", *difference.texts, difference.lines[0]))
+        found.append(Moment(difference.at, "difference", *difference.texts, difference.seen[0]))
     known = set() if other is None else {(line.subject, line.text) for line in other.log.lines}
-    differs = None if difference is None else difference.lines[0]
-    found += [alarm for alarm in _alarms(failing.log.lines, known) if alarm.line != differs][:_MOST_GRAVE]
+    differs = None if difference is None else difference.seen[0]
+    found += [alarm for alarm in _alarms(log.lines, known) if alarm.seen != differs][:_MOST_GRAVE]
+    if failing.at - log.quiet_from > _QUIET and (still := [*log.stuck, *log.awaited()]):
+        found.append(Moment(log.quiet_from, "still", "; ".join(still[:_MOST_STILL])))
     found += [Moment(at, "violated", text) for at, text in failing.violations]
     found.append(Moment(failing.at, "end", f"the run {failing.ending}"))
     return sorted(found, key=lambda moment: (moment.at, _ORDER.index(moment.kind)))
@@ -121,7 +135,11 @@ def moments_of(
 def _alarms(lines: Sequence[Line], known: set[tuple[str, str]]) -> Iterator[Moment]:
     """Yield the first warning and error of each text that the other run does not have."""
     seen = set(known)
-    for i, line in enumerate(lines):
+    shown: set[tuple[float, str]] = set()
+    for i, line in enumerate(lines, 1):
         if line.severity in _GRAVE and (line.subject, line.text) not in seen and " the fault " not in line.text:
             seen.add((line.subject, line.text))
-            yield Moment(line.at, "alarm", f"{line.subject} {line.text}".lstrip(), line=i)
+            # The two directions of a lane are closed by one event each.
+            if (line.at, line.text) not in shown:
+                shown.add((line.at, line.text))
+                yield Moment(line.at, "alarm", f"{line.subject} {line.text}".lstrip(), seen=i)

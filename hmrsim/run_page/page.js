@@ -42,6 +42,12 @@ function spanAt(spans, at) {
 
 const seconds = (at) => `${at.toFixed(at < 1000 ? 3 : 1)} s`;
 
+const stateOf = (robot, at) => STATES[spanAt(robot.states, at)?.[2] ?? 6];
+
+/** Return the goals that a robot executes at a time, in words. */
+const goalsOf = (robot, at) =>
+  robot.goals.filter(([accepted, ended]) => accepted <= at && (ended === null || at < ended)).map(([, , text]) => text);
+
 /** The poses of a robot, decoded from differences. */
 class Poses {
   constructor(values) {
@@ -135,7 +141,7 @@ class Run {
   #showRobot(robot, row, places, at, holds) {
     const [x, y, yaw] = places.get(robot.name);
     const over = at >= this.values.end;
-    const state = STATES[spanAt(robot.states, Math.min(at, this.values.end - 1e-6))?.[2] ?? 6];
+    const state = stateOf(robot, Math.min(at, this.values.end - 1e-6));
     const gone = lastUpTo(robot.gone, at)?.[1] ?? false;
     const body = this.bodies.get(robot.name);
     body.toggleAttribute("hidden", gone);
@@ -153,12 +159,30 @@ class Run {
     row.element.hidden = gone;
     row.sign.className = state;
     say(row.state, over ? "the run is over" : state);
-    const goals = robot.goals.filter(([accepted, ended]) => accepted <= at && (ended === null || at < ended));
-    const what = wait && (wait[2] || (wait[3].length ? `for ${wait[3].join(", ")}` : "for its turn"));
-    say(row.goal, [...goals.map(([, , text]) => text), ...(wait ? [`waits ${what}, ${(at - wait[0]).toFixed(1)} s`] : [])].join("; ") || "–");
+    say(row.goal, [...goalsOf(robot, at), ...(wait ? [this.#why(robot, at)] : [])].join("; ") || "–");
     say(row.holds, holds.join(", ") || "–");
     const charge = lastUpTo(robot.battery, at);
     say(row.battery, charge ? `${Math.round(100 * charge[1])} %` : "–");
+  }
+
+  /** Return why a robot waits at a time: the chain of robots up to one that does not wait. */
+  #why(robot, at) {
+    const texts = [], seen = new Set();
+    for (let each = robot, wait; each; each = this.robots.find(({ name }) => name === wait[3][0])) {
+      const who = texts.length ? `${each.name} ` : "";
+      if (seen.has(each.name)) return [...texts, `${who}again: a circle`].join(" → ");
+      seen.add(each.name);
+      wait = spanAt(each.waits, at);
+      if (!wait) return [...texts, `${who}${this.#activity(each, at)}`].join(" → ");
+      const what = wait[2] ? `: ${wait[2]}` : wait[3].length ? ` for ${wait[3].join(", ")}` : " for its turn";
+      texts.push(`${who}waits since ${seconds(wait[0])}${what}`);
+    }
+    return texts.join(" → ");
+  }
+
+  #activity(robot, at) {
+    const state = stateOf(robot, at), goals = goalsOf(robot, at).join(", ");
+    return goals && state !== "stopped" ? `executes ${goals}` : `is ${state}`;
   }
 
   #showEvent(lines) {
@@ -198,6 +222,8 @@ class Run {
       item.style.setProperty("--depth", depth);
       return item;
     }));
+    const running = all("[data-is=R]", this.tree), item = find(".differs", this.tree) ?? running[running.length - 1];
+    if (item) this.tree.scrollTop = item.offsetTop - this.tree.clientHeight / 3;
   }
 }
 
@@ -210,9 +236,11 @@ const cursor = { at: 0, lines: runs.map(() => 0) };
 /** Return how many events of each run have happened at a time, or after the *count*-th event of run *number*. */
 function linesAt(at, number, count) {
   return runs.map((run, i) => {
-    if (number === undefined || data.runs.length === 1) return i === number ? count : countUpTo(run.values.lines, at);
-    const common = data.difference?.lines[number] ?? count;
-    return i === number || count <= common ? count : countUpTo(run.values.lines, at);
+    if (number === undefined) return countUpTo(run.values.lines, at);
+    if (i === number) return count;
+    const happened = countUpTo(run.values.lines, at), seen = data.difference?.seen;
+    if (!seen || count > seen[number]) return happened;
+    return count === seen[number] ? seen[i] : Math.min(happened, data.difference.lines[i]);
   });
 }
 
@@ -245,7 +273,7 @@ function step(by) {
 function showDifference() {
   if (!data.difference) return;
   pause();
-  show(data.difference.at, 0, Math.min(data.difference.lines[0] + 1, runs[0].values.lines.length));
+  show(data.difference.at, 0, data.difference.seen[0]);
 }
 
 let playing = 0, before = 0;
@@ -296,10 +324,10 @@ document.addEventListener("keydown", (event) => {
 });
 for (const button of all(".jump")) {
   button.addEventListener("click", () => {
-    const { at, line } = button.dataset;
+    const { at, seen } = button.dataset;
     pause();
-    if (line === undefined) show(Number(at));
-    else show(Number(at), 0, Math.min(Number(line) + 1, runs[0].values.lines.length));
+    if (seen === undefined) show(Number(at));
+    else show(Number(at), 0, Number(seen));
   });
 }
 chart.addEventListener("click", (event) => {

@@ -13,8 +13,8 @@ from hmrsim.events import Event
 from hmrsim.events.facilities import DoorClosed, DoorOpened
 from hmrsim.events.faults import FaultEvent
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.events.robots import BatteryEmpty, ItemDropped, ItemPicked, ItemPlaced, MotionBegan, Stopped
-from hmrsim.events.simulation import Deleted, Spawned, Teleported
+from hmrsim.events.robots import BatteryEmpty, BatteryEvent, ItemDropped, ItemPicked, ItemPlaced, MotionBegan, Stopped
+from hmrsim.events.simulation import Deleted, ParticipantEvent, Spawned, Teleported
 from hmrsim.events.traffic import LaneClosed, LaneOpened, Waiting
 from hmrsim.geometry import PlaceNames
 from hmrsim.history.occurrence import SceneSeen
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
+_RUNNING: Final = "R"
+"""The first letter of the status of a node that runs."""
 WIDTH: Final = 720.0
 """The width of the map, in pixels of its own."""
 
@@ -60,11 +62,13 @@ class Happening(NamedTuple):
     Attributes:
         at: Nanoseconds since the run began.
         line: The number of lines before it.
+        told: Whether it is a line itself.
     """
 
     at: int
     event: Event
     line: int
+    told: bool
 
 
 class TreeNode(Protocol):
@@ -136,6 +140,15 @@ class Tree:
         if not self.ticks or self.ticks[-1][2:] != tick[2:]:
             self.ticks.append(tick)
 
+    def running(self) -> Iterator[tuple[str, str]]:
+        """Yield name and message of each leaf that runs after the last tick."""
+        tick = self.ticks[-1]
+        nodes = self.shapes[tick.shape]
+        for i, ((depth, _, _, name), status) in enumerate(zip(nodes, tick.statuses, strict=True)):
+            is_leaf = i + 1 == len(nodes) or nodes[i + 1][0] <= depth
+            if is_leaf and status == _RUNNING:
+                yield name, tick.messages.get(i, "")
+
 
 class RunLog:
     """Follows a run; make one for each run, and pass `watch` as the factory of a further sink.
@@ -146,6 +159,7 @@ class RunLog:
         happenings: Its events by which it is compared with another run, in order.
         trees: The trees of its robots, by robot.
         poses: The poses of its robots, by name.
+        stuck: Why robots that execute goals do not go on at its end, in words.
     """
 
     def __init__(self) -> None:
@@ -153,12 +167,14 @@ class RunLog:
         self.happenings: list[Happening] = []
         self.trees: dict[str, Tree] = defaultdict(Tree)
         self.poses: dict[str, Poses] = {}
+        self.stuck: list[str] = []
         self._story = Story()
         self._simulator: Simulator | None = None
         self._sink: ReportSink | None = None
         self._places = PlaceNames({})
         self._spans: dict[tuple[str, str], list[tuple[float, Any]]] = defaultdict(list)
         self._report: Report | None = None
+        self._last = 0
         timeline = self._story.timeline
         timeline.on(SceneSeen, self._see)
         timeline.on(MotionBegan, lambda at, event: self._poses(event.robot).move(at, event))
@@ -216,6 +232,20 @@ class RunLog:
             self._report = report.model_copy(update={"goals": goals})
         return self._report
 
+    @property
+    def quiet_from(self) -> float:
+        """Seconds since the run began, from which nothing happens any more."""
+        moved = [poses.frames[-1].at for poses in self.poses.values() if poses.frames]
+        return in_seconds(max([self._last, *moved]))
+
+    def awaited(self) -> list[str]:
+        """Return the leaves of the trees that run after the last tick."""
+        return [
+            f"the tree of {robot} runs {name!r}{f' ({message})' if message else ''}"
+            for robot, tree in self.trees.items()
+            for name, message in tree.running()
+        ]
+
     def changes(self, kind: str) -> Iterator[tuple[str, list[tuple[float, Any]]]]:
         """Yield each item, door, lane or robot that is ``gone``, with its values over time."""
         for (what, name), values in sorted(self._spans.items()):
@@ -233,6 +263,11 @@ class RunLog:
         if at == (0.0, 0.0) and target.startswith("(0, 0), "):
             return target.removeprefix("(0, 0), ")
         return target.replace(f"({at[0]:g}, {at[1]:g})", self._places.of(at), 1)
+
+    def _stuck(self) -> list[str]:
+        if self._simulator is None:
+            raise AssertionError
+        return [*self._simulator.roster.admission.causes.stuck().values()]
 
     def _goal_of(self, goal: Goal) -> str:
         x, y = goal.target_x, goal.target_y
@@ -257,18 +292,22 @@ class RunLog:
     def _take(self, occurrence: Occurrence) -> None:
         event = occurrence.event
         if isinstance(event, GoalStatusChanged) and event.cause == Cause.ENDED:
-            # It ended with the simulation, when the run was over.
+            # It ended with the simulation, when the run was over; until now, its robot may have waited.
+            self.stuck = self.stuck or self._stuck()
             return
         self._story.take(occurrence)
         if not isinstance(event, Event):
             return
         at = occurrence.at + self._story.timeline.offset
+        told = (event.traced or isinstance(event, GoalAccepted)) and not (
+            isinstance(event, GoalStatusChanged) and not GoalStatus(event.status).terminal
+        )
         if not isinstance(event, FaultEvent):
-            self.happenings.append(Happening(at, event, len(self.lines)))
-        if event.traced or isinstance(event, GoalAccepted):
-            severity = event.severity
-            if not isinstance(event, GoalStatusChanged) or GoalStatus(event.status).terminal:
-                self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), severity.value))
+            self.happenings.append(Happening(at, event, len(self.lines), told))
+        if not isinstance(event, ParticipantEvent | BatteryEvent):
+            self._last = at
+        if told:
+            self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), event.severity.value))
 
     def _change(self, kind: str, name: str, at: int, value: Any) -> None:
         self._spans[kind, name].append((in_seconds(at), value))

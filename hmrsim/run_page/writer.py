@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 _COLORS: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
 """The colors of the theme, which the page chooses."""
+_QUIET: Final = 1.1
+"""The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
 _MAX_NAMES: Final = 40
 """The maximum number of robots whose names are on the map."""
 
@@ -41,10 +43,11 @@ def page_of(
         runs: The run, and the one beside it if there is one.
     """
     failing, other = runs[0], runs[1] if len(runs) > 1 else None
+    reports = [run.log.report() for run in runs]
     difference = first_difference(failing.log, other.log) if other is not None else None
     moments = moments_of(causes, failing, other, difference)
-    reports = [run.log.report() for run in runs]
-    length = max((report.summary.sim_time for report in reports), default=0.0) or 1.0
+    whole = max(report.summary.sim_time for report in reports) or 1.0
+    length = min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0)
     data = {
         "length": round(length, 3),
         "at": round(difference.at if difference else failing.at, 3),
@@ -62,6 +65,7 @@ def page_of(
             moments=moments,
             runs=runs,
             length=length,
+            whole=whole,
             faults=[_faults(report, length) for report in reports],
             maps=[Markup(_map(run.log)) for run in runs],  # noqa: S704 - escaped by the functions that made it
             rows=[*_rows(reports, length)],
@@ -72,8 +76,8 @@ def page_of(
             data=Markup(_embedded(data)),  # noqa: S704 - escaped
         )
     )
-    whole = Markup(body)  # noqa: S704 - escaped by the template
-    return page_around(title, whole, script=part("page.js", __package__), style=part("page.css", __package__))
+    shown = Markup(body)  # noqa: S704 - escaped by the template
+    return page_around(title, shown, script=part("page.js", __package__), style=part("page.css", __package__))
 
 
 def _embedded(data: Any) -> str:
@@ -83,14 +87,22 @@ def _embedded(data: Any) -> str:
 
 
 def _difference(difference: Difference | None) -> Any:
-    return None if difference is None else {"at": round(difference.at, 3), "lines": difference.lines}
+    return (
+        None
+        if difference is None
+        else {
+            "at": round(difference.at, 3),
+            "lines": difference.lines,
+            "seen": difference.seen,
+        }
+    )
 
 
 def _faults(report: Report, length: float) -> list[tuple[float, float, str]]:
     """Return where the faults of a run are on the time axis, in percent of its length, and what they are."""
     found = []
     for fault in report.faults:
-        ended = length if fault.ended is None else fault.ended
+        ended = length if fault.ended is None else min(length, fault.ended)
         text = f"{fault.fault} of {fault.subject}, {fault.began:.1f} to {ended:.1f} s"
         found.append((100 * fault.began / length, 100 * (ended - fault.began) / length, text))
     return found
@@ -195,7 +207,8 @@ def _goal(goal: Goal) -> list[Any]:
 
 
 def _wait(wait: Wait) -> list[Any]:
-    return [round(wait.began, 3), round(wait.ended, 3), wait.why, wait.robots]
+    why = f"the queue of {wait.why}" if wait.kind == "dock" else wait.why
+    return [round(wait.began, 3), round(wait.ended, 3), why, wait.robots]
 
 
 def _tree(name: str, tree: Tree) -> dict[str, Any]:

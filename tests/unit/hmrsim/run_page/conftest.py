@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+import yaml
 
 from hmrsim.fault_search.failure_page import failure_page, run_logged
+from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from tests.porters import check_of
 
+PLANTED = Path(__file__).parents[3] / "planted"
 BREAKDOWN = Injection(
     {
         "type": "breakdown",
@@ -33,6 +39,15 @@ def failing(check):
 @pytest.fixture(scope="session")
 def passing(check):
     return run_logged(check, Case(), Wanted())
+
+
+@pytest.fixture(scope="session")
+def waiting():
+    """Return the check, case and outcome of a robot that queues for a charger that another one does not leave."""
+    bug = yaml.safe_load((PLANTED / "catalogue.yaml").read_text("utf-8"))["occupied_berth"]
+    said = {"world": bug["world"], "controller": bug["bug"], "limits": {"simulated": 600}}
+    check, case = check_at(CheckFile.model_validate(said), PLANTED), Case(tuple(map(Injection, bug["shown_by"])))
+    return check, case, *run_logged(check, case, Wanted())
 
 
 @pytest.fixture(scope="session")

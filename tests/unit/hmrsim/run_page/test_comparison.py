@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from hmrsim.run_page import Cause, ShownRun
 from hmrsim.run_page.comparison import first_difference, moments_of
 
@@ -11,12 +13,25 @@ def test_the_first_difference_is_no_fault_but_its_effect(failing, passing):
 
     assert difference is not None
     assert 10.0 == difference.at
-    assert "10.000 s: porter pickup ABORTED: porter has broken down at (10, 0)" == difference.texts[0]
-    assert "10.000 s: porter picks up box" == difference.texts[1]
+    assert "porter pickup ABORTED: porter has broken down at (10, 0)" == difference.texts[0]
+    assert "porter picks up box" == difference.texts[1]
     assert all(
         log.lines[line].at == difference.at
         for log, line in zip((failing[1], passing[1]), difference.lines, strict=True)
     )
+
+
+def test_a_later_event_in_its_place_has_its_time(passing):
+    class Later:
+        happenings = tuple(each._replace(at=each.at + 2_000_000_000) for each in passing[1].happenings)
+        lines = passing[1].lines
+        describe = passing[1].describe
+
+    difference = first_difference(passing[1], Later())
+
+    assert difference is not None
+    assert difference.texts[1] == f"{difference.texts[0]}, at 2.000 s"
+    assert (1, 0) == difference.seen
 
 
 def test_a_run_does_not_differ_from_itself(failing):
@@ -42,3 +57,12 @@ def test_key_moments_are_the_causes_the_difference_and_what_went_wrong(failing, 
 
     assert ["cause", "difference", "alarm", "violated", "end"] == [moment.kind for moment in moments]
     assert sorted(moment.at for moment in moments) == [moment.at for moment in moments]
+
+
+def test_the_moment_from_which_nothing_happens_says_why(waiting):
+    _, _, outcome, log = waiting
+    (still,) = [each for each in moments_of([], ShownRun("", log, "", outcome.at), None, None) if each.kind == "still"]
+
+    assert 31.0 == pytest.approx(still.at)
+    assert "eve has queued at ward_b since 20 s for 'charger', taken by wall_e; wall_e is docked" in still.text
+    assert "the tree of eve runs " in still.text

@@ -40,7 +40,7 @@ def test_the_run_beside_it_lacks_the_last_element_without_which_it_passes(check)
     case = Case((SLOW, BREAKDOWN))
     page = failure_page(check, case, *run_logged(check, case, Wanted()))
 
-    assert "Without breakdown of porter for 60 s" in page
+    assert "without breakdown of porter for 60 s" in page
     assert 2 == len(data_of(page)["runs"])
 
 
@@ -65,3 +65,11 @@ def test_names_can_not_end_the_data():
 def test_the_page_needs_nothing_else(page):
     assert not re.findall(r'(?:src|href)="(?!#)', page)
     assert "default-src 'none'" in page
+
+
+def test_the_time_axis_leaves_out_a_long_wait(waiting):
+    check, case, outcome, log = waiting
+    page = failure_page(check, case, outcome, log)
+
+    assert data_of(page)["length"] < 100
+    assert "until the end at 600.0 s, which the time axis leaves out." in page
