@@ -96,12 +96,17 @@ def _configure_again(parser: argparse.ArgumentParser) -> None:
         "exit codes: 0 the result is the same; 1 it differs; 2 there is no such run\n\n"
         "examples:\n  hmrsim experiment again results 17\n"
         "  hmrsim experiment again results 17 --trace run.jsonl --report run.html\n"
+        "  hmrsim experiment again results 17 --page run.html\n"
         "  hmrsim experiment again results 17 --record run.mcap && hmrsim view run.mcap"
     )
     _add_results(parser)
     parser.add_argument("run", metavar="RUN", type=int, help="the number of the run")
     parser.add_argument("--trace", metavar="FILE", type=Path, help="write its trace")
     parser.add_argument("--report", metavar="FILE", type=Path, help="write its report, as one page")
+    parser.add_argument(
+        "--page", metavar="FILE", type=Path, help="write a page that replays it beside the run of another treatment"
+    )
+    parser.add_argument("--beside", metavar="TREATMENT", help="the other treatment of --page (one that succeeds)")
     parser.add_argument("--record", metavar="FILE", type=Path, help="record it, for `hmrsim view` and Foxglove (MCAP)")
     add_json(parser, "print the result as one JSON object")
     parser.set_defaults(function=Later("hmrsim.cli.experiment_runs", "again"))

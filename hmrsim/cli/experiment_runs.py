@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.exits import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
 from hmrsim.cli.trace_file import difference_from
 from hmrsim.errors import ResultsError
@@ -18,8 +18,9 @@ from hmrsim.experiments.checking import check_file
 from hmrsim.experiments.contrast import withdrawal
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.replications import execute_run
+from hmrsim.experiments.run_page import run_logged, run_page
 from hmrsim.experiments.store import FILE, TRACES, Results
-from hmrsim.program.files import check_outputs, write_text
+from hmrsim.program.files import check_outputs, check_writable, write_text
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.batches import factory_of
 from hmrsim_zenoh.hosting.served_simulation import unwatched
@@ -27,9 +28,10 @@ from hmrsim_zenoh.hosting.served_simulation import unwatched
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hmrsim.experiments.plan import Plan
+    from hmrsim.experiments.plan import Plan, Run
     from hmrsim.experiments.statistics.verdicts import Comparison
     from hmrsim.experiments.store import Row
+    from hmrsim.run_page import RunLog
 
 _PERIOD: Final = 60.0
 """Wall seconds between two lines of progress without a terminal."""
@@ -190,15 +192,21 @@ def again(args: argparse.Namespace) -> int:
     with Results(args.results) as results:
         before = next(results.rows(where={"number": args.run}), None)
         plan = _plan(results, args.results)
-    outputs = [("--trace", args.trace), ("--report", args.report), ("--record", args.record)]
+        run = plan.run_of(args.run)
+        if run is None:
+            raise ResultsError(f"{args.results}: there is no run {args.run}")
+        beside = _beside(args, plan, run, results)
+    outputs = [("--trace", args.trace), ("--report", args.report), ("--record", args.record), ("--page", args.page)]
     check_outputs(outputs, [plan.path, args.results / FILE])
-    run = plan.run_of(args.run)
-    if run is None:
-        raise ResultsError(f"{args.results}: there is no run {args.run}")
+    if args.page:
+        check_writable("--page", args.page)
     with ExitStack() as stack:
         settings = RunSettings(clock="lockstep")
         watchers = stack.enter_context(recorded(args.record, settings)) if args.record else unwatched
-        row = execute_run(_traced(plan), run, watchers)
+        if args.page is None:
+            row, log = execute_run(_traced(plan), run, watchers), None
+        else:
+            row, log = run_logged(_traced(plan), run, watchers)
     if args.trace:
         write_text("--trace", args.trace, row.trace)
     if args.report and row.trace:
@@ -208,6 +216,8 @@ def again(args: argparse.Namespace) -> int:
 
         (source,) = of_trace(lambda: row.trace.splitlines(keepends=True), section=1)
         write_text("--report", args.report, page_of(report_of(source), source.definition))
+    if log is not None:
+        _write_page(args.page, plan, row, log, beside)
     now = _outcome(plan, row)
     different = [name for name, value in now.items() if before and name != "cause" and before[name] != value]
     facts = {"run": args.run, **now, "same": not different}
@@ -220,6 +230,34 @@ def again(args: argparse.Namespace) -> int:
     if different:
         warn(difference_from(_kept(args.results, args.run), row.trace, _trace_of, args.results, args.run))
     return ExitCode.FAILED if different else ExitCode.DONE
+
+
+def _beside(args: argparse.Namespace, plan: Plan, run: Run, results: Results) -> Run | None:
+    """Return the run to show beside another: of another treatment, in the same scenario and replication.
+
+    Without a choice of the user, it is of the first treatment whose run was a success, or of the first one.
+
+    Raises:
+        WrongUse: There is no such treatment.
+    """
+    if args.beside is None:
+        others = [plan.run(run.scenario, name, run.replication) for name in plan.treatments if name != run.treatment]
+        known = {row["number"] for row in results.rows(["number"], {"success": 1})}
+        return next((each for each in others if each.number in known), next(iter(others), None))
+    if args.page is None:
+        raise WrongUse(f"--beside {args.beside}: it is for --page alone; name a page, or leave it out")
+    if args.beside == run.treatment or args.beside not in plan.treatments:
+        names = ", ".join(name for name in plan.treatments if name != run.treatment)
+        raise WrongUse(f"--beside {args.beside}: no other treatment of that name; there are: {names or 'none'}")
+    return plan.run(run.scenario, args.beside, run.replication)
+
+
+def _write_page(path: Path, plan: Plan, row: Row, log: RunLog, beside: Run | None) -> None:
+    if not log.watched:
+        warn(f"--page {path}: not written, since the run has not begun")
+        return
+    write_text("--page", path, run_page(plan, row, log, beside))
+    warn(f"page: {path}")
 
 
 def _kept(folder: Path, number: int) -> str:

@@ -33,14 +33,16 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+    from hmrsim.trials.controllers import OnTick
     from hmrsim.trials.trial import Trial
 
 
-def _row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
+def _row_of(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick | None = None) -> Row:
     """Return the result of a run, with its trace if it may be kept.
 
     A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
-    its environment. *further* makes further sinks, such as one that records the run.
+    its environment. *further* makes further sinks, such as one that records the run, and *on_tick* is called after
+    each tick of a tree.
 
     Raises:
         HmrsimError: The world is invalid, or the controller can't be started.
@@ -68,6 +70,7 @@ def _row_of(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
         coverage=coverage,
         sinks=[trace, judge] if several or traces != "none" else [judge],
         watchers=watchers,
+        on_tick=on_tick,
     )
     simulator = trial.simulator
     with trial:
@@ -142,9 +145,16 @@ def execute(task: Task) -> list[Row]:
     return [execute_run(plan, run) for number in task.numbers if (run := plan.run_of(number)) is not None]
 
 
-def execute_run(plan: Plan, run: Run, further: Watchers = unwatched) -> Row:
-    """Return the result of a run, whatever happens in it; *further* makes further sinks."""
-    row, output, wall = attempt(plan.file.limits, lambda: _row_of(plan, run, further), partial(Row, run))
+def execute_run(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick | None = None) -> Row:
+    """Return the result of a run, whatever happens in it.
+
+    Args:
+        plan: The experiment.
+        run: The run.
+        further: Makes further sinks.
+        on_tick: Called after each tick of a tree, if given.
+    """
+    row, output, wall = attempt(plan.file.limits, lambda: _row_of(plan, run, further, on_tick), partial(Row, run))
     return replace(row, output=row.output or output, wall=wall)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.story import passes
 from hmrsim.fault_search.summary import by_begin
-from hmrsim.run_page import Cause, RunLog, ShownRun, page_of
+from hmrsim.run_page import Cause, Heading, RunLog, ShownRun, page_of
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
@@ -58,7 +58,8 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
     text = next((each.text for each in outcome.violations if (each.property, each.reason) == failure), "")
     title = failure.property if failure else "no property is violated"
-    return page_of(f"Failing run of {check.name}", title, text, causes, (failing, twin) if twin else (failing,))
+    heading = Heading(f"Failing run of {check.name}", title, text, "The run fails without any fault.")
+    return page_of(heading, causes, (failing, twin) if twin else (failing,))
 
 
 def _ending(outcome: Outcome) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.report.html import in_seconds
 
@@ -20,6 +20,23 @@ _QUIET: Final = 5.0
 """Seconds without an event after which a run that goes on stands still."""
 _MOST_STILL: Final = 4
 """The maximum number of reasons why it does."""
+
+
+@dataclass(frozen=True)
+class Heading:
+    """The texts at the top of a page.
+
+    Attributes:
+        kind: What the page shows.
+        title: The title, such as the name of the property that is violated.
+        text: The line below it; may be empty.
+        alone: What causes the run to fail, if no fault does.
+    """
+
+    kind: str
+    title: str
+    text: str
+    alone: str
 
 
 @dataclass(frozen=True)
@@ -57,7 +74,7 @@ class ShownRun:
 
 
 class Difference(NamedTuple):
-    """The first event in which two runs differ, other than faults.
+    """The first event in which two runs differ, other than faults and controllers that come and go.
 
     Attributes:
         at: Seconds since the runs began.
@@ -75,12 +92,19 @@ class Difference(NamedTuple):
 def first_difference(one: RunLog, other: RunLog) -> Difference | None:
     """Return where two runs first differ, apart from the faults themselves; None if they don't."""
     for a, b in zip_longest(one.happenings, other.happenings):
-        if a is None or b is None or a[:2] != b[:2]:
+        if a is None or b is None or _key(a) != _key(b):
             at = min(each.at for each in (a, b) if each is not None)
             sides = [_side(log, each, at) for log, each in ((one, a), (other, b))]
             (first, first_seen, text), (second, second_seen, beside) = sides
             return Difference(in_seconds(at), (first, second), (first_seen, second_seen), (text, beside))
     return None
+
+
+def _key(happening: Happening) -> tuple[Any, ...]:
+    """Return what has to be equal; ids of goals depend on the name of the controller."""
+    event = happening.event
+    fields = zip(event._fields, event, strict=True)
+    return happening.at, type(event), *(value for name, value in fields if name != "goal_id")
 
 
 def _side(log: RunLog, happening: Happening | None, at: int) -> tuple[int, int, str]:

@@ -57,7 +57,7 @@ class Line(NamedTuple):
 
 
 class Happening(NamedTuple):
-    """An event as runs are compared by it: also those that are no line, such as a motion, but no fault.
+    """An event by which runs are compared: any but faults, and controllers that come and go.
 
     Attributes:
         at: Nanoseconds since the run began.
@@ -302,7 +302,7 @@ class RunLog:
         told = (event.traced or isinstance(event, GoalAccepted)) and not (
             isinstance(event, GoalStatusChanged) and not GoalStatus(event.status).terminal
         )
-        if not isinstance(event, FaultEvent):
+        if not isinstance(event, FaultEvent | ParticipantEvent):
             self.happenings.append(Happening(at, event, len(self.lines), told))
         if not isinstance(event, ParticipantEvent | BatteryEvent):
             self._last = at

@@ -14,7 +14,7 @@ from hmrsim.drawing.canvas import element, group, path, text_of, titled
 from hmrsim.history.robots import STATES
 from hmrsim.report.charts import timeline_of
 from hmrsim.report.html import page_around, part, templates
-from hmrsim.run_page.comparison import Cause, Difference, ShownRun, first_difference, moments_of
+from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, moments_of
 from hmrsim.run_page.run_log import WIDTH, place_of
 from hmrsim.world.model import BUILT_IN_TYPES
 
@@ -30,15 +30,11 @@ _MAX_NAMES: Final = 40
 """The maximum number of robots whose names are on the map."""
 
 
-def page_of(
-    kind: str, title: str, text: str, causes: Sequence[Cause], runs: tuple[ShownRun] | tuple[ShownRun, ShownRun]
-) -> str:
+def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | tuple[ShownRun, ShownRun]) -> str:
     """Return the page of a run; the same runs give the same page, byte for byte.
 
     Args:
-        kind: The line above the title.
-        title: The title, such as the name of the property that is violated.
-        text: The line below it.
+        heading: The texts at its top.
         causes: The faults and disturbances of the first run.
         runs: The run, and the one beside it if there is one.
     """
@@ -58,9 +54,7 @@ def page_of(
         templates(__package__)
         .get_template("run.html")
         .render(
-            kind=kind,
-            title=title,
-            text=text,
+            heading=heading,
             causes=causes,
             moments=moments,
             runs=runs,
@@ -77,7 +71,7 @@ def page_of(
         )
     )
     shown = Markup(body)  # noqa: S704 - escaped by the template
-    return page_around(title, shown, script=part("page.js", __package__), style=part("page.css", __package__))
+    return page_around(heading.title, shown, script=part("page.js", __package__), style=part("page.css", __package__))
 
 
 def _embedded(data: Any) -> str:

@@ -31,7 +31,7 @@ def test_a_later_event_in_its_place_has_its_time(passing):
 
     assert difference is not None
     assert difference.texts[1] == f"{difference.texts[0]}, at 2.000 s"
-    assert (1, 0) == difference.seen
+    assert (2, 1) == difference.seen
 
 
 def test_a_run_does_not_differ_from_itself(failing):
