@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.experiments.replications import execute_run
 from hmrsim.run_page import Heading, RunLog, ShownRun, page_of
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.plan import Plan, Run
@@ -17,7 +16,9 @@ if TYPE_CHECKING:
     from hmrsim.timing.pacing import Pacing
 
 
-def run_logged(plan: Plan, run: Run, further: Watchers = unwatched) -> tuple[Row, RunLog]:
+def run_logged(
+    plan: Plan, run: Run, further: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
+) -> tuple[Row, RunLog]:
     """Make a run; return its result and its log. *further* makes further sinks."""
     log = RunLog()
 
