@@ -243,7 +243,7 @@ def _show_summary(report: Report) -> None:
 
 
 def _lines(report: Report) -> Iterator[str]:
-    from hmrsim.report.html import amount, seconds, share, times
+    from hmrsim.report.html import amount, parts, seconds, share, times
 
     summary, unit = report.summary, report.world.units
     robots = times(summary.robots, "robot")
@@ -261,6 +261,8 @@ def _lines(report: Report) -> Iterator[str]:
         ended = f"{demand.delivered} delivered, {demand.late} late, {demand.lost} lost, {demand.open} open"
         lead = f"; lead time {seconds(demand.lead_time_p50)} (median), {seconds(demand.lead_time_p95)} (95 %)"
         yield f"orders: {demand.placed} placed, {ended}{lead if demand.delivered else ''}"
+        if demand.delay is not None:
+            yield f"lead time: {parts(demand.delay.model_dump())}"
     counts = {"deadlock": summary.deadlocks, "fault": summary.faults, "error": len(report.errors)}
     yield ", ".join(times(count, what) for what, count in counts.items())
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 from pydantic import BaseModel
 
 from hmrsim.experiments.endings import Judge
+from hmrsim.report.delays import PARTS
 from hmrsim.report.figures import quantile
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
@@ -57,7 +58,12 @@ def measures_of(
 
 def needs_report(file: ExperimentFile) -> bool:
     """Return whether a measure asks for the report, which takes time to make."""
-    return any(REPORT in names_in(measure.value) for measure in file.measures.values())
+    values = [measure.value for measure in file.measures.values()]
+    return any(REPORT in names_in(value) or any(map(_is_delay, _parts(value))) for value in values)
+
+
+def _is_delay(part: str) -> bool:
+    return part.startswith("orders.delay")
 
 
 def _plain(value: Any) -> Value:
@@ -80,7 +86,7 @@ class Names(Mapping[str, Any]):
             "energy": lambda: math.fsum(_energy(simulator)),
             "recoveries": lambda: sum(robot.recoveries for robot in simulator.robots.values()),
             "goals": lambda: judge.counts,
-            "orders": lambda: _orders(simulator),
+            "orders": lambda: _Orders(simulator, report),
             "robots": lambda: {name: _robot(simulator, name) for name in simulator.robots},
             "items": lambda: {
                 name: {"x": item.position[0], "y": item.position[1]} for name, item in simulator.items.items()
@@ -135,6 +141,20 @@ def _robot(simulator: Simulator, name: str) -> dict[str, Any]:
         "battery": battery.share(simulator.now) if battery else None,
         "energy": battery.used(simulator.now) if battery else 0.0,
     }
+
+
+class _Orders(dict[str, Any]):
+    """The orders of a run; the parts of their lead time come from the report, which is made when they are asked for."""
+
+    def __init__(self, simulator: Simulator, report: Callable[[], Mapping[str, Any]]) -> None:
+        super().__init__(_orders(simulator), delay=None)
+        self._report = report
+
+    def __getitem__(self, key: str) -> Any:
+        if key != "delay":
+            return super().__getitem__(key)
+        demand = self._report().get("demand") or {}
+        return demand.get("delay") or dict.fromkeys(PARTS)
 
 
 def _orders(simulator: Simulator) -> dict[str, Any]:

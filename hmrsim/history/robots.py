@@ -81,13 +81,20 @@ class Condition:
         self.cut_off.clear()
         self.charging = False
 
-    def state(self, *, waits: bool, moves: bool, busy: bool) -> State:
-        """Return the state of the robot; if several apply, the most important one."""
+    def state(self, *, waits: bool, aside: bool, moves: bool, busy: bool) -> State:
+        """Return the state of the robot; if several apply, the most important one.
+
+        Args:
+            waits: Whether something blocks its way.
+            aside: Whether it has made room for another robot.
+            moves: Whether it drives, turns, or rides a lift.
+            busy: Whether a goal executes.
+        """
         if self.cut_off:
             return "offline"
         if self.disabled:
             return "stopped"
-        if waits:
+        if waits or (aside and busy and not moves):
             return "waiting"
         if moves:
             return "driving"
@@ -109,6 +116,7 @@ class Robot:
 
     Attributes:
         present: Whether it exists.
+        aside: Whether it has made room for another robot during a goal that still runs.
         running: The ids of its running goals.
         arrives: Rings at the end of its motion; None while it stands.
         state: Its state.
@@ -117,6 +125,7 @@ class Robot:
     present: bool = True
     condition: Condition = field(default_factory=Condition)
     waits: bool = False
+    aside: bool = False
     running: dict[str, None] = field(default_factory=dict)
     arrives: Alarm | None = None
     state: State = "idle"
@@ -153,7 +162,7 @@ class Robots(Part):
             self._halt(robot)
             robot.condition.clear()
             robot.running.clear()
-            robot.waits = False
+            robot.waits = robot.aside = False
             self._settle(name, robot, present=name in self._world.robots)
 
     def _halt(self, robot: Robot) -> None:
@@ -171,7 +180,7 @@ class Robots(Part):
     def _go_on(self, _at: int, event: WentOn | Rerouted | MadeRoom) -> None:
         robot = self._robots.get(event.robot)
         if robot is not None:
-            robot.waits = False
+            robot.waits, robot.aside = False, isinstance(event, MadeRoom)
             self._settle(event.robot, robot)
 
     def _move(self, at: int, event: MotionBegan) -> None:
@@ -193,6 +202,7 @@ class Robots(Part):
         robot = self._robots.get(goal.robot)
         if robot is not None:
             _set(robot.running, goal.goal_id, applies=goal.status < GoalStatus.SUCCEEDED)
+            robot.aside = robot.aside and goal.status < GoalStatus.SUCCEEDED
             self._settle(goal.robot, robot)
 
     def _apply(self, _at: int, event: FaultBegan | FaultEnded | BatteryEvent) -> None:
@@ -238,7 +248,7 @@ class Robots(Part):
         if present is not None:
             robot.present = present
         robot.state = robot.condition.state(
-            waits=robot.waits, moves=robot.arrives is not None, busy=bool(robot.running)
+            waits=robot.waits, aside=robot.aside, moves=robot.arrives is not None, busy=bool(robot.running)
         )
         if (robot.present, robot.state) != before:
             # As `changed`; this is called for each status of each goal.

@@ -41,6 +41,7 @@ def report_of(inputs: ReportInput) -> model.Report:
     story, source = inputs.story, inputs.source
     goals = [goal_of(goal, exact=source.exact) for goal in story.goal_log.goals]
     robots = _robots(story, exact=source.exact)
+    orders = [*orders_of(story, exact=source.exact)]
     waits = [_wait(wait) for wait in story.waiting.wait_records]
     return model.Report(
         source=source,
@@ -58,8 +59,8 @@ def report_of(inputs: ReportInput) -> model.Report:
         lanes=tuple(lanes_of(story)),
         paths=tuple(paths_of(story)),
         fixtures=tuple(fixtures_of(story)),
-        demand=demand_of(story),
-        orders=tuple(orders_of(story)),
+        demand=demand_of(story, orders, exact=source.exact),
+        orders=tuple(orders),
         throughput=tuple(throughput_of(story)),
         batteries={
             name: curve for name, track in sorted(story.robot_log.tracks.items()) if (curve := _thinned(track.curve))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report import model
+from hmrsim.report.delays import PARTS
 from hmrsim.report.goals import count_waits, name_of, target_of
 from hmrsim.report.html import in_seconds, rounded
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from hmrsim.events.goals import SendGoalRejected
     from hmrsim.history.facilities import Use
     from hmrsim.history.items import Order
+    from hmrsim.report.delays import Part
     from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.story import Story
 
@@ -121,8 +123,8 @@ def _nice(seconds: float) -> float:
     return math.ceil(seconds / 3600) * 3600.0
 
 
-def orders_of(story: Story) -> Iterator[model.Order]:
-    """Yield the orders, in the order in which they came."""
+def orders_of(story: Story, *, exact: bool) -> Iterator[model.Order]:
+    """Yield the orders, in the order in which they came; the parts of their lead times are unknown without motions."""
     for record in story.orders.all:
         lead = None if record.ended is None or record.state != "delivered" else record.ended - record.placed
         over = record.ended if record.ended is not None else story.now
@@ -139,15 +141,22 @@ def orders_of(story: Story) -> Iterator[model.Order]:
             ended=None if record.ended is None else in_seconds(record.ended),
             lead_time=None if lead is None else in_seconds(lead),
             lateness=in_seconds(max(0, over - record.due)) if record.late and record.due is not None else 0.0,
+            delay=_delay(parts, 1) if exact and (parts := story.delays.of(record)) else None,
         )
 
 
-def demand_of(story: Story) -> model.Demand | None:
+def _delay(parts: Mapping[Part, int], orders: int) -> model.Delay:
+    """Return the parts of the mean lead time of some orders."""
+    return model.Delay(**{part: time / NANOSECONDS / orders for part, time in parts.items()})
+
+
+def demand_of(story: Story, orders: Sequence[model.Order], *, exact: bool) -> model.Demand | None:
     """Return sums over all orders; None if there were none."""
     records = story.orders.all
     if not records:
         return None
-    orders = [*orders_of(story)]
+    delays = [parts for record in records if (parts := story.delays.of(record))] if exact else []
+    total = {part: sum(parts[part] for parts in delays) for part in PARTS}
     leads = sorted(order.lead_time for order in orders if order.lead_time is not None)
     late = [order.lateness for order in orders if order.lateness]
     mean, most = _backlog(records, story.began or 0, story.now)
@@ -161,6 +170,7 @@ def demand_of(story: Story) -> model.Demand | None:
         lead_time_p50=quantile(leads, 0.5),
         lead_time_p95=quantile(leads, 0.95),
         lead_time_max=leads[-1] if leads else None,
+        delay=_delay(total, len(delays)) if delays else None,
         lateness_mean=rounded(math.fsum(late) / len(late)) if late else 0.0,
         lateness_max=max(late, default=0.0),
         backlog_mean=mean,

@@ -47,6 +47,7 @@ class WaitRecord:
 
     Attributes:
         since: When the whole wait began.
+        closed: Whether the lane was closed.
     """
 
     robot: str
@@ -60,6 +61,7 @@ class WaitRecord:
     ended: int | None = None
     until: str = ""
     since: int = -1
+    closed: bool = False
 
     def __post_init__(self) -> None:
         """Begin a new wait, unless *since* says that it continues an earlier one."""

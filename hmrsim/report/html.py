@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import math
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any, Final
@@ -51,6 +53,7 @@ def templates(package: str = __package__) -> Environment:
         "seconds": seconds,
         "amount": amount,
         "share": share,
+        "parts": parts,
         "svg": Markup,
         "restart": restart_text,
     }
@@ -116,6 +119,15 @@ def share(value: float | None) -> str:
 
 
 _DIGITS: Final = 9
+
+
+def parts(delay: Mapping[str, float] | None) -> str:
+    """Return the parts of a lead time as shares, the longest first, without those that round to 0 %."""
+    delay = delay or {}
+    longest = sorted(delay.items(), key=lambda part: -part[1])
+    whole = math.fsum(delay.values())
+    shown = [f"{name} {share(time / whole)}" for name, time in longest if whole and round(100 * time / whole)]
+    return ", ".join(shown) or UNKNOWN
 
 
 def in_seconds(nanoseconds: int) -> float:

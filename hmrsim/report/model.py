@@ -209,6 +209,18 @@ class Fixture(_Model):
     longest_queue: int | None = Field(description="Of a dock: the most robots that stood in its queue.")
 
 
+class Delay(_Model):
+    """The parts of an order's lead time, in simulated seconds; they add up to it."""
+
+    assignment: float = Field(description="No robot has the order, or its robot has no goal.")
+    travel: float = Field(description="Its robot drives.")
+    handling: float = Field(description="Its robot picks up, places, or executes another goal where it stands.")
+    queue: float = Field(description="Its robot stands in the queue of a dock.")
+    charging: float = Field(description="Its robot is being charged.")
+    traffic: float = Field(description="Its robot waits on its way, such as for other robots or a door.")
+    faults: float = Field(description="Its robot is stopped or offline, or waits at a closed lane.")
+
+
 class Order(_Model):
     """An order of the demand."""
 
@@ -224,6 +236,9 @@ class Order(_Model):
     ended: float | None = Field(description="When it was delivered, or its item deleted.")
     lead_time: float | None = Field(description="Seconds from placing to delivery.")
     lateness: float = Field(description="Seconds after it was due, up to the delivery or the end; 0 if in time.")
+    delay: Delay | None = Field(
+        default=None, description="The parts of the lead time; null if it was not delivered, or motions are unknown."
+    )
 
 
 class Demand(_Model):
@@ -238,6 +253,7 @@ class Demand(_Model):
     lead_time_p50: float | None
     lead_time_p95: float | None
     lead_time_max: float | None
+    delay: Delay | None = Field(default=None, description="The parts of `lead_time_mean`; null if they are unknown.")
     lateness_mean: float = Field(description="Of those that were late.")
     lateness_max: float
     backlog_mean: float = Field(description="Open orders, on average over time.")

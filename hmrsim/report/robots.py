@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from hmrsim.events.simulation import SimulationReset, WorldLoaded
     from hmrsim.geometry import Point
+    from hmrsim.history.facilities import Lanes
     from hmrsim.history.motion import Motion
     from hmrsim.history.robots import State
     from hmrsim.history.timeline import Timeline
@@ -39,6 +40,9 @@ class Track:
     """The account of one robot.
 
     The caller changes its attributes; `settle` then records the resulting state.
+
+    Attributes:
+        aside: The robot for which it has made room during its goal, empty for itself; None if it has not.
     """
 
     name: str
@@ -55,6 +59,7 @@ class Track:
     coming: Sequence[Motion] = ()
     wait: WaitRecord | None = None
     queued: WaitRecord | None = None
+    aside: str | None = None
     stood: list[WaitRecord] = field(default_factory=list)
     condition: Condition = field(default_factory=Condition)
     running: dict[str, GoalRecord] = field(default_factory=dict)
@@ -121,7 +126,14 @@ class Track:
                 continue
             ended = at if motion.until >= at - INSTANT else motion.until
             self.halt(ended, motion.end)
+            if self.aside is not None and self.running:
+                self.stand_aside(ended, motion.end, self.aside)
             self.settle(ended)
+
+    def stand_aside(self, at: int, where: Point, by: str) -> None:
+        """Record that it waits where it has made room, for another robot or for the rest of a resolution."""
+        robots, why = ((by,), "") if by else ((), "it has made room")
+        self.wait = WaitRecord(self.name, at, "way", robots, why, None, where, self.goal)
 
     def halt(self, at: int, where: Point | None = None) -> None:
         """End the current segment; *where* is the robot's point then, if that is known."""
@@ -168,7 +180,7 @@ class Track:
     def settle(self, at: int) -> None:
         """Record its state from now on."""
         state = self.condition.state(
-            waits=self.wait is not None, moves=self.motion is not None, busy=bool(self.running)
+            waits=self.wait is not None, aside=False, moves=self.motion is not None, busy=bool(self.running)
         )
         if state == self._state:
             return
@@ -278,8 +290,9 @@ class Waiting:
         deadlocks: Their times, robots and lanes.
     """
 
-    def __init__(self, timeline: Timeline, robot_log: RobotLog) -> None:
+    def __init__(self, timeline: Timeline, robot_log: RobotLog, lanes: Lanes) -> None:
         self._robot_log = robot_log
+        self._lanes = lanes
         self.deadlocks: list[tuple[int, tuple[str, ...], tuple[tuple[str, str], ...]]] = []
         timeline.on(events.Waiting, self._begin)
         for ends in (events.WentOn, events.Rerouted, events.MadeRoom):
@@ -300,12 +313,17 @@ class Waiting:
         track.stand_no_more(at, event.kind)
         track.halt(at, event.at)
         robots = event.for_ or ()
-        track.wait = WaitRecord(track.name, at, "way", robots, event.why, event.lane, event.at, track.goal, since=since)
+        closed = event.lane is not None and self._lanes.is_closed(event.lane)
+        goal = track.goal
+        track.wait = WaitRecord(
+            track.name, at, "way", robots, event.why, event.lane, event.at, goal, since=since, closed=closed
+        )
         track.settle(at)
 
     def _end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:
         track = self._robot_log.track(event.robot, at)
         track.stand_no_more(at, event.kind)
+        track.aside = event.by if isinstance(event, events.MadeRoom) else None
         if isinstance(event, events.Rerouted) and track.goal is not None:
             track.goal.reroutes += 1
         track.settle(at)

@@ -28,6 +28,7 @@ from hmrsim.history.occurrence import (
 )
 from hmrsim.history.timeline import Timeline
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.delays import Delays
 from hmrsim.report.goals import GoalLog, WaitRecord
 from hmrsim.report.robots import RobotLog, Waiting
 
@@ -45,7 +46,8 @@ class Story:
         self.lifts, self.docks = Lifts(timeline), Docks(timeline)
         self.robot_log = robot_log = RobotLog(timeline)
         self.goal_log = GoalLog()
-        self.waiting = Waiting(timeline, robot_log)
+        self.waiting = Waiting(timeline, robot_log, self.lanes)
+        self.delays = Delays(timeline, robot_log)
         self.counts = Counter[str]()
         self.misfits = 0
         self.first_misfit = ""
@@ -184,6 +186,9 @@ class Story:
             track.running.pop(goal.goal_id, None)
             goal.waiting = track.waiting_for(goal, at)
             goal.faults = self.faults.of(goal.robot)
+            if track.aside is not None:
+                track.aside = None
+                track.stand_no_more(at, "end")
             if track.queued is not None and track.queued.goal is goal:
                 track.stop_queueing(at, "end")
         track.settle(at)

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.history.robots import STATES
+from hmrsim.report.delays import PARTS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from hmrsim.report.model import Report, Robot
+    from hmrsim.report.model import Order, Report, Robot
 
 
 def table_names() -> tuple[str, ...]:
@@ -31,7 +32,7 @@ def tables_of(report: Report) -> dict[str, str]:
         "errors": map(_row, report.errors),
         "faults": map(_row, report.faults),
         "fixtures": map(_row, report.fixtures),
-        "orders": map(_row, report.orders),
+        "orders": map(_order, report.orders),
         "batteries": (
             {"robot": robot, "at": at, "percentage": share}
             for robot, curve in report.batteries.items()
@@ -53,7 +54,7 @@ _HEADERS = {
     " deadlock",
     "faults": "name fault subject robot began ended detail",
     "fixtures": "name kind uses robots seconds share waits waited longest_queue",
-    "orders": "name item at to priority state robot placed picked_up ended lead_time lateness",
+    "orders": "name item at to priority state robot placed picked_up ended lead_time lateness " + " ".join(PARTS),
     "batteries": "robot at percentage",
 }
 
@@ -68,6 +69,10 @@ def _row(thing: BaseModel) -> dict[str, Any]:
 
 def _robot(robot: Robot) -> dict[str, Any]:
     return _row(robot) | {state: robot.seconds[state] for state in STATES}
+
+
+def _order(order: Order) -> dict[str, Any]:
+    return _row(order) | (dict(order.delay) if order.delay else {})
 
 
 def _csv(header: str, rows: Iterable[Mapping[str, Any]]) -> str:

@@ -114,6 +114,7 @@ UNTIL = {"measure": "time", "decided": True}
                 "measures": {
                     "energy": "1 / energy",
                     "lead": "orders.lead_time.mean",
+                    "traffic": "orders.delay.traffic",
                     "told": "reported.rounds",
                     "docked": "report.events.dock_docked",
                     "first": "report.robots[0].distance",
@@ -356,6 +357,10 @@ def test_reports_no_consequences_of_an_invalid_part(tmp_path: Path, key: str) ->
         ({"measures": {"m": "ends.success +"}}, "measures.m: is no expression"),
         ({"measures": {"m": "enrgy"}}, "measures.m: there is no 'enrgy'; did you mean 'energy'?"),
         ({"measures": {"m": "1 / orders.latte"}}, "measures.m: orders has no 'latte'; did you mean 'late'?"),
+        (
+            {"measures": {"m": "orders.delay.trafic"}},
+            "measures.m: orders.delay has no 'trafic'; did you mean 'traffic'?",
+        ),
         ({"measures": {"m": "ends.suceeded"}}, "measures.m: ends has no 'suceeded'; did you mean 'succeeded'?"),
         ({"measures": {"m": "report.summary.distnce"}}, "report.summary has no 'distnce'; did you mean 'distance'?"),
         ({"ends": {"e": {"event": "dockd"}}}, "ends.e.event: there is no kind of event 'dockd'"),

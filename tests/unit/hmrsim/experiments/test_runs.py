@@ -11,6 +11,7 @@ import yaml
 
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.replications import Task, execute, execute_run
+from hmrsim.report.delays import PARTS
 from hmrsim.testing import simulation
 from hmrsim.trace.replay import replay
 from hmrsim.trials.trial import CRASHED, ERROR, HUNG, TIMEOUT
@@ -407,9 +408,11 @@ def test_orders_that_are_served_end_a_run(row, tmp_path):
         kind="tree",
         world="served.yaml",
         ends={"success": {"orders": "served"}},
-        measures={"lead": "orders.lead_time.max"},
+        measures={"lead": "orders.lead_time.max", **{part: f"orders.delay.{part}" for part in PARTS}},
     )
     assert (found.ending, found.measures["lead"]) == ("success", pytest.approx(found.at - 5.0))
+    assert found.measures["lead"] == pytest.approx(sum(found.measures[part] for part in PARTS))
+    assert found.measures["travel"] > 0
 
 
 def test_task_runs_known_numbers_of_an_unchanged_plan(row, tmp_path):

@@ -241,3 +241,23 @@ def test_reports_are_consistent(data, exact):
     assert 0 == sum(1 for note in found.source.notes if "events are ignored" in note)
     if exact:
         assert math.isclose(sum(lane.distance for lane in found.lanes), found.summary.distance, abs_tol=1e-6)
+
+
+def test_a_robot_that_has_made_room_waits_for_the_other_one(report):
+    """Its goal does not keep it busy where it stands aside."""
+    world = {
+        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
+        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        "robot_types": {"cart": {"base": {"speed": 1, "radius": 0.4}}},
+        "traffic": {"policy": "priority"},
+        "robots": {
+            "first": {"type": "cart", "at": "west", "script": ["Go east"]},
+            "later": {"type": "cart", "at": "east", "script": ["Wait 1", "Go west"]},
+        },
+    }
+    found = report(world)
+
+    later = [span.state for span in found.states if span.robot == "later"]
+    assert ["busy", "waiting"] == later[:2]
+    assert "busy" not in later[1:]
+    assert ("first",) in [wait.robots for wait in found.waits if wait.robot == "later"]

@@ -1,0 +1,115 @@
+"""The delay of each delivered order, attributed to what its robots did meanwhile."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
+
+from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
+
+if TYPE_CHECKING:
+    from hmrsim.history.items import Order
+    from hmrsim.history.robots import State
+    from hmrsim.history.timeline import Timeline
+    from hmrsim.report.robots import RobotLog, Track
+
+Part = Literal["assignment", "travel", "handling", "queue", "charging", "traffic", "faults"]
+
+PARTS: Final[tuple[Part, ...]] = ("assignment", "travel", "handling", "queue", "charging", "traffic", "faults")
+"""The parts of an order's lead time."""
+
+_PART_OF: Final[dict[State, Part]] = {
+    "offline": "faults",
+    "stopped": "faults",
+    "waiting": "traffic",
+    "driving": "travel",
+    "charging": "charging",
+    "busy": "handling",
+    "idle": "assignment",
+}
+
+
+class _Handled(NamedTuple):
+    """An item is picked up or put down; *number* is the place in the list of what its robot has handled."""
+
+    at: int
+    robot: str
+    picked: bool
+    number: int
+
+
+class Delays:
+    """Attributes the lead times of delivered orders.
+
+    An order is with the robot that carries its item. Before, it is with the robot that picks the item up next, from
+    the time at which that robot last picked up or put down anything. In between, the order waits for its assignment.
+    """
+
+    def __init__(self, timeline: Timeline, robot_log: RobotLog) -> None:
+        self._robot_log = robot_log
+        self._of_item: dict[str, list[_Handled]] = defaultdict(list)
+        self._of_robot: dict[str, list[int]] = defaultdict(list)
+        timeline.on(ItemPicked, lambda at, event: self._handle(at, event.robot, event.item, picked=True))
+        for puts_down in (ItemPlaced, ItemDropped):
+            timeline.on(puts_down, lambda at, event: self._handle(at, event.robot, event.item, picked=False))
+
+    def _handle(self, at: int, robot: str, item: str, *, picked: bool) -> None:
+        times = self._of_robot[robot]
+        self._of_item[item].append(_Handled(at, robot, picked, len(times)))
+        times.append(at)
+
+    def of(self, order: Order) -> dict[Part, int] | None:
+        """Return the parts of an order's lead time in nanoseconds; None if it was not delivered.
+
+        They add up to the lead time. The tracks of the robots must have ended.
+        """
+        if order.state != "delivered" or order.ended is None:
+            return None
+        parts = dict.fromkeys(PARTS, 0)
+        at, carrier = order.placed, ""
+        for handled in self._of_item.get(order.item, ()):
+            if not order.placed <= handled.at <= order.ended:
+                continue
+            since, robot = at, carrier
+            if handled.picked and not carrier:
+                robot = handled.robot
+                since = max(at, self._of_robot[robot][handled.number - 1]) if handled.number else at
+                parts["assignment"] += since - at
+            self._add(parts, robot, since, handled.at)
+            at, carrier = handled.at, handled.robot if handled.picked else ""
+        self._add(parts, carrier, at, order.ended)
+        return parts
+
+    def _add(self, parts: dict[Part, int], robot: str, began: int, ended: int) -> None:
+        """Add what a robot did in some time; time without a robot, or without a known state, is for its assignment."""
+        track = self._robot_log.tracks.get(robot)
+        left = ended - began
+        for part, seconds in _parts_of(track, began, ended) if track else ():
+            parts[part] += seconds
+            left -= seconds
+        parts["assignment"] += left
+
+
+def _parts_of(track: Track, began: int, ended: int) -> Iterator[tuple[Part, int]]:
+    """Yield what a robot did in some time, and for how long."""
+    spans = track.spans
+    first = max(0, bisect_left(spans, (began,)) - 1)
+    for start, end, state in spans[first:]:
+        if start >= ended:
+            return
+        since, until = max(start, began), min(end, ended)
+        if since >= until:
+            continue
+        if state not in ("busy", "waiting"):
+            yield _PART_OF[state], until - since
+            continue
+        special: Part = "queue" if state == "busy" else "faults"
+        apart = sum(
+            max(0, min(wait.ended or wait.began, until) - max(wait.began, since))
+            for wait in track.stood
+            if (wait.kind == "dock" if state == "busy" else wait.kind == "way" and wait.closed)
+        )
+        yield special, apart
+        yield _PART_OF[state], until - since - apart
