@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event as SimpyEvent
 from simpy import Interrupt
-from simpy.events import Interruption
+from simpy.events import Interruption, Process
 
 from hmrsim.engine.internal_errors import BUGS, described
 from hmrsim.errors import GoalAborted, GoalRejected
@@ -226,7 +226,7 @@ class Dispatcher:
             return
         if needed:
             self._holders[needed] = goal
-        goal.process = self._env.process(self._pursue(goal, message))
+        goal.process = Process(self._env, self._pursue(goal, message))
         if faulty:
             self.faults.begun(goal)
 

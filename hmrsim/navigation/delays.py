@@ -22,6 +22,9 @@ class Delays:
     """The lanes and lifts of a world that delay robots randomly; most worlds have none.
 
     Each trip of a robot has its own values, which don't change when the robot stops and drives on.
+
+    Attributes:
+        any: Whether any lane or lift delays robots.
     """
 
     def __init__(self, world: World, chance: Chance) -> None:
@@ -36,10 +39,7 @@ class Delays:
             if isinstance(lift.travel_time, Distribution) or isinstance(lift.door_time, Distribution):
                 for i, j in permutations(range(len(lift.stops)), 2):
                     self._rides[lift.stops[i], lift.stops[j]] = name, lift, i, j
-
-    def __bool__(self) -> bool:
-        """Return whether any lane or lift delays robots."""
-        return bool(self._factors or self._rides)
+        self.any = bool(self._factors or self._rides)
 
     def of(self, leg: Leg, robot: str, speed: float, trip: int) -> Leg:
         """Return a leg with the delays of a trip.

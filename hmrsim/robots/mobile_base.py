@@ -479,7 +479,7 @@ class MobileBase:
         A base that yields leaves at once, since another one counts on its place, and turns neither before nor after.
         """
         yields = self._state.yields
-        if self._delays:
+        if self._delays.any:
             legs = [self._delays.of(leg, self.name, self.speed, self._trip) for leg in legs]
         return self.graph.drives.drive(
             self.motion.pose(),

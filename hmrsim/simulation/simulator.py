@@ -271,35 +271,45 @@ class Simulator:
         if not (self._busy or isinstance(command, UNRECORDED)):
             self.finish_instant()
         if isinstance(command, CallService):
-            service = self._service(command.service)
-            if wrong := flaw(command.request):
-                self.answer(command.reply_to, Refused("", None, wrong))
+            call = self._recorded(command)
+            if call is None:
                 return
-            try:
-                request = service.recorded(self, command.request)
-            except BUGS as bug:
-                self._command_failed(command, bug, replayed=False)
-                return
-            if not isinstance(request, service.request):
-                self.answer(command.reply_to, request)
-                return
-            command = command._replace(request=request)
+            command = call
         if isinstance(command, SendGoal) and command.verdict is not Verdict.REJECT:
             command = self.dispatcher.settled(command)
         if isinstance(command, PlanAnswered) and command.request not in self.plans.awaited:
             return
-        self._record(command, by)
+        if self._command_sinks:
+            self._record(command, by)
         try:
             self._apply(command)
         except BUGS as bug:
             # The bug concerns this command only.
             self._command_failed(command, bug, replayed=self._replayed(command))
-        self._start_while_paused(command)
-        self._check_sinks()
+        if self.gate.limit <= self.env.now:
+            self._start_while_paused(command)
+        if self._fatal is not None:
+            self._check_sinks()
+
+    def _recorded(self, command: CallService) -> CallService | None:
+        """Return a call with a request that needs neither file nor network; None if it is answered already."""
+        service = self._service(command.service)
+        if wrong := flaw(command.request):
+            self.answer(command.reply_to, Refused("", None, wrong))
+            return None
+        try:
+            request = service.recorded(self, command.request)
+        except BUGS as bug:
+            self._command_failed(command, bug, replayed=False)
+            return None
+        if not isinstance(request, service.request):
+            self.answer(command.reply_to, request)
+            return None
+        return command._replace(request=request)
 
     def _start_while_paused(self, command: Command) -> None:
-        """Process the events that a command has scheduled at this instant, if the simulation is paused."""
-        if self.paused and isinstance(command, _IMMEDIATE):
+        """Process the events that a command has scheduled at this instant, as the simulation is paused."""
+        if isinstance(command, _IMMEDIATE):
             while self.process_events(self.env.now, _BATCH):
                 pass
 
@@ -536,7 +546,7 @@ class Simulator:
         The number of batches is limited: if a bug schedules events at one instant forever, a command can still end it.
         """
         until = end_of_instant(self.env.now)
-        if self.env.peek() > until and self.telemetry.next_due > until:
+        if self.env.peek() > until and not (self.interest.sampled and self.telemetry.next_due <= until):
             return
         for _ in range(_MAX_BATCHES):
             if not self._process(until, _BATCH, idle=True):

@@ -14,6 +14,7 @@ import itertools
 import logging
 import math
 from collections.abc import Callable, Collection, Iterable
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import end_of_instant, stamp
@@ -47,6 +48,8 @@ _log = logging.getLogger(__name__)
 
 _ENDED: Final = "the simulation has ended"
 """The default reason for the end of a run."""
+
+_ANSWER: Final = attrgetter("answer")
 
 _NEAR: Final = 1e-8
 """Times that are further apart, in simulated seconds, have different stamps."""
@@ -85,6 +88,7 @@ class Lockstep(SelectiveSink):
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
+        self._samples = False
         # The events since the last grant, of the kinds that any participant wants.
         self._events: list[Reported] = []
         self._kinds = NO_KINDS
@@ -262,13 +266,16 @@ class Lockstep(SelectiveSink):
 
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
-        self.granting, self._woken = True, False
+        self.granting, self._woken, self._samples = True, False, False
         if self._participants.changes:
             self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
             if participant.state.begins:
-                asked.append((participant, participant.begin()))
+                request = participant.begin()
+                asked.append((participant, request))
+                if request.report:
+                    self._samples = True
             kinds |= participant.kinds
         self._limit_grant()
         if kinds != self._kinds:
@@ -401,7 +408,8 @@ class Lockstep(SelectiveSink):
         if "feedback" in self._kinds:
             self._sort_events()
         asked = [each for each in self._participants.all if each.state is State.GRANTED]
-        sampled = self._sampled(asked)
+        # Feedback that is to be reported without ending the grant is sampled at its end only.
+        sampled = self._sampled(asked) if self._samples else ()
         for participant in asked:
             participant.since = wall
             self._answer(participant, reason, sampled)
@@ -417,13 +425,16 @@ class Lockstep(SelectiveSink):
             # Times are whole nanoseconds; a participant that rounds otherwise must not get an earlier time.
             now = request.until
         wanted = participant.kinds if participant.state is State.GRANTED else kinds_wanted(request)
-        events = tuple([each for each in (*participant.missed, *self._events) if each[0] in wanted])
+        events = (*participant.missed, *self._events)
+        if events and not wanted >= self._kinds:
+            events = tuple([each for each in events if each[0] in wanted])
         if sampled and "feedback" in request.report - request.wake:
             events = (*events, *sampled)
-        accepted = tuple([slot.answer for slot in participant.slots])
+        accepted = tuple(map(_ANSWER, participant.slots))
         met = self._conditions.take_met(participant.name) if self._conditions.met else ()
         granted = Granted(self.epoch, now, reason, accepted, events, met, self.ended)
-        self._stop_waiting(participant)
+        if participant.slots:
+            self._stop_waiting(participant)
         for reply_to in participant.answer(request.epoch, granted):
             self._simulator.answer(reply_to, granted)
 

@@ -77,6 +77,7 @@ class Pacing:
     """Advances a simulator's time until its inbox is closed.
 
     Args:
+        retention: Drops results after some wall seconds; None to keep them by number alone.
         settings: How time moves, at first.
         on_lag: Called with the total lag in wall seconds when it grows; at most every 5 s.
         on_wait: Callbacks for the moments before the thread waits.
@@ -94,7 +95,7 @@ class Pacing:
         self,
         simulator: Simulator,
         inbox: Inbox,
-        retention: Retention,
+        retention: Retention | None,
         settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
         *,
         on_lag: Callable[[float], None] = lambda _lag: None,
@@ -353,7 +354,8 @@ class Pacing:
             command = self._inbox.poll()
             if command is None:
                 return taken
-            self._retention.apply(self._simulator)
+            if self._retention is not None:
+                self._retention.apply(self._simulator)
             self.submit(command)
         return most
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import chain
+from operator import itemgetter
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final
 
@@ -44,6 +45,7 @@ _SURE: Final = 2
 
 _Queued = tuple[Any, Callable[["Answer"], None], "ActionTarget | None"]
 """A command for the next advance, the callback for its answer, and its action, if it has one."""
+_COMMAND: Final = itemgetter(0)
 
 
 class Lockstep:
@@ -347,12 +349,12 @@ class Lockstep:
             return True
         participant = self._participant
         if participant.request is None:
-            until, wake, report = wish or (min(self._untils), self._kinds(), NO_KINDS)
+            until, wake, report = wish or (min(self._untils), self._kinds() if self._listeners else _RESULT, NO_KINDS)
             with self._lock:
                 # After an interrupt, commands that were taken from the queue before may not have been sent.
                 waiting = [*self._sent, *self._queue]
-                commands = [command for command, _, _ in waiting]
-                most = self._connection.fitting(commands)
+                commands = [*map(_COMMAND, waiting)]
+                most = self._connection.fitting(commands) if len(commands) > 1 else 1
                 self._sent, self._queue = waiting[:most], waiting[most:]
             if most < len(commands):
                 until = participant.now

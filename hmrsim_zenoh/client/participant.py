@@ -110,7 +110,9 @@ class Participant:
             call = self._call
             if call is None:
                 call = self._call = self._connection.call(request, timeout=_FOR_EVER)
-            if not self._answered(call, limit - time.monotonic()):
+            if (call.answer is None or self._failure is not None) and not self._answered(
+                call, limit - time.monotonic()
+            ):
                 break
             answer = call.answer
             if isinstance(answer, Granted):

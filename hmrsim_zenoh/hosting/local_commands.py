@@ -118,8 +118,11 @@ class LocalCommands(SelectiveSink):
     def _answer(self, answered: Answered) -> None:
         pending = answered.reply_to
         if isinstance(pending, Pending):
+            answer = answered.answer
+            if type(answer) is Refused or (type(answer) is Granted and Refused in map(type, answer.accepted)):
+                answer = _for_client(answer)
             lost = pending.may_be_lost and self._losses.lost()
-            self._delivery.deliver(pending.take, None if lost else _for_client(answered.answer))
+            self._delivery.deliver(pending.take, None if lost else answer)
 
     def _follow_roster(self, _changed: RosterChanged) -> None:
         self._description.forget()
@@ -176,22 +179,25 @@ class LocalCommands(SelectiveSink):
             robot, name = self.keys.resolve(robot, name)
         action = self._actions.get(name)
         # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal = None if action is None else _message(action.goal, command.goal)
+        goal: Any = command.goal
+        if action is None:
+            goal = None
+        elif isinstance(goal, action.goal):
+            _complete(goal)
+        else:
+            goal = read_goal(action.goal, goal)
         if goal is command.goal and pending is None and name is command.action:
             return command
         return SendGoal(robot, name, goal, command.goal_id, pending)
 
 
-def _message(kind: type[Message], goal: Any) -> Message:
-    """Return a goal as a message, with the checks that it has over the network."""
-    if not isinstance(goal, kind):
-        return read_goal(kind, goal)
+def _complete(goal: Message) -> None:
+    """Check and complete a goal as over the network."""
     try:
         check_texts_of(goal)
     except UnreadableError as error:
         raise error.below("goal") from None
     complete(goal)
-    return goal
 
 
 def _error(error: UnreadableError) -> RequestError:
@@ -203,6 +209,6 @@ def _for_client(answer: Any) -> Any:
     match answer:
         case Refused(field, value, text):
             return RequestError(text, [{"field": field, "message": text, "value": value}])
-        case Granted(accepted=accepted) if Refused in map(type, accepted):
+        case Granted(accepted=accepted):
             return answer._replace(accepted=tuple(map(_for_client, accepted)))
     return answer

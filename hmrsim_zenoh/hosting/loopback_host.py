@@ -11,7 +11,6 @@ from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
-from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.loopback.delivery import Delivery
@@ -76,15 +75,15 @@ class LoopbackHost:
         self._reason = "the simulation has ended"
         self._begun = self._ended = self._stopped = False
         self._inbox = inbox = LocalInbox()
-        self.delivery = Delivery(self._run, lambda: self._begun and inbox.waiting)
+        self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
         self._exchange: Exchange | None = None
         self._session: LoopbackSession | None = None
         self._tokens: LivelinessTokens | None = None
-        retention = Retention(settings.result_timeout, settings.keep_results)
 
         def watching(simulator: Simulator) -> Sequence[Sink]:
-            self.pacing = Pacing(simulator, inbox, retention, settings, lockstep_only=True)
+            # Results are kept by number alone: what a run does must not depend on how long it takes.
+            self.pacing = Pacing(simulator, inbox, None, settings, lockstep_only=True)
             self._description = Description(simulator, lambda: self.pacing.state, settings.run_id)
             self._commands = LocalCommands(self.delivery, inbox, self._keys, self._description, lambda: self.exchange)
             return [self._commands, self.pacing.lockstep, *watchers(simulator, self.pacing)]
@@ -92,7 +91,7 @@ class LoopbackHost:
         self.simulator = Simulator(
             world,
             settings,
-            [retention, *sinks],
+            sinks,
             watchers=watching,
             services=all_services(),
             hindrance=lambda: self.pacing.hindrance,

@@ -12,7 +12,10 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from hmrsim.protocol.commands import Inbox
 
 _log = logging.getLogger(__name__)
 
@@ -24,16 +27,16 @@ class Delivery:
 
     Args:
         run: Runs the simulation until it needs a message to continue.
-        has_messages: Returns whether the simulation has a message to process.
+        inbox: The messages for the simulation.
 
     Attributes:
         lock: Held by the one thread that runs the simulation, or changes who receives its messages.
     """
 
-    def __init__(self, run: Callable[[], None], has_messages: Callable[[], bool]) -> None:
+    def __init__(self, run: Callable[[], None], inbox: Inbox) -> None:
         self.lock = threading.RLock()
         self._run = run
-        self._has_messages = has_messages
+        self._inbox = inbox
         self._waiting: deque[Callable[[], object]] = deque()
         self._numbers = itertools.count(1)
         self._running = False
@@ -59,7 +62,7 @@ class Delivery:
                 if self._running:
                     # A callback of the simulation itself.
                     break
-                if resume or self._has_messages():
+                if resume or self._inbox.waiting:
                     self._running = True
                     try:
                         self._run()
