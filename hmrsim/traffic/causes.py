@@ -277,5 +277,5 @@ def _names_of(world: World) -> PlaceNames:
     return PlaceNames(world.points, places, docks)
 
 
-_PLACE_NAMES: Final = Derived(_names_of)
+_PLACE_NAMES: Final = Derived(_names_of, "waypoints", "places", "docks")
 """Returns the names of the waypoints, places and docks of a world."""

@@ -6,10 +6,10 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from hmrsim.diagnostics import MAX_FINDINGS, limited
 from hmrsim.errors import Problem, WorldError
@@ -86,19 +86,33 @@ def load_world(
     return _checked(merged, path, overlays, further)
 
 
+_Parts: TypeAlias = dict[str, tuple[str, Any]]
+"""The fields of a world that was loaded before, each with its text in the file, which may be empty."""
+
+
 def _checked(
     merged: Merged,
     path: Path,
     overlays: Sequence[Overlay],
     further: Sequence[Callable[[World], Iterable[Finding]]] = (),
+    parts: _Parts | None = None,
 ) -> LoadedWorld:
     """Return the world of files with overlays applied.
+
+    Args:
+        merged: The content of the files.
+        path: The first of them.
+        overlays: The overlays, in order.
+        further: Further checks, as in `load_world`.
+        parts: The fields of an earlier world of the same files; updated.
 
     Raises:
         WorldError: The world is invalid; it has all errors.
     """
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
+    if parts is not None and valid.world is not None and not valid.findings:
+        valid = replace(valid, world=_sharing(valid.world, merged, parts))
     lost = valid.lost
     if not merged.complete:
         lost = Lost(dict.fromkeys(("waypoints", "places", "docks", "robot_types", "robots", "lanes")))
@@ -114,6 +128,22 @@ def _checked(
     return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
 
 
+def _sharing(world: World, merged: Merged, parts: _Parts) -> World:
+    """Return a world that shares the fields that are the same with an earlier one, and what is derived from them."""
+    same = {}
+    for name in World.model_fields:
+        try:
+            text = _exact(merged.data[name]) if name in merged.data else ""
+        except TypeError:  # lanes of a grid
+            continue
+        before = parts.get(name)
+        if before is not None and before[0] == text:
+            same[name] = before[1]
+        else:
+            parts[name] = text, getattr(world, name)
+    return world.model_copy(update=same)
+
+
 @dataclass(frozen=True)
 class BaseWorld:
     """The content of a world file, for many worlds that differ by overlays; see `base_world`.
@@ -125,6 +155,7 @@ class BaseWorld:
 
     path: Path
     merged: Merged
+    _parts: _Parts = field(default_factory=dict, compare=False, repr=False)
 
     def load(
         self, overlays: Sequence[Overlay] = (), further: Sequence[Callable[[World], Iterable[Finding]]] = ()
@@ -135,12 +166,12 @@ class BaseWorld:
             WorldError: The world is invalid; it has all errors.
         """
         if overlays or further:
-            return _checked(self.merged.copied(), self.path, overlays, further)
+            return _checked(self.merged.copied(), self.path, overlays, further, self._parts)
         return self._as_it_is
 
     @cached_property
     def _as_it_is(self) -> LoadedWorld:
-        return _checked(self.merged.copied(), self.path, ())
+        return _checked(self.merged.copied(), self.path, (), parts=self._parts)
 
 
 def base_world(source: str | Path) -> BaseWorld:
@@ -224,8 +255,7 @@ def world_hash(world: World) -> str:
 def _digest(world: World) -> str:
     digest = hashlib.sha256()
     # A search runs one world with thousands of different faults.
-    faults = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, include={"faults"})
-    texts: dict[str, Iterable[str]] = {**_UNFAULTY(world), **{key: [_canonical(said)] for key, said in faults.items()}}
+    texts = _UNFAULTY(world) | _texts(world, "faults")
     if not _is_small(world):
         texts |= {key: pieces(world) for key, pieces in _LARGE.items()}
     for i, key in enumerate(sorted(texts)):
@@ -236,22 +266,19 @@ def _digest(world: World) -> str:
     return digest.hexdigest()
 
 
-def _unfaulty(world: World) -> dict[str, list[str]]:
-    """Return the canonical JSON of all parts of a world but its faults and what is too large to be kept."""
-    data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"faults", *_LARGE})
-    for name, robot in world.robots.items():
+def _texts(world: World, field: str) -> dict[str, Iterable[str]]:
+    """Return the canonical JSON of a field by its key; none if it has its default, or is too large to be kept."""
+    if field in _LARGE:
+        return {field: [*_LARGE[field](world)]} if _is_small(world) else {}
+    data = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, include={field})
+    for name, robot in world.robots.items() if field == "robots" else ():
         if robot.base.model_fields_set:  # null overrides the type's settings
             data["robots"][name]["base"] = robot.base.model_dump(mode="json", exclude_unset=True)
-    texts = {key: [_canonical(said)] for key, said in data.items()}
-    return texts | ({key: [*pieces(world)] for key, pieces in _LARGE.items()} if _is_small(world) else {})
+    return {key: [_canonical(said)] for key, said in data.items()}
 
 
 def _is_small(world: World) -> bool:
     return max(len(world.lanes), len(world.waypoints)) <= _PIECE
-
-
-_UNFAULTY: Final = Derived(_unfaulty, *(name for name in World.model_fields if name != "faults"))
-_HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests replace the function
 
 
 def _lanes(world: World) -> Iterator[str]:
@@ -288,4 +315,12 @@ def _waypoints(world: World) -> Iterator[str]:
 _LARGE: Final[Mapping[str, Callable[[World], Iterator[str]]]] = {"lanes": _lanes, "waypoints": _waypoints}
 """The parts of a world that may be large, and what yields their canonical JSON in pieces."""
 
+_PARTS: Final = tuple(name for name in World.model_fields if name != "faults")
+_TEXTS: Final = [Derived(partial(_texts, field=name), *(_LARGE if name in _LARGE else (name,))) for name in _PARTS]
+"""Return the canonical JSON of a field: worlds that differ by overlays share most fields."""
+_UNFAULTY: Final = Derived(lambda world: {key: text for each in _TEXTS for key, text in each(world).items()}, *_PARTS)
+_HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests replace the function
+
+_exact = json.JSONEncoder().encode
+"""Returns plain values as text that distinguishes all values that a world distinguishes, and the order of keys."""
 _canonical = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode

@@ -280,7 +280,7 @@ def _no_layouts(_world: World) -> dict[tuple[int | None, int | None], _Layout]:
     return {}
 
 
-_LAYOUTS: Final = Derived(_no_layouts)
+_LAYOUTS: Final = Derived(_no_layouts, "waypoints", "lanes", "lifts", "docks", "places", "robots", "robot_types")
 """The layouts of a world, by the capacities of waypoints and lanes that state none."""
 
 

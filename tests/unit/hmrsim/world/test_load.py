@@ -13,6 +13,7 @@ from hmrsim.errors import WorldError
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.files import shipped_maps
 from hmrsim.world.formats import choose
+from hmrsim.world.overlays.overlay import setting
 from hmrsim.world_checks import load_world, world_hash
 from hmrsim.world_checks.schema import world_schema
 from tests.paths import ROOT
@@ -149,6 +150,17 @@ def test_equal_worlds_have_one_hash(load):
     other = load("seed: 2\nwaypoints: {a: [0, 0], b: [1, 0]}\n", "other.yaml").hash
 
     assert (len(one), one == same, one == other) == (64, True, False)
+
+
+def test_worlds_of_one_file_share_what_no_overlay_changes(write):
+    """What is derived from the same fields, such as the road map, is then derived once."""
+    path = write("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\nrobots: {eve: {at: a}}\n")
+    plain = load_world(path).world
+    moved, _, again = (load_world(path, overlays=[setting(f"robots.eve.at={at}")]).world for at in ("b", "a", "b"))
+
+    assert moved.lanes is plain.lanes is again.lanes
+    assert (plain.robots["eve"].at, moved.robots["eve"].at, again.robots["eve"].at) == ("a", "b", "b")
+    assert world_hash(moved) == world_hash(again) != world_hash(plain)
 
 
 def test_the_hash_depends_on_faults(load):
