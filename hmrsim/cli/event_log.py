@@ -10,7 +10,8 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, Self
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, Self
 
 from pydantic import ValidationError
 
@@ -251,6 +252,11 @@ def summary(goal: Message) -> str:
     return ", ".join([*words[:_MAX_PARTS], *rest])
 
 
+@cache
+def _defaults(kind: type[Message]) -> dict[str, Any]:
+    return {name: field.get_default(call_default_factory=True) for name, field in kind.model_fields.items()}
+
+
 def _words(value: object) -> Iterator[str]:
     if isinstance(value, PoseStamped):
         yield from _words(value.pose)
@@ -263,12 +269,11 @@ def _words(value: object) -> Iterator[str]:
             yield from _words(item)
     elif isinstance(value, Message) and not isinstance(value, Time):
         shown = False
-        for name, field in type(value).model_fields.items():
+        for name, default in _defaults(type(value)).items():
             part = getattr(value, name)
             # Clients send every field, so most have ROS's defaults. A pose at the origin is a valid target, unless a
             # field before it, such as the name of a dock, says where to drive.
-            default = part == field.get_default(call_default_factory=True)
-            if not default or (not shown and isinstance(part, (Pose, PoseStamped))):
+            if part != default or (not shown and isinstance(part, (Pose, PoseStamped))):
                 shown = True
                 yield from _words(part)
     elif isinstance(value, (str, int, float)) and value:

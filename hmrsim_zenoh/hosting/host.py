@@ -14,6 +14,7 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
+from hmrsim_zenoh.server.decode_time import AdvanceRequest, CommandRequest, JoinRequest
 from hmrsim_zenoh.server.tokens import Claim
 from hmrsim_zenoh.server.world_info import Sessions
 from hmrsim_zenoh.wire import encoding
@@ -175,6 +176,9 @@ def _warm_up(simulator: Simulator) -> Iterator[None]:
     pydantic builds a message's validator and serializer upon first use, which takes 0.1 s for MoveIt's large messages.
     Yields after each step; a step takes at most 0.1 s.
     """
+    for request in (JoinRequest, AdvanceRequest, CommandRequest):
+        plain(request)
+    yield
     world, servers = simulator.world, simulator.dispatcher.servers
     served = {name for robot in (*simulator.robots, WORLD) for name in servers.actions_of(robot)}
     for name, action in all_actions().items():
