@@ -4,53 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import gymnasium
 
+from benchmarks._goals import Goals
 from benchmarks._report import Row
 from benchmarks._spread import Spread
 from hmrsim.program.memory import collect_rarely
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.settings.run import RunSettings
-from hmrsim.simulation.simulator import Simulator
 from hmrsim_gym import nearest, parallel_env
 from hmrsim_gym.dispatching import Dispatching
 from hmrsim_gym.observations import Observer
 from hmrsim_gym.setting import Setting
 
-if TYPE_CHECKING:
-    from hmrsim.protocol.commands import Command
-    from hmrsim.protocol.outputs import Output
-    from hmrsim.protocol.topics import Topic
-
 QUICK: dict[str, Any] = {"rounds": 2, "horizon": 300.0}
-
-
-class Sent(NamedTuple):
-    """A goal of an episode, and when it was sent."""
-
-    at: float
-    command: SendGoal
-
-
-class Goals:
-    """A sink that keeps the goals of a run."""
-
-    def __init__(self) -> None:
-        self.sent: list[Sent] = []
-
-    def wants(self, _topic: Topic) -> bool:
-        """Return False for all topics."""
-        return False
-
-    def emit(self, output: Output) -> None:
-        """Ignore the outputs of the simulation."""
-
-    def commanded(self, command: Command, _by: str, now: float) -> None:
-        """Record a goal that was sent."""
-        if isinstance(command, SendGoal):
-            self.sent.append(Sent(now, command._replace(reply_to=None, result_to=None)))
 
 
 def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
@@ -136,11 +104,7 @@ def _bare(setting: Setting, seed: int) -> tuple[int, float]:
         run.run_on()
     run.close()
     began = time.process_time()
-    simulator = Simulator(setting.world, RunSettings(seed=seed), [])
-    for sent in goals.sent:
-        simulator.advance(sent.at)
-        simulator.submit(sent.command)
-    simulator.advance(setting.horizon)
+    goals.repeat(setting.world, RunSettings(seed=seed), setting.horizon)
     return decisions, time.process_time() - began
 
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import statistics
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks import _mission
+from benchmarks._goals import Goals
 from benchmarks._report import Row
 from benchmarks._spread import Spread
-from hmrsim.program.memory import collect_rarely
+from hmrsim.experiments.reading import read_plan
+from hmrsim.experiments.replications import execute_run
+from hmrsim.program.memory import collect_rarely, collect_run
+from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 from hmrsim.world.model import Base
 from hmrsim.world_checks import load_world
@@ -23,6 +29,12 @@ if TYPE_CHECKING:
 QUICK: dict[str, Any] = {"rounds": 3, "runs": 3, "missions": 1}
 
 _TREE = "bt_controller.examples.hospital:mission"
+_STUDY = f"""\
+name: mission
+world: hospital
+treatments: {{all: {{tree: "{_TREE}"}}}}
+measures: {{time: end.at}}
+"""
 _SPEED = 1.2
 """Meters a second, of which each run's robots have a little more than those of the run before."""
 
@@ -36,13 +48,16 @@ def run(*, rounds: int = 20, runs: int = 10, missions: int = 3) -> list[Row]:
         missions: How often it is run over Zenoh.
     """
     world = load_world("hospital").world
+    worker = _Worker()
     with ExitStack() as stack:
         again = _Again(stack.enter_context(simulation(world, tree=_TREE)))
         others = _Others(world)
-        variants: dict[str, Callable[[], Run]] = {
+        variants: dict[str, Callable[[], object]] = {
             "the same world": lambda: _whole(world),
             "robots of other speeds in each run": lambda: _whole(others.following()),
             "a reset in between": again.run,
+            _WORKER: worker.run,
+            _BARE: worker.repeat,
         }
         for make in variants.values():
             make()
@@ -52,8 +67,12 @@ def run(*, rounds: int = 20, runs: int = 10, missions: int = 3) -> list[Row]:
             for name, make in variants.items():
                 took[name].append(_seconds(make, runs))
     beside = _beside(missions)
+    of_worker, bare = took.pop(_WORKER), took.pop(_BARE)
+    ratio = Spread.of(run / alone for run, alone in zip(of_worker, bare, strict=True))
     return [
         *(row for name, seconds in took.items() for row in _rows(name, seconds, beside)),
+        Row(_WORKER, Spread.of(1e3 * each for each in of_worker), "ms of processor time", ratio, ratio_at_most=2.0),
+        Row(_BARE, Spread.of(1e3 * each for each in bare), "ms of processor time", 1.0),
         Row("over Zenoh in lockstep: a run", 1e3 * beside, "ms of wall time", 1.0),
     ]
 
@@ -67,7 +86,7 @@ def _rows(name: str, seconds: list[float], beside: float) -> list[Row]:
     ]
 
 
-def _seconds(make: Callable[[], Run], runs: int) -> float:
+def _seconds(make: Callable[[], object], runs: int) -> float:
     """Return the processor time of a run."""
     began = time.process_time()
     for _ in range(runs):
@@ -95,6 +114,36 @@ class _Others:
         base = Base(speed=_SPEED + self._made / 10_000)
         robots = {name: robot.model_copy(update={"base": base}) for name, robot in self._world.robots.items()}
         return self._world.model_copy(update={"robots": robots})
+
+
+_WORKER = "a run of an experiment, in a warm worker"
+_BARE = "the same goals, without controller and client"
+
+
+class _Worker:
+    """The mission in a worker of an experiment, and its goals without controller and client."""
+
+    def __init__(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "mission.yaml")
+            path.write_text(_STUDY, encoding="utf-8")
+            self._plan = read_plan(path)
+        self._run = self._plan.run(0, "all", 0)
+        self._goals = Goals()
+        row = execute_run(self._plan, self._run, lambda _simulator, _pacing: [self._goals])
+        if row.ending != "succeeded" or row.at is None:
+            raise AssertionError(row.cause)
+        self._end = row.at
+
+    def run(self) -> None:
+        """Run the mission."""
+        execute_run(self._plan, self._run)
+
+    def repeat(self) -> None:
+        """Repeat its goals."""
+        world, settings = self._plan.world(0).world, RunSettings(seed=self._run.seed)
+        self._goals.repeat(world, settings, self._end)
+        collect_run()
 
 
 class _Again:
