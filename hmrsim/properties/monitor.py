@@ -185,9 +185,10 @@ class MonitorSink(SelectiveSink):
             # At time 0 the scene is that of the world, which is known.
             self._see(now)
 
-    def wants(self, topic: Topic) -> bool:
-        """Return whether it wants a topic: events, and motions if a property depends on them."""
-        return topic is Topic.EVENTS or (self._motion and topic is Topic.MOTION)
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that it wants: events, and motions if a property depends on them."""
+        return (Topic.EVENTS, Topic.MOTION) if self._motion else (Topic.EVENTS,)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

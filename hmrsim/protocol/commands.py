@@ -284,6 +284,8 @@ class Inbox:
 
     def close(self) -> None:
         """Close the inbox, and wake the simulation."""
+        if self.closed:
+            return
         with self._changed:
             self.closed = True
             self._changed.notify_all()

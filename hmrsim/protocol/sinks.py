@@ -25,13 +25,12 @@ class Sink(Protocol):
 
 
 class SelectiveSink:
-    """A base class of sinks that process outputs of some types only, each with its own function.
+    """A base class of sinks that process outputs of some types only, each with its own function."""
 
-    Attributes:
-        topics: The topics that it always wants; a subclass whose interest changes has a `wants` of its own.
-    """
-
-    topics: Collection[Topic] = ()
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that it wants now; a subclass may have a `wants` instead, which is asked for each topic."""
+        return ()
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic is wanted now."""
@@ -70,7 +69,7 @@ def handler_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
 
 
 def topics_of(sink: object) -> Collection[Topic] | None:
-    """Return the topics that a sink always wants; None for one whose interest may change."""
+    """Return the topics that a sink wants now; None for one that has to be asked for each."""
     if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:
         return sink.topics
     return None

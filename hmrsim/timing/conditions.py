@@ -41,6 +41,7 @@ class Conditions:
 
     Attributes:
         watched: The conditions of each participant that has any, by name.
+        topics: The topics whose messages have to be looked at, as of the last `refresh`.
         met: The names of each participant's conditions that were met and not yet reported to it.
         changed: Whether conditions were added or removed since the last `refresh`.
     """
@@ -57,7 +58,7 @@ class Conditions:
         self.changed = False
         # The number of conditions that need a topic's messages, and the topics that are subscribed to.
         self._needed: Counter[Topic] = Counter()
-        self._topics: frozenset[Topic] = frozenset()
+        self.topics: frozenset[Topic] = frozenset()
         # The batteries that are watched, when each reaches a level next, and these times in order.
         self._batteries: dict[str, BatteryLevels] = {}
         self._next: dict[str, float] = {}
@@ -70,10 +71,6 @@ class Conditions:
         while heap and self._next.get(heap[0][1]) != heap[0][0]:
             heapq.heappop(heap)
         return heap[0][0] if heap else math.inf
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether messages of a topic have to be looked at."""
-        return topic in self._topics
 
     def take_met(self, participant: str) -> tuple[str, ...]:
         """Return the conditions of a participant that were met, by name, and forget them."""
@@ -136,8 +133,8 @@ class Conditions:
         """Subscribe to exactly the topics that conditions need now."""
         self.changed = False
         wanted = frozenset(topic for topic, number in self._needed.items() if number)
-        if wanted != self._topics:
-            self._topics = wanted
+        if wanted != self.topics:
+            self.topics = wanted
             self._simulator.submit(InterestChanged())
 
     def follow(self) -> None:

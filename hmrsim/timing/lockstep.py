@@ -522,11 +522,11 @@ class Lockstep(SelectiveSink):
             if slot.wanted is not None and slot.answer is None:
                 self._simulator.submit(StopWaiting(*slot.wanted[:3], reply_tos=(slot,)))
 
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a participant waits for something on a topic; changes of goals are emitted anyway."""
-        if topic is Topic.FEEDBACK and "feedback" in self._kinds:
-            return True
-        return bool(self._conditions.watched) and self._conditions.wants(topic)
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics on which a participant waits for something; changes of goals are emitted anyway."""
+        topics = self._conditions.topics
+        return topics | {Topic.FEEDBACK} if "feedback" in self._kinds else topics
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

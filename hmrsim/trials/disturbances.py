@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -166,9 +166,12 @@ class Disturber(SelectiveSink):
         """
         self._act = act
 
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic's messages are wanted: events."""
-        return bool(self._waiting) and (topic is Topic.EVENTS or (topic is Topic.MOTION and self._wants_motion))
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that are wanted: events, and motions if a disturbance begins with one."""
+        if not self._waiting:
+            return ()
+        return (Topic.EVENTS, Topic.MOTION) if self._wants_motion else (Topic.EVENTS,)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

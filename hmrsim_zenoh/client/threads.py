@@ -42,11 +42,15 @@ class Worker:
 
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
+        if self._thread is None:
+            # A call that comes later finds it closed.
+            self._closed = True
+            return
         with self._changed:
             self._closed = True
             self._due.clear()
             self._changed.notify()
-        if self._thread is not None and self._thread is not threading.current_thread():
+        if self._thread is not threading.current_thread():
             self._thread.join()
 
     def _start(self) -> None:

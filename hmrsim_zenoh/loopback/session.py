@@ -143,8 +143,8 @@ class LoopbackSession:
         """
         self._check()
         self._participants[name] = None
+        # It is processed before what the participant sends next.
         self.simulation.announce(name, alive=True)
-        self._settle()
         return partial(self._take_leave, name)
 
     def _take_leave(self, name: str) -> None:

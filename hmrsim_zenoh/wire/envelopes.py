@@ -270,34 +270,47 @@ def check_texts_of(message: object) -> None:
         UnreadableError: A text is too long.
     """
     kind: Any = type(message)
-    texts_in = _texts_in(kind)
-    if texts_in is not None and max(map(len, filter(None, texts_in(message))), default=0) <= MAX_TEXT:
+    texts, others = _fields_with_texts(kind)
+    short = texts is None or max(map(len, filter(None, texts(message))), default=0) <= MAX_TEXT
+    if short and (others is None or not any(others(message))):
         return
     for path, text in _texts(message):
         if len(text) > MAX_TEXT:
             raise unreadable_at(path, f"a text of {len(text)} characters; at most {MAX_TEXT} are taken", text)
 
 
+_Read = Callable[[object], Sequence[Any]]
+
+
 @cache
-def _texts_in(kind: type[Any]) -> Callable[[object], Sequence[str | None]] | None:
-    """Return the function that finds the texts in messages of a type; None for types with lists, which are walked."""
-    paths = _paths(kind)
-    if paths is None:
-        return None
-    return attrgetter(*paths) if len(paths) > 1 else lambda message: [attrgetter(path)(message) for path in paths]
+def _fields_with_texts(kind: Any) -> tuple[_Read | None, _Read | None]:
+    """Return what reads the texts in messages of a type, and what reads the fields to be walked; None for none."""
+    texts, others = _paths(kind)
+    return _reader(texts), _reader(others)
 
 
-def _paths(kind: Any) -> list[str] | None:
-    found: list[str] = []
+def _reader(paths: list[str]) -> _Read | None:
+    if len(paths) != 1:
+        return attrgetter(*paths) if paths else None
+    return lambda message: [attrgetter(path)(message) for path in paths]
+
+
+def _paths(kind: Any) -> tuple[list[str], list[str]]:
+    """Return the paths of the texts in messages of a type, and of lists and others that may contain further texts."""
+    texts: list[str] = []
+    others: list[str] = []
     for name, field in getattr(kind, "model_fields", {}).items():
-        of = field.annotation
+        of: Any = field.annotation
         if name in _LONG or of in _SHORT:
             continue
-        inner = [""] if of in _TEXT else _paths(of) if isinstance(of, type) and issubclass(of, BaseModel) else None
-        if inner is None:
-            return None
-        found += [f"{name}.{path}".rstrip(".") for path in inner]
-    return found
+        if of in _TEXT:
+            texts.append(name)
+        elif isinstance(of, type) and issubclass(of, BaseModel):
+            for found, inner in zip((texts, others), _paths(of), strict=True):
+                found += [f"{name}.{path}" for path in inner]
+        else:
+            others.append(name)
+    return texts, others
 
 
 def _texts(value: object) -> Iterator[tuple[str, str]]:
