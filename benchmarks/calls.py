@@ -20,7 +20,7 @@ from benchmarks.experiments import STUDY
 from hmrsim.actions import registry
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.replications import execute_run
-from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case, Injection

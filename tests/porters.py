@@ -9,8 +9,8 @@ from typing import Any
 
 from hmrsim.actions import registry
 from hmrsim.fault_search.campaign import Campaign, Options, limited
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.evaluator import Evaluator
-from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.schedule import Case
 from hmrsim.trials.batches import Serial

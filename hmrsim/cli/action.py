@@ -1,18 +1,28 @@
-"""``hmrsim action``: the robots' actions, as in ``ros2 action``."""
+"""``hmrsim action``: the robots' actions, as in ``ros2 action``; Ctrl-C cancels a goal that was sent."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import queue
+import re
+import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
 from shlex import quote
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, Final, get_args
 
-from hmrsim.cli import send_goal
-from hmrsim.cli.connection import connected
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.connection import OPERATOR, connected, in_run
+from hmrsim.cli.exits import ExitCode, Refused, UnknownName, WrongUse
 from hmrsim.cli.options import add_connection_options, add_json
-from hmrsim.cli.output import show_result, yaml_flow
+from hmrsim.cli.output import indented, show, show_json, show_result, values, warn, yaml_flow, yaml_text
+from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import add_commands
+from hmrsim.program.signals import exit_code_of, on_signals
+from hmrsim.protocol.goal import GoalStatus
+from hmrsim.protocol.time import LOCKSTEP
+from hmrsim_zenoh.errors import Denied, GoalRejectedError, RequestError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,8 +31,288 @@ if TYPE_CHECKING:
 
     from hmrsim.actions import AnyAction
     from hmrsim.cli.connection import Info
+    from hmrsim.cli.names import ActionName
     from hmrsim.interfaces.message import Message
     from hmrsim.program.command_line import LazyParser
+    from hmrsim_zenoh.client.client import Client
+    from hmrsim_zenoh.client.goal_handle import GoalHandle
+
+
+_EXAMPLES: Final = """\
+examples:
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: counter}' --feedback
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: {pose: {position: {x: 2, y: 3}}}}'
+  hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{target_name: coffee}'
+  hmrsim action send-goal /mocha/wait '{time: {sec: 3}}' --json
+  hmrsim action send-goal /mocha/undock_robot"""
+
+_TYPE: Final = re.compile(r"\w+(/\w+)+")
+_LOOK: Final = 1.0
+_DRAIN_TIMEOUT: Final = 0.05
+_CANCEL_WAIT: Final = 2.0
+
+
+def _configure_send_goal(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim action send-goal``."""
+    parser.description = (
+        "Send a goal and follow it to its end; Ctrl-C cancels it. Empty fields are omitted; --json shows all."
+    )
+    parser.epilog = _EXAMPLES
+    parser.add_argument("name", metavar="NAME", help="/ROBOT/ACTION or an alias")
+    parser.add_argument("type", metavar="TYPE", nargs="?", help="the action's ROS type, as for `ros2 action send_goal`")
+    parser.add_argument(
+        "goal",
+        metavar="GOAL",
+        nargs="?",
+        help="the goal as YAML; omitted fields have their ROS defaults, and a pose may be the name of a place",
+    )
+    parser.add_argument(
+        "-f", "--feedback", action="store_true", help="show feedback, too: one line per sample on a terminal, else YAML"
+    )
+    parser.add_argument("-v", "--verbose", action="store_true", help="show feedback as YAML on a terminal, too")
+    add_json(parser, "print the outcome as one JSON object, after one line of JSON per feedback")
+    parser.add_argument("--goal-id", metavar="HEX", help="32 hex digits, hyphens optional; generated if not given")
+    parser.set_defaults(function=_send_goal)
+    add_connection_options(parser)
+
+
+def _send_goal(args: argparse.Namespace) -> int:
+    from hmrsim.cli.goal_text import read_goal, read_yaml
+    from hmrsim.cli.names import find_action
+
+    ros_type, text = _type_and_goal(args)
+    data = None if text is None else read_yaml(text)
+    goal_id = _goal_id(args.goal_id)
+    participant = re.sub(r"\W+", "_", args.name).strip("_")
+    with connected(args, OPERATOR, name=participant) as (client, info):
+        name = find_action(info, args.name)
+        action = name.definition()
+        if ros_type is not None and ros_type != action.ros_type:
+            raise WrongUse(f"{name.name} is a {action.ros_type}, not a {ros_type}")
+        if text is None:
+            data = _empty(client, name)
+        goal = read_goal(_with_poses(client, data, action), action.goal)
+        brief = sys.stdout.isatty() and not args.verbose
+        report = _Report(as_json=args.json, feedback=args.feedback or args.verbose, brief=brief)
+        if info.get("clock") == LOCKSTEP:
+            if in_run():
+                return _send_in_lockstep(client, name, goal, goal_id=goal_id, report=report)
+            _check_that_time_moves(client)
+        return _follow(client, name, goal, goal_id=goal_id, report=report)
+
+
+def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
+    """Return the type and the goal; if only one is given, its form tells which it is."""
+    if args.goal is None and args.type is not None and not _TYPE.fullmatch(args.type):
+        return None, args.type
+    return args.type, args.goal
+
+
+def _with_poses(client: Client, data: object, action: AnyAction) -> object:
+    """Return the plain values of a goal, with names of places replaced by their poses.
+
+    Raises:
+        UnknownName: There is no such place.
+    """
+    from hmrsim_zenoh.client.places import with_poses
+
+    try:
+        return with_poses(data, action.goal, client.places.pose)
+    except ValueError as error:
+        raise UnknownName(str(error)) from None
+
+
+def _empty(client: Client, name: ActionName) -> dict[str, Any]:
+    """Return an empty goal, for an action that needs no fields.
+
+    Raises:
+        WrongUse: The action needs fields.
+    """
+    from hmrsim.cli.goal_text import example_of
+
+    action = name.definition()
+    example = example_of(client, action, name.robot)
+    if action.goal.model_fields and example != {}:
+        hint = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
+        raise WrongUse(f"{name.name}: the goal is missing; give it as YAML{hint}")
+    return {}
+
+
+def _check_that_time_moves(client: Client) -> None:
+    """Print which participants advance time in lockstep.
+
+    Raises:
+        Refused: There are none, so the goal would never end.
+    """
+    participants = json.loads(client.get(client.keys.world("time/state")))["participants"]
+    if not participants:
+        raise Refused(
+            "time stands, as in lockstep no controller takes part: start one, run the world without --clock lockstep, "
+            "or let time advance by itself: hmrsim service call /_world/time/set '{clock: realtime}'"
+        )
+    warn(f"in lockstep, time advances only as far as {', '.join(participants)} allow{'s' * (len(participants) == 1)}")
+
+
+def _goal_id(text: str | None) -> str | None:
+    from hmrsim.protocol.goal import parse_goal_id
+
+    try:
+        return None if text is None else parse_goal_id(text)
+    except ValueError as error:
+        raise WrongUse(f"--goal-id: {error}") from None
+
+
+@dataclass
+class _Report:
+    """Prints the progress of a goal.
+
+    Attributes:
+        as_json: Whether as JSON.
+        feedback: Whether with feedback.
+        brief: Whether feedback that is not JSON takes one line.
+    """
+
+    as_json: bool
+    feedback: bool
+    brief: bool
+    _accepted: bool = field(default=False, init=False)
+
+    def accept(self, goal_id: str) -> None:
+        """Print, once, that the goal was accepted."""
+        if not (self._accepted or self.as_json):
+            show(f"Goal accepted with ID: {goal_id}\n")
+        self._accepted = True
+
+    def show_feedback(self, goal_id: str, message: Message) -> None:
+        """Print feedback."""
+        from hmrsim.cli.goal_text import one_line, without_defaults
+
+        if self.as_json:
+            show_json({"goal_id": goal_id, "feedback": values(message)})
+        elif self.brief:
+            show(f"Feedback: {one_line(message)}")
+        else:
+            show(f"Feedback:\n{indented(yaml_text(without_defaults(message)))}")
+
+    def reject(self, goal_id: str, error: GoalRejectedError) -> None:
+        """Print that the goal was rejected."""
+        warn(f"Goal was rejected: {error}")
+        _refer_to(error.reason)
+        if self.as_json:
+            show_json(
+                {
+                    "accepted": False,
+                    "goal_id": goal_id,
+                    "reason": error.reason,
+                    "error_code": error.error_code,
+                    "error_msg": error.message,
+                }
+            )
+
+    def end(self, handle: GoalHandle[Any, Any]) -> None:
+        """Print how the goal ended."""
+        from hmrsim.cli.goal_text import without_defaults
+
+        if self.as_json:
+            show_json(_outcome(handle))
+        else:
+            result = indented(yaml_text(without_defaults(handle.result())))
+            show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
+        if handle.status is GoalStatus.ABORTED:
+            code = getattr(handle.result(), "error_code", "")
+            _refer_to(str(getattr(code, "val", code)))
+
+    def interrupt(self, handle: GoalHandle[Any, Any]) -> None:
+        """Print how the canceled goal ended, or the last known status."""
+        if isinstance(handle.error, GoalRejectedError):
+            self.reject(handle.goal_id, handle.error)
+        elif self.as_json:
+            show_json(_outcome(handle))
+
+
+def _refer_to(code: str) -> None:
+    """Print which command explains a code, if one does."""
+    from hmrsim.explanations import explanations
+
+    if code in explanations():
+        warn(f"`hmrsim explain {code}` says why that happens, and what to do")
+
+
+def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
+    result = handle.result_message
+    return {
+        "accepted": handle.accepted,
+        "goal_id": handle.goal_id,
+        "status": int(handle.status),
+        "status_name": handle.status.name,
+        "result": None if result is None else values(result),
+    }
+
+
+def _send_in_lockstep(client: Client, name: ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal as a participant in lockstep, and print its progress once it has ended."""
+    feedback = (lambda message: report.show_feedback("", message)) if report.feedback else None
+    handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
+        goal, goal_id=goal_id, on_feedback=feedback
+    )
+    with suppress(GoalRejectedError):
+        handle.result()
+    if handle.accepted:
+        report.accept(handle.goal_id)
+    return _ended(handle, report)
+
+
+def _follow(client: Client, name: ActionName, goal: Message, *, goal_id: str | None, report: _Report) -> int:
+    """Send a goal and print its progress until it has ended; a signal cancels it."""
+    news: queue.SimpleQueue[Message | int | None] = queue.SimpleQueue()
+    with on_signals(news.put):
+        handle: GoalHandle[Any, Any] = client.action_client(name.robot, name.definition()).send_goal(
+            goal,
+            goal_id=goal_id,
+            on_feedback=news.put if report.feedback else None,
+            on_change=lambda _handle: news.put(None),
+        )
+        while True:
+            try:
+                item = news.get(timeout=_DRAIN_TIMEOUT if handle.done else _LOOK)
+            except queue.Empty:
+                if handle.done:
+                    return _ended(handle, report)
+                continue
+            if isinstance(item, int):
+                return _cancel(handle, item, report)
+            if handle.accepted:
+                report.accept(handle.goal_id)
+            if item is not None:
+                report.show_feedback(handle.goal_id, item)
+
+
+def _ended(handle: GoalHandle[Any, Any], report: _Report) -> int:
+    if isinstance(handle.error, GoalRejectedError):
+        report.reject(handle.goal_id, handle.error)
+        return ExitCode.FAILED
+    if isinstance(handle.error, RequestError) and not isinstance(handle.error, Denied):
+        from hmrsim.cli.goal_text import errors_of_reply
+
+        raise errors_of_reply("goal", handle.error)
+    handle.result()
+    report.end(handle)
+    return ExitCode.DONE if handle.status is GoalStatus.SUCCEEDED else ExitCode.FAILED
+
+
+def _cancel(handle: GoalHandle[Any, Any], signal: int, report: _Report) -> int:
+    """Cancel the goal, and wait briefly for it to end."""
+    warn("Canceling goal…")
+    handle.cancel()
+    try:
+        handle.result(timeout=_CANCEL_WAIT)
+        warn(f"Goal finished with status: {handle.status.name}")
+    except GoalRejectedError:
+        pass
+    except HmrsimError as error:
+        warn(str(error))
+    report.interrupt(handle)
+    return exit_code_of(signal)
 
 
 def configure(parser: LazyParser) -> None:
@@ -38,7 +328,7 @@ examples:
         {
             "list": ("list the actions of all robots", _configure_list),
             "info": ("show the goal, result and feedback of an action", _configure_info),
-            "send-goal": ("send a goal and follow it to its end", send_goal.configure),
+            "send-goal": ("send a goal and follow it to its end", _configure_send_goal),
         },
     )
 

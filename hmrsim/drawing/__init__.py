@@ -7,6 +7,6 @@ from __future__ import annotations
 
 from hmrsim.drawing.canvas import PALETTE, THEMES, extent, type_looks
 from hmrsim.drawing.drawing import Drawing
-from hmrsim.drawing.overlay import Overlay, Weak
+from hmrsim.drawing.marks import Overlay, Weak
 
 __all__ = ["PALETTE", "THEMES", "Drawing", "Overlay", "Weak", "extent", "type_looks"]

@@ -12,7 +12,7 @@ from hmrsim.drawing.labels import names, shortened, width_of
 from hmrsim.drawing.marks import lanes
 
 if TYPE_CHECKING:
-    from hmrsim.drawing.overlay import Overlay
+    from hmrsim.drawing.marks import Overlay
     from hmrsim.world.model import World
 
 FONTS: Final = "'DejaVu Sans', Verdana, 'Segoe UI', Roboto, Arial, sans-serif"

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from hmrsim.fault_search.check import OPT_IN
 from hmrsim.fault_search.kinds import changes_of, disturbances_of, faults_of, needs_of
-from hmrsim.fault_search.model import OPT_IN
 from hmrsim.fault_search.schedule import CHANGE, FAULT, Injection
 
 if TYPE_CHECKING:
     import random
 
+    from hmrsim.fault_search.check import Space
     from hmrsim.fault_search.kinds import Draw
-    from hmrsim.fault_search.model import Space
     from hmrsim.fault_search.schedule import Moment
     from hmrsim.world.model import World
 

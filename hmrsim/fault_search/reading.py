@@ -11,9 +11,8 @@ from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.candidates import expanded
-from hmrsim.fault_search.check import Check
+from hmrsim.fault_search.check import Budget, Check, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.kinds import CHANGES, DISTURBANCES
-from hmrsim.fault_search.model import Budget, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
 from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties

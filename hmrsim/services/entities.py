@@ -1,11 +1,12 @@
-"""Services that query, move and delete robots and items."""
+"""Services that query, move and delete robots and items, and list named poses: waypoints, places and docks."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.diagnostics import instead
 from hmrsim.facilities import Fixture
+from hmrsim.geometry import Pose
 from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.geometry_msgs import Accel, PoseStamped, Twist
 from hmrsim.interfaces.hmrsim_msgs import IsDetected
@@ -15,6 +16,9 @@ from hmrsim.interfaces.simulation_interfaces import (
     GetEntitiesStates,
     GetEntityInfo,
     GetEntityState,
+    GetNamedPoseBounds,
+    GetNamedPoses,
+    NamedPose,
     Result,
     SetEntityState,
     SimulatorFeatures,
@@ -24,17 +28,21 @@ from hmrsim.services import OK, Service, failed
 from hmrsim.services._entities import (
     BadPose,
     check_placement,
+    has_tags,
     info_of,
     matching,
+    pose_message,
     read_pose,
     state_of,
     unknown_entity,
 )
 from hmrsim.simulation.detections import sensors_of
+from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
     from hmrsim.simulation.detections import Seen
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.world.model import World
 
 
 def _get_entities(simulator: Simulator, request: GetEntities.Request) -> GetEntities.Response:
@@ -121,6 +129,48 @@ def _detection(robot: Robot, seen: Seen | None) -> IsDetected.Response:
     return IsDetected.Response(result=OK, detected=True, pose=pose, by=[*seen.by])
 
 
+def _read_named_poses(world: World) -> dict[str, NamedPose]:
+    """Return the named poses; a name that is used twice, such as of a dock at a place, has one point."""
+    tags: dict[str, list[str]] = {}
+    for name in world.places:
+        tags.setdefault(name, []).append("place")
+    for name, dock in world.docks.items():
+        tags.setdefault(name, []).extend(dict.fromkeys(("dock", dock.type)))
+    for name in world.waypoints:
+        tags.setdefault(name, []).append("waypoint")
+    return {
+        name: NamedPose(
+            name=name, description=" and ".join(kinds), tags=kinds, pose=pose_message(Pose(*world.point(name)))
+        )
+        for name, kinds in tags.items()
+    }
+
+
+_named_poses: Final = Derived(_read_named_poses, "places", "docks", "waypoints")
+_all_poses: Final = Derived(
+    lambda world: GetNamedPoses.Response(result=OK, poses=[*_named_poses(world).values()]),
+    "places",
+    "docks",
+    "waypoints",
+)
+
+
+def _get_named_poses(simulator: Simulator, request: GetNamedPoses.Request) -> GetNamedPoses.Response:
+    if not request.tags.tags:
+        return _all_poses(simulator.world)
+    poses = [pose for pose in _named_poses(simulator.world).values() if has_tags(pose.tags, request.tags)]
+    return GetNamedPoses.Response(result=OK, poses=poses)
+
+
+def _get_named_pose_bounds(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetNamedPoseBounds.Response:
+    # Poses are points here, so they have no bounds.
+    known = _named_poses(simulator.world)
+    if request.name in known:
+        return GetNamedPoseBounds.Response(result=OK)
+    why = f"no pose {request.name!r}{instead(request.name, known, verb='there are:')}"
+    return GetNamedPoseBounds.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+
+
 SERVICES = (
     Service(
         name="get_entities",
@@ -181,5 +231,21 @@ SERVICES = (
         response=IsDetected.Response,
         serve=_is_detected,
         example={"robot": "tester", "entity": "parcel"},
+    ),
+    Service(
+        name="get_named_poses",
+        request=GetNamedPoses.Request,
+        response=GetNamedPoses.Response,
+        serve=_get_named_poses,
+        features=(SimulatorFeatures.NAMED_POSES,),
+        example={"tags": {"tags": ["waypoint"]}},
+    ),
+    Service(
+        name="get_named_pose_bounds",
+        request=GetNamedPoseBounds.Request,
+        response=GetNamedPoseBounds.Response,
+        serve=_get_named_pose_bounds,
+        features=(SimulatorFeatures.POSE_BOUNDS,),
+        example={"name": "there"},
     ),
 )

@@ -19,8 +19,7 @@ from hmrsim.interfaces.nav2_msgs import ComputePathToPose, FollowPath
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.causes import Causes
 from hmrsim.traffic.lane_closures import Barriers, LaneClosures
-from hmrsim.traffic.rules import Wait
-from hmrsim.traffic.wait_timeout import WaitTimeout
+from hmrsim.traffic.rules import Wait, WaitTimeout
 
 if TYPE_CHECKING:
     from hmrsim.engine.environment import Environment

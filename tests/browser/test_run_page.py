@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from benchmarks._browser import until
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.failure_page import failure_page, run_logged
-from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection

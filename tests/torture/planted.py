@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from hmrsim.fault_search.campaign import Campaign, Options, limited
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.evaluator import Evaluator
-from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.schedule import Case
 from hmrsim.trials.batches import factory_of

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.cli import main, send_goal
+from hmrsim.cli import action, main
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
@@ -76,7 +76,7 @@ def client(monkeypatch):
     def connected(_args, _role, **_options):
         yield fake, INFO
 
-    monkeypatch.setattr(send_goal, "connected", connected)
+    monkeypatch.setattr(action, "connected", connected)
     return fake
 
 

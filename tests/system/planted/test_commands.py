@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hmrsim.fault_search.model import CheckFile
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import run_case
 from hmrsim.fault_search.schedule import Case, Injection

@@ -8,8 +8,8 @@ from collections import Counter
 import pytest
 
 from hmrsim.fault_search.candidates import Candidates, Timeline, expanded
+from hmrsim.fault_search.check import Space
 from hmrsim.fault_search.kinds import Draw
-from hmrsim.fault_search.model import Space
 from hmrsim.fault_search.schedule import Injection, Moment
 from hmrsim.world_checks.loading import world_of
 from tests.porters import WORLD

@@ -11,9 +11,8 @@ import pytest
 
 from hmrsim.navigation.adjacency import Durations
 from hmrsim.navigation.cache import LruCache
-from hmrsim.navigation.graph import WaypointGraph
+from hmrsim.navigation.graph import WaypointGraph, road_map_of
 from hmrsim.navigation.planner import Planner
-from hmrsim.navigation.road_map import road_map_of
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.failure_page import failure_page, run_logged
-from hmrsim.fault_search.model import CheckFile
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
