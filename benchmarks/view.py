@@ -22,9 +22,25 @@ QUICK: dict[str, Any] = {"sizes": (10, 100), "window": 2.0}
 _SETTLING = 2.0
 """Wall seconds between the page's being there and the measurement."""
 _LARGE = 1000
-_FRAMES, _SCRIPT = 30.0, 8.0
+_FRAMES, _LATE, _SCRIPT = 50.0, 40.0, 8.0
 _SERVER, _IDLE = 25.0, 0.5
 _STATS = "() => [hmrsim.map.stats.frames, hmrsim.map.stats.scriptMs]"
+_PANELS = "rgoetc"
+"""The keys of the panels."""
+_GAPS = """(ms) => new Promise((then) => {
+  const [began, drawn, gaps] = [performance.now(), hmrsim.map.stats.frames, []];
+  let before = null;
+  const look = (at) => {
+    if (before !== null) gaps.push(at - before);
+    before = at;
+    if (performance.now() - began < ms) return requestAnimationFrame(look);
+    gaps.sort((a, b) => a - b);
+    const frames = ((hmrsim.map.stats.frames - drawn) * 1000) / (performance.now() - began);
+    then([frames, gaps[Math.floor(gaps.length * 0.95)]]);
+  };
+  requestAnimationFrame(look);
+})"""
+"""Return the drawn frames per second, and the 95th percentile of the milliseconds between frames."""
 
 
 class _Costs(NamedTuple):
@@ -53,6 +69,7 @@ def _of(chromium: Browser, robots: int, window: float, side: int) -> list[Row]:
         page = shown(chromium.new_page(viewport={"width": 1280, "height": 800}), url)
         page.wait_for_timeout(_SETTLING * 1000)
         seen, frames, script = _watched(page, pids, window)
+        fewest, late = _with_panels(page, window)
         page.close()
     large = robots >= _LARGE
     name = f"{robots:,} robots"
@@ -63,6 +80,8 @@ def _of(chromium: Browser, robots: int, window: float, side: int) -> list[Row]:
         Row(f"{name}: view server, a page", seen.server, "% of a core", at_most=_SERVER),
         Row(f"{name}: script of a frame", script, "ms", at_most=_SCRIPT if large else None),
         Row(f"{name}: frames", frames, "frames/s", at_least=_FRAMES if large else None),
+        Row(f"{name}: frames, worst panel", fewest, "frames/s", at_least=_FRAMES if large else None),
+        Row(f"{name}: between frames, worst panel, p95", late, "ms", at_most=_LATE if large else None),
     ]
 
 
@@ -72,6 +91,17 @@ def _watched(page: Page, pids: Sequence[int], window: float) -> tuple[_Costs, fl
     costs = _costs(pids, window)
     frames, script = page.evaluate(_STATS)
     return costs, (frames - before) / (time.perf_counter() - began), script
+
+
+def _with_panels(page: Page, window: float) -> tuple[float, float]:
+    """Return the frames a second and the 95th percentile between frames of the worst panel, with a selected robot."""
+    page.keyboard.press("n")
+    measured = []
+    for key in _PANELS:
+        page.keyboard.press(key)
+        page.wait_for_timeout(_SETTLING * 1000)
+        measured.append(page.evaluate(_GAPS, window / len(_PANELS) * 1000))
+    return min(frames for frames, _ in measured), max(late for _, late in measured)
 
 
 def _costs(pids: Sequence[int], window: float) -> _Costs:

@@ -188,6 +188,15 @@ def test_beyond_the_loopback_the_page_requires_its_token(start, open_page):
         urllib.request.urlopen(f"http://{parts.netloc}/")
 
 
+def test_without_a_gpu_the_map_is_drawn_by_the_processor(viewed, open_page):
+    """A browser that emulates a GPU takes several times as long to draw a canvas as one that knows that it has none."""
+    _, url = viewed("scenario1")
+    page = open_page(url)
+
+    attributes = "(name) => document.querySelector(name).getContext('2d').getContextAttributes().willReadFrequently"
+    assert [True, True] == [page.evaluate(attributes, name) for name in (".map-still", ".map-moving")]
+
+
 def test_a_page_of_another_origin_gets_no_websocket(viewed, browser):
     _, url = viewed("scenario1")
     stranger = browser.new_context().new_page()

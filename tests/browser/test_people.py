@@ -209,3 +209,40 @@ def test_the_list_shows_the_fault_of_an_idle_robot(hospital):
     expect(row).to_contain_text("wet (slip)")
     expect(row).to_contain_text("idle")
     expect(row.locator(".level")).to_be_visible()
+
+
+def test_a_visible_robot_is_selected_without_moving_the_map(hospital):
+    """The map stays fitted beside the open panel; only a robot out of sight is centered."""
+    _, show = hospital
+    page = show("?panel=goals")
+    until(page, "hmrsim.map.camera.fitted && hmrsim.map.camera.insets.right > 0")
+    corner = "hmrsim.map.toScreen(hmrsim.map.camera.box[2], 0)[0]"
+    assert page.evaluate(corner) < page.locator(".side").bounding_box()["x"]
+
+    page.keyboard.press("n")
+    until(page, "hmrsim.map.selected !== null")
+    assert page.evaluate("hmrsim.map.camera.fitted && hmrsim.map.camera.glide === null")
+
+    page.evaluate("hmrsim.map.camera.moveTo({ x: 1e4, y: 1e4, scale: 20 }, false)")
+    page.keyboard.press("n")
+    until(page, "hmrsim.map.camera.glide !== null || Math.abs(hmrsim.map.camera.x) < 100")
+
+
+def test_of_a_thousand_robots_only_visible_rows_and_trees_are_laid_out(hospital):
+    _, show = hospital
+    page = show("?panel=robots")
+    page.evaluate("""() => {
+      const node = { depth: 0, name: 'root', kind: 'Sequence', symbol: '', status: 'RUNNING', message: '' };
+      for (let i = 0; i < 1000; i += 1) {
+        hmrsim.model.addRobot(`robot_${i}`);
+        hmrsim.model.receive(`robot_${i}/_tree`, { status: 'RUNNING', tick: i, sim_time: 0, nodes: [node] });
+      }
+    }""")
+
+    until(page, "parseFloat(document.querySelector('.rows-body').style.height) > 1000 * 40")
+    assert page.locator(".rows .row").count() < 60
+    page.keyboard.press("t")
+    until(page, "document.querySelectorAll('.trees > .card').length >= 1000")
+    laid_out = """() => [...document.querySelectorAll('.trees summary')]
+        .filter((row) => row.checkVisibility({ contentVisibilityAuto: true })).length"""
+    assert 3 < page.evaluate(laid_out) < 100

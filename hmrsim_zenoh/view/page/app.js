@@ -117,7 +117,7 @@ export class App {
     for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 
-  /** Select a robot, or none. */
+  /** Select a robot, or none. @param {boolean} [options.center] Whether to center it if it is out of sight or covered. */
   select(name, { center = false } = {}) {
     const robot = name === null ? undefined : this.model.robots.get(name);
     if (this.aimed !== null && this.aimed !== name) this.aim(null);
@@ -126,9 +126,10 @@ export class App {
     this.live?.watchFeedback(robot ? name : null);
     this.live?.watchDetections(robot?.sensors.length ? name : null);
     if (robot && PHONE.matches) this.panels.show(null);
-    if (robot && center) this.map.camera.centerOn(...robot.poseAt(this.now()).slice(0, 2));
     this.render();
     this.layout();
+    const [x, y] = robot?.poseAt(this.now()) ?? [];
+    if (robot && center && !this.map.camera.shows(x, y)) this.map.camera.centerOn(x, y);
   }
 
   selectNext(step) {

@@ -83,6 +83,13 @@ export class Camera {
     this.moveTo({ x: this.x - dx / this.scale, y: this.y - (this.flip * dy) / this.scale, scale: this.scale }, false);
   }
 
+  /** Return whether a point of the world is in the uncovered part. */
+  shows(x, y) {
+    const { top, right, bottom, left } = this.insets;
+    const [px, py] = this.toScreen([x, y]);
+    return px > left + PADDING && px < this.width - right - PADDING && py > top + PADDING && py < this.height - bottom - PADDING;
+  }
+
   /** Center a point in the uncovered part. */
   centerOn(x, y, smooth = true) {
     const { scale } = this;

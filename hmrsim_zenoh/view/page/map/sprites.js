@@ -1,6 +1,7 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
 import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, mixed, stroke } from './shapes.js';
+import { SOFTWARE } from './software.js';
 import { STATES } from '../model/robot.js';
 
 const MAX_SPRITES = 2000; // cached pictures
@@ -33,7 +34,7 @@ export class Sprites {
     if (known) return known;
     if (this.kept.size >= MAX_SPRITES) this.kept.clear();
     const canvas = new OffscreenCanvas(Math.ceil(width * this.ratio), Math.ceil(height * this.ratio));
-    const c = canvas.getContext('2d');
+    const c = canvas.getContext('2d', { willReadFrequently: SOFTWARE });
     c.setTransform(this.ratio, 0, 0, this.ratio, canvas.width / 2, canvas.height / 2);
     draw(c);
     const sprite = { width: canvas.width / this.ratio, height: canvas.height / this.ratio, image: null };

@@ -6,6 +6,7 @@
 import { drawFixtures } from './fixtures.js';
 import { drawLanes } from './lanes.js';
 import { faint, fill, stroke } from './shapes.js';
+import { SOFTWARE } from './software.js';
 import { Signs } from './signs.js';
 import { NAME_FONT } from './sprites.js';
 
@@ -93,7 +94,7 @@ export const MARGIN = 128; // css pixels around the screen that are also drawn
 export class StaticLayer {
   constructor(canvas) {
     this.canvas = canvas;
-    this.c = canvas.getContext('2d', { alpha: false });
+    this.c = canvas.getContext('2d', { alpha: false, willReadFrequently: SOFTWARE });
     this.signs = new Signs();
     this.camera = null; // the camera of the last drawing, with the margin
   }

@@ -7,6 +7,7 @@ import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
 import { Pace, Stats, Watch } from './redraw.js';
 import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
+import { SOFTWARE } from './software.js';
 import { Sprites } from './sprites.js';
 import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
@@ -44,7 +45,7 @@ export class MapView extends EventTarget {
     this._moving = addCanvas(element, 'map-moving');
     this._moving.setAttribute('role', 'img');
     this._moving.setAttribute('aria-label', 'map with robots');
-    this._c = this._moving.getContext('2d');
+    this._c = this._moving.getContext('2d', { willReadFrequently: SOFTWARE });
     this._sprites = new Sprites(palette);
     this._stillLayer = new StaticLayer(this._still);
     this._robotLayer = new RobotLayer(this._sprites, palette);
