@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
@@ -255,10 +255,22 @@ class PlaceNames:
         for points in named:
             for name, point in points.items():
                 self._names.setdefault(point, name)
+        # By squares, so that the names of a whole fleet's positions take no time.
+        self._squares: dict[tuple[int, int], list[tuple[int, Point, str]]] = {}
+        for number, (point, name) in enumerate(self._names.items()):
+            self._squares.setdefault(_square(point), []).append((number, point, name))
 
     def of(self, point: Point) -> str:
         """Return the name of a point, or its coordinates."""
         if point in self._names:
             return self._names[point]
-        near = (name for at, name in self._names.items() if distance(at, point) <= SAME_PLACE)
-        return next(near, f"({point[0]:g}, {point[1]:g})")
+        column, row = _square(point)
+        around = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        named = chain.from_iterable(self._squares.get(square, ()) for square in around)
+        near = [(number, name) for number, at, name in named if distance(at, point) <= SAME_PLACE]
+        return min(near)[1] if near else f"({point[0]:g}, {point[1]:g})"
+
+
+def _square(point: Point) -> tuple[int, int]:
+    """Return the square of a point, by column and row, in a grid whose squares are as wide as one place."""
+    return math.floor(point[0] / SAME_PLACE), math.floor(point[1] / SAME_PLACE)

@@ -233,7 +233,11 @@ def _show_summary(report: Report) -> None:
         show("")
     for error in report.errors[:_MAX_ERRORS]:
         code = error.error_name if error.error_code is None else f"{error.error_code} {error.error_name}".strip()
-        while_waiting = f"; it waited for {error.waited_for}" if error.waited_for else ""
+        while_waiting = (
+            f"; it waited for {error.waited_for}"
+            if error.waited_for and error.waited_for not in error.error_msg
+            else ""
+        )
         line = (
             f"{error.at:.1f} s  {error.robot} {error.action} {error.status}: {error.error_msg} ({code}){while_waiting}"
         )

@@ -234,14 +234,8 @@ class Causes:
             text = f"{text}; beyond is {listed(sorted(each.name for each in beyond))}"
             robots += sorted(each.name for each in beyond)
         closed = self._closures.lanes.get(lane, {}) if lane else {}
-        faults = [cause.removeprefix("fault ") for cause in closed if cause.startswith("fault ")]
-        if faults:
-            remedy = f"end the fault: `hmrsim fault clear {' '.join(faults)}`"
-        elif closed:
-            remedy = (
-                "clear the lane, or open the door: `hmrsim fault clear` ends faults, and "
-                "`hmrsim service call /_world/set_door_state` unlocks doors"
-            )
+        if closed:
+            remedy = " and ".join(dict.fromkeys(_opening(*each) for each in closed.items()))
         elif self.for_good(wait):
             remedy = "send a robot that the door opens for, or add this one to `opens_for` of the door"
         else:
@@ -269,6 +263,20 @@ class Causes:
         if self._yields:
             return detail, f"{park}, or add a waypoint where it can move aside"
         return detail, f"{park}, or use the traffic policy `planned`, under which idle robots make room"
+
+
+def _opening(cause: str, why: str) -> str:
+    """Return what opens a lane that is closed for a cause of `LaneClosures`."""
+    kind, _, name = cause.partition(" ")
+    if kind == "fault":
+        return f"end the fault: `hmrsim fault clear {name}`"
+    if kind == "lift":
+        return "end the fault: `hmrsim fault clear lift_out_of_order`"
+    if kind != "door":
+        return "remove what is in the way, or pick it up"
+    if "jammed" in why:
+        return "end the fault: `hmrsim fault clear door_jammed`"
+    return f"open the door: `hmrsim service call /_world/set_door_state '{{name: {name}, state: open}}'`"
 
 
 def _names_of(world: World) -> PlaceNames:

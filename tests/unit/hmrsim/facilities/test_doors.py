@@ -241,7 +241,9 @@ class TestJams:
 
         assert (60.0, "ABORTED") == run.log.changes(EVE)[-1]
         text = "blocked for 60 s: eve has waited at west since 0 s: west-east is closed: gate is jammed"
-        assert run.log.result(EVE).error_msg.startswith(f"{text}; what would help: clear the lane, or open the door")
+        assert run.log.result(EVE).error_msg.startswith(
+            f"{text}; what would help: end the fault: `hmrsim fault clear door_jammed`"
+        )
 
     def test_a_door_that_jams_open_stays_open(self):
         run = simulate(world())

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.services import registry as services
 from hmrsim.simulation.snapshot import scene
 from hmrsim.traffic.causes import Link, chain_of
 from tests.simulation import simulate
@@ -83,6 +84,30 @@ def test_a_closed_lane_leads_to_the_robot_that_has_broken_down_on_it():
 
     assert [("r1", "obstacle"), ("r2", "disabled")] == links
     assert "hmrsim fault clear" in remedy
+
+
+@pytest.mark.parametrize(
+    ("kind", "remedy"),
+    [
+        ("lane_closed", "end the fault: `hmrsim fault clear lane_closed_1`"),
+        ("door_jammed", "end the fault: `hmrsim fault clear door_jammed`"),
+    ],
+)
+def test_the_fault_that_closes_a_lane_is_named(kind, remedy):
+    doors = {"gate": {"at": [[6, -1], [6, 1]]}}
+    fault = {"type": kind, "at": 1, **({"door": "gate"} if kind == "door_jammed" else {"lane": ["b", "c"]})}
+    links, _, told = chain("r1", (0.0, go("r1", 16)), robots={"r1": {"at": "a"}}, doors=doors, faults=[fault])
+
+    assert ([("r1", "obstacle")], remedy) == (links, told)
+
+
+def test_a_locked_door_is_named():
+    doors = {"gate": {"at": [[6, -1], [6, 1]]}}
+    request = services()["set_door_state"].request.model_validate({"name": "gate", "state": "locked"})
+    lock = CallService("set_door_state", request, object())
+    *_, told = chain("r1", (0.0, go("r1", 16)), (1.0, lock), robots={"r1": {"at": "a"}}, doors=doors)
+
+    assert "open the door: `hmrsim service call /_world/set_door_state '{name: gate, state: open}'`" == told
 
 
 def test_a_door_that_opens_needs_no_help():

@@ -1,0 +1,56 @@
+"""What ``hmrsim explain --robot`` prints."""
+
+from __future__ import annotations
+
+import pytest
+
+from hmrsim.cli.explain import _last_error, _lines_of, _why_time_stands
+
+STATE = {"now": 12.5, "paused": False, "waiting_for": (), "clock": "lockstep", "participants": ("nurse",)}
+LINKS = [{"robot": "ann", "text": "ann has waited for bob"}, {"robot": "bob", "text": "bob is idle"}]
+
+
+@pytest.mark.parametrize(
+    ("changes", "told", "remedy"),
+    [
+        ({"paused": True}, "it is paused", "`hmrsim time resume`"),
+        ({"waiting_for": ("nurse",)}, "lockstep waits for nurse", "look at nurse: "),
+        ({"participants": ()}, "no controller takes part in lockstep", "start the controller"),
+    ],
+)
+def test_time_that_stands_is_told_with_a_remedy(changes, told, remedy):
+    stands, helps = _why_time_stands({**STATE, **changes})
+
+    assert f"Simulated time stands at 12.5 s: {told}" == stands
+    assert helps.startswith(remedy)
+
+
+@pytest.mark.parametrize("changes", [{}, {"clock": "realtime", "participants": ()}])
+def test_time_that_advances_is_not_told(changes):
+    assert ("", "") == _why_time_stands({**STATE, **changes})
+
+
+def test_each_cause_is_indented_below_the_one_before_it():
+    found = {"time": "", "links": LINKS, "last_error": "", "help": "send bob elsewhere"}
+
+    lines = ["ann has waited for bob", "  bob is idle", "", "What would help: send bob elsewhere"]
+    assert lines == [*_lines_of(found)]
+
+
+def test_the_error_of_the_last_robot_is_told():
+    found = {"time": "it stands", "links": LINKS, "last_error": "no route", "help": "handle it"}
+
+    assert ["it stands", "  bob's last goal failed: no route"] == [*_lines_of(found)][0:4:3]
+
+
+@pytest.mark.parametrize(
+    ("action", "status", "result", "error"),
+    [
+        ("navigate_to_pose", 6, {"error_code": 208, "error_msg": "no route"}, "no route"),
+        ("navigate_to_pose", 4, {"error_msg": ""}, ""),
+        ("pickup", 6, {"error_code": {"val": -1, "message": "out of reach"}}, "out of reach"),
+        ("of_another_package", 6, {}, ""),
+    ],
+)
+def test_the_last_error_is_that_of_the_last_goal(action, status, result, error):
+    assert error == _last_error({"goals": [{"action": action, "status": status, "result": result}]})
