@@ -54,9 +54,11 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
             twin = ShownRun("Passing run", beside, f"without {what}, {_ending(found)}", found.at)
             break
     causes = [Cause(schedule[i].describe(), outcome.began[i], without.get(i, "")) for i in order]
-    violations = [(each.at / 1e9, f"{each.property}: {each.text}") for each in outcome.violations]
-    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
     text = next((each.text for each in outcome.violations if (each.property, each.reason) == failure), "")
+    # The first one is the title of the page.
+    texts = (each.property if each.text == text else f"{each.property}: {each.text}" for each in outcome.violations)
+    violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
+    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
     title = failure.property if failure else "no property is violated"
     heading = Heading(f"Failing run of {check.name}", title, text, "The run fails without any fault.")
     return page_of(heading, causes, (failing, twin) if twin else (failing,))
@@ -65,5 +67,4 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
 def _ending(outcome: Outcome) -> str:
     violated = dict.fromkeys(failure.property for failure in outcome.failures)
     what = f"violates {', '.join(violated)}, and " if violated else ""
-    cause = f": {outcome.cause}" if outcome.cause else ""
-    return f"{what}ends as {outcome.ending} at {outcome.at:.1f} s{cause}"
+    return f"{what}ends as {outcome.ending} at {outcome.at:.1f} s"

@@ -7,17 +7,22 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from hmrsim.events.robots import MotionBegan
+from hmrsim.events.traffic import GaveUpWaiting, LaneClosed, LaneEvent
 from hmrsim.report.html import in_seconds
 
 if TYPE_CHECKING:
     from hmrsim.run_page.run_log import Happening, Line, RunLog
 
 _ENDS: Final = "no further event"
+_IDLE: Final = "no robot executes a goal, and the controller sends none"
 _GRAVE: Final = ("warning", "error")
 _MOST_GRAVE: Final = 8
 """The maximum number of warnings among the key moments."""
 _QUIET: Final = 5.0
 """Seconds without an event after which a run that goes on stands still."""
+_QUIET_SHARE: Final = 0.2
+"""The share of a run that such a time has to be."""
 _MOST_STILL: Final = 4
 """The maximum number of reasons why it does."""
 
@@ -90,8 +95,9 @@ class Difference(NamedTuple):
 
 
 def first_difference(one: RunLog, other: RunLog) -> Difference | None:
-    """Return where two runs first differ, apart from the faults themselves; None if they don't."""
-    for a, b in zip_longest(one.happenings, other.happenings):
+    """Return where two runs first differ, apart from faults and the lanes that they close; None if they don't."""
+    events = ([each for each in log.happenings if not isinstance(each.event, LaneEvent)] for log in (one, other))
+    for a, b in zip_longest(*events):
         if a is None or b is None or _key(a) != _key(b):
             at = min(each.at for each in (a, b) if each is not None)
             sides = [_side(log, each, at) for log, each in ((one, a), (other, b))]
@@ -111,10 +117,12 @@ def _side(log: RunLog, happening: Happening | None, at: int) -> tuple[int, int, 
     """Return the lines before an event that differs, those with it at the time of the difference, and its text."""
     if happening is None:
         return len(log.lines), len(log.lines), _ENDS
-    text = log.describe(happening.event)
-    if happening.at > at:
-        return happening.line, happening.line, f"{text}, at {in_seconds(happening.at):.3f} s"
-    return happening.line, happening.line + happening.told, text
+    text, event, starts = log.describe(happening.event), happening.event, in_seconds(happening.at)
+    if isinstance(event, MotionBegan):
+        text = f"{text} from {starts:.3f} to {starts + event.duration:.3f} s"
+    elif happening.at > at:
+        text = f"{text}, at {starts:.3f} s"
+    return happening.line, happening.line + (happening.told and happening.at == at), text
 
 
 class Moment(NamedTuple):
@@ -146,24 +154,39 @@ def moments_of(
     found = [Moment(cause.began, "cause", cause.text) for cause in causes if cause.began is not None]
     if difference is not None:
         found.append(Moment(difference.at, "difference", *difference.texts, difference.seen[0]))
-    known = set() if other is None else {(line.subject, line.text) for line in other.log.lines}
     differs = None if difference is None else difference.seen[0]
-    found += [alarm for alarm in _alarms(log.lines, known) if alarm.seen != differs][:_MOST_GRAVE]
-    if failing.at - log.quiet_from > _QUIET and (still := [*log.stuck, *log.awaited()]):
-        found.append(Moment(log.quiet_from, "still", "; ".join(still[:_MOST_STILL])))
+    alarms = _alarms(log, () if other is None else other.log.lines)
+    found += [alarm for alarm in alarms if alarm.seen != differs][:_MOST_GRAVE]
+    if failing.at - log.quiet_from > max(_QUIET, failing.at * _QUIET_SHARE):
+        still = [*log.stuck, *log.awaited()][:_MOST_STILL] or [
+            "no robot executes a goal, and the controller sends none"
+        ]
+        found.append(Moment(log.quiet_from, "still", "; ".join(still)))
     found += [Moment(at, "violated", text) for at, text in failing.violations]
     found.append(Moment(failing.at, "end", f"the run {failing.ending}"))
-    return sorted(found, key=lambda moment: (moment.at, _ORDER.index(moment.kind)))
+    # Stamps of time 0 are those of the first nanosecond.
+    return sorted(found, key=lambda moment: (round(moment.at, 6), _ORDER.index(moment.kind)))
 
 
-def _alarms(lines: Sequence[Line], known: set[tuple[str, str]]) -> Iterator[Moment]:
-    """Yield the first warning and error of each text that the other run does not have."""
-    seen = set(known)
-    shown: set[tuple[float, str]] = set()
-    for i, line in enumerate(lines, 1):
-        if line.severity in _GRAVE and (line.subject, line.text) not in seen and " the fault " not in line.text:
-            seen.add((line.subject, line.text))
-            # The two directions of a lane are closed by one event each.
-            if (line.at, line.text) not in shown:
-                shown.add((line.at, line.text))
-                yield Moment(line.at, "alarm", f"{line.subject} {line.text}".lstrip(), seen=i)
+def _alarms(log: RunLog, others: Sequence[Line]) -> Iterator[Moment]:
+    """Yield the first warning and error of each text that the other run has not had by then."""
+    had: dict[tuple[str, str], float] = {}
+    for line in others:
+        had.setdefault((line.subject, line.text), line.at)
+    closed: set[tuple[float, frozenset[str]]] = set()
+    for happening in log.happenings:
+        if not happening.told or isinstance(happening.event, GaveUpWaiting):
+            # The end of the goal says why its robot gave up.
+            continue
+        line = log.lines[happening.line]
+        if line.severity not in _GRAVE or line.at > log.quiet_from:
+            continue
+        if isinstance(happening.event, LaneClosed):
+            lane = line.at, frozenset(happening.event.lane)
+            if lane in closed:
+                continue
+            closed.add(lane)
+        key = line.subject, line.text
+        if key not in had or had[key] > line.at:
+            had[key] = line.at
+            yield Moment(line.at, "alarm", f"{line.subject} {line.text}".lstrip(), seen=happening.line + 1)

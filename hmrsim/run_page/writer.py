@@ -46,7 +46,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
     length = min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0)
     data = {
         "length": round(length, 3),
-        "at": round(difference.at if difference else failing.at, 3),
+        "at": round(difference.at if difference else moments[0].at, 3),
         "difference": _difference(difference),
         "runs": [_run(run, report) for run, report in zip(runs, reports, strict=True)],
     }

@@ -42,14 +42,14 @@ def test_a_run_is_shown_beside_that_of_a_treatment_that_succeeds(home, capsys):
 
     assert "page: run.html\n" in capsys.readouterr().err
     assert "<title>hasty: failed" in page
-    assert "</i>careful <small>ends as succeeded at " in page
+    assert '</i>careful <small title="ends as succeeded at ' in page
     assert "Only the treatment differs." in page
 
 
 def test_the_other_treatment_can_be_chosen(home):
     assert again("0", "--page", "run.html", "--beside", "broken") == 0
 
-    assert "</i>broken <small>ends as crashed at 0.0 s" in (home / "run.html").read_text("utf-8")
+    assert '</i>broken <small title="ends as crashed at 0.0 s' in (home / "run.html").read_text("utf-8")
 
 
 def test_a_treatment_to_show_beside_it_must_exist_and_need_a_page(capsys):

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.fault_search.failure_page import run_logged
+from hmrsim.fault_search.run import Wanted
+from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page import Cause, ShownRun
 from hmrsim.run_page.comparison import first_difference, moments_of
+from tests.porters import check_of
 
 
 def test_the_first_difference_is_no_fault_but_its_effect(failing, passing):
@@ -36,6 +40,16 @@ def test_a_later_event_in_its_place_has_its_time(passing):
 
 def test_a_run_does_not_differ_from_itself(failing):
     assert first_difference(failing[1], failing[1]) is None
+
+
+def test_a_lane_that_a_fault_closes_is_no_difference_but_what_it_causes():
+    closed = Injection({"type": "lane_closed", "lane": ["home", "store"], "at": 0.0, "duration": 30.0})
+    check = check_of("careful")
+    logs = [run_logged(check, Case(schedule), Wanted())[1] for schedule in ((closed,), ())]
+    difference = first_difference(*logs)
+
+    assert difference is not None
+    assert difference.texts[0].startswith("porter navigate_to_pose ABORTED: no route")
 
 
 def test_a_run_that_ends_before_differs_by_that(passing):
