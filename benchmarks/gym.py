@@ -10,9 +10,11 @@ import gymnasium
 
 from benchmarks._goals import Goals
 from benchmarks._report import Row
+from benchmarks._simpy_dispatch import Job, SimpyDispatch
 from benchmarks._spread import Spread
 from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
 from hmrsim_gym import nearest, parallel_env
 from hmrsim_gym.dispatching import Dispatching
 from hmrsim_gym.observations import Observer
@@ -33,6 +35,7 @@ def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
         "hmrsim/Dispatch-v0": _One(horizon).run,
         "parallel_env": _Many(horizon).run,
         "the same goals, on a bare simulator": lambda seed: _bare(setting, seed),
+        _SIMPY: _Minimal(setting).run,
         "resets": lambda seed: _resets(setting, seed),
     }
     for each in variants.values():
@@ -44,7 +47,8 @@ def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
             took[name].append(each(seed))
     resets = took.pop("resets")
     rates = {name: [number / seconds for number, seconds in turns] for name, turns in took.items()}
-    floor = rates["the same goals, on a bare simulator"]
+    floor, minimal = rates["the same goals, on a bare simulator"], rates.pop(_SIMPY)
+    slower = Spread.of(least / mine for least, mine in zip(minimal, rates["hmrsim/Dispatch-v0"], strict=True))
     return [
         *(
             Row(
@@ -56,6 +60,7 @@ def run(*, rounds: int = 20, horizon: float = 1800.0) -> list[Row]:
             )
             for name, rate in rates.items()
         ),
+        Row(_SIMPY, Spread.of(minimal), "decisions/s and core", slower, ratio_at_most=30.0),
         Row("a reset", Spread.of(1e3 * seconds / number for number, seconds in resets), "ms of processor time"),
     ]
 
@@ -90,6 +95,36 @@ class _Many:
             observations, *_ = self._env.step({robot: nearest(seen) for robot, seen in observations.items()})
             number += 1
         return number, time.process_time() - began
+
+
+_SIMPY = "the same orders, in a minimal environment of pure simpy"
+
+
+class _Minimal:
+    """Runs episodes of a minimal environment, with the orders of the worlds' seeds."""
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        world = setting.world
+        self._env = SimpyDispatch([world.point(world.robots[name].at) for name in setting.robots], setting.horizon)
+
+    def run(self, seed: int) -> tuple[int, float]:
+        """Return how many decisions an episode has, and its processor time."""
+        self._env.give(self._jobs(seed))
+        began, number, over = time.process_time(), 0, False
+        observation, _ = self._env.reset(seed=seed)
+        while not over:
+            choices = observation[:, 0]
+            observation, _, _, over, _ = self._env.step(int(choices[choices > 0.0].argmin()) if choices.any() else 0)
+            number += 1
+        return number, time.process_time() - began
+
+    def _jobs(self, seed: int) -> list[Job]:
+        """Return the orders that arrive, whatever robots do."""
+        simulator = Simulator(self._setting.world, RunSettings(seed=seed), [])
+        simulator.advance(self._setting.horizon)
+        point = self._setting.world.point
+        return [Job(order.placed, point(order.at), point(order.to)) for order in simulator.demand.open.values()]
 
 
 def _bare(setting: Setting, seed: int) -> tuple[int, float]:
