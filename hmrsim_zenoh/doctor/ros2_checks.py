@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, Problem, collapsed, endpoints, first_few
 from hmrsim_zenoh.ros2.keys import Kind
-from hmrsim_zenoh.ros2.publishing.endpoints import FIRST
 from hmrsim_zenoh.ros2.type_compat import difference, known
 
 if TYPE_CHECKING:
@@ -31,19 +30,14 @@ _APART: Final = "start the simulator with another --ros-domain-id"
 def incomplete_actions(snapshot: Snapshot) -> dict[str, list[str]]:
     """Return the missing parts of each incomplete action of the simulator in the domain.
 
-    In a large fleet, actions other than `FIRST` are declared when a client looks for them.
+    In a large fleet, actions are declared when a client looks for them.
     """
-    return {name: parts for name, parts in _missing(snapshot).items() if not _is_later(snapshot, name, parts)}
+    return {name: parts for name, parts in _missing(snapshot).items() if len(parts) < len(_PARTS)}
 
 
 def later_actions(snapshot: Snapshot) -> list[str]:
     """Return the actions that are declared when a client looks for them."""
-    return [name for name, parts in _missing(snapshot).items() if _is_later(snapshot, name, parts)]
-
-
-def _is_later(snapshot: Snapshot, name: str, missing: list[str]) -> bool:
-    actions = snapshot.simulator.names.actions if snapshot.simulator else {}
-    return len(missing) == len(_PARTS) and actions[name][1] != FIRST
+    return [name for name, parts in _missing(snapshot).items() if len(parts) == len(_PARTS)]
 
 
 def _missing(snapshot: Snapshot) -> dict[str, list[str]]:

@@ -35,6 +35,8 @@ _NOT_DECLARED: Final = "%s could not be declared to ROS: %s"
 _NOT_UNDECLARED: Final = "%s could not be undeclared, and ROS may still see it: %s"
 _JOIN_SECONDS: Final = 1.0
 """Wall seconds to wait at the end for the declaration in progress."""
+_SHARE: Final = 32
+"""The number of robots whose nodes share a number: about as many as there are numbers in a fleet of a thousand."""
 
 
 @dataclass
@@ -75,9 +77,10 @@ class Declarations:
         self._existing: Set[Part] = frozenset()
         self._closed = False
         self._thread: threading.Thread | None = None
-        # All nodes of a robot share one number: Zenoh compares a token with all tokens that branch off at the same
-        # chunk, and ROS distinguishes the nodes of one session by their names, too.
+        # All nodes of `_SHARE` robots share one number: Zenoh compares a token with all tokens that branch off at the
+        # same chunk, and ROS distinguishes the nodes of one session by their names, too.
         self._numbers: dict[str, int] = {}
+        self._named = self._number = 0
         self._nodes_of_namespace: Counter[str] = Counter()
         self._nodes: dict[Node, _Declared] = {}
         self._parts: dict[Part, list[tuple[Owned, _Declared | None]]] = {}
@@ -212,7 +215,10 @@ class Declarations:
         declared = self._nodes.get(node)
         if declared is None:
             if node.namespace not in self._numbers:
-                self._numbers[node.namespace] = next(self._ids)
+                if not self._named % _SHARE:
+                    self._number = next(self._ids)
+                self._named += 1
+                self._numbers[node.namespace] = self._number
             number = self._numbers[node.namespace]
             token = keys.node_token(self._domain, self._session_id, number, node)
             declared = self._nodes[node] = _Declared(number, self._liveliness.declare_token(token), uses=0)

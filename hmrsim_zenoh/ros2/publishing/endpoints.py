@@ -233,14 +233,14 @@ class Endpoints:
 
 
 FIRST: Final = "navigate_to_pose"
-"""The action that is declared for all robots before any other."""
+"""The action that is declared for all robots before any other, and whose node is always declared."""
 
 MAX_STANDING: Final = 4_000
 """The largest number of tokens that are declared without a request, except for `ALWAYS`: a new ROS node
 receives 4,000 in half a second, and twice as many in four times as long."""
 
 ALWAYS: Final = 2
-"""The number of phases that are always declared: the world, and `FIRST` of all robots."""
+"""The number of phases that are always declared: the world, and one node of each robot."""
 
 _ACTION: Final = "/_action/"
 
@@ -297,6 +297,7 @@ class Parts:
 class _RobotParts(NamedTuple):
     """The parts of one robot."""
 
+    node: Part
     first: Part
     nodes: Part
     topics: Part
@@ -308,8 +309,8 @@ class _RobotParts(NamedTuple):
 def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     """Return all parts in the order to declare them; none of robots to which the connection is lost.
 
-    First the world and `FIRST` of all robots, then their nodes, then topics and states, then each other action,
-    then topics for viewers, and the services of nodes last.
+    First the world and one node of each robot, then `FIRST` of all robots, then their nodes, topics and states, each
+    other action, topics for viewers, and the services of nodes last.
     """
     aliases: dict[str, dict[str, str]] = {}
     for alias, target in names.aliases.items():
@@ -326,6 +327,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     others = dict.fromkeys(action for one in robots for action in one.others)
     return [
         [Part(WORLD, world, _OF_WORLD, served=(WORLD_NODE, MAP_SERVER))],
+        [one.node for one in robots],
         [one.first for one in robots],
         [one.nodes for one in robots],
         [one.topics for one in robots],
@@ -343,6 +345,7 @@ def _parts_of(
     called = _called(robot, actions, aliases)
     nodes = nodes_of(robot, actions)
     return _RobotParts(
+        Part(robot, nodes=(node_of(robot, FIRST if FIRST in actions else ""),)),
         Part(robot, tuple(called.pop(FIRST, ()))),
         Part(robot, nodes=nodes),
         Part(robot, (), topics, tuple(lifecycle_of(robot, actions).items())),
