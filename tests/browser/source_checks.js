@@ -3,6 +3,7 @@ async ([base, VIEW]) => {
   const { Model } = await import(`${base}/model/model.js`);
   const { Live } = await import(`${base}/source/live.js`);
   const { SimClock } = await import(`${base}/source/clock.js`);
+  const { Rewind } = await import(`${base}/source/rewind.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
   const ANSWERS = {
@@ -49,6 +50,21 @@ async ([base, VIEW]) => {
     const live = new Live(made, model, clock);
     await once(live, () => live.state === 'live');
     return { made, model, clock, live };
+  };
+  /** A robot that drives 10 m from 1 s to 6 s, seen at 8 s, and the function that a message is heard by. */
+  const driven = () => {
+    const [model, clock] = [new Model(), new SimClock()];
+    model.loadView(VIEW);
+    model.loadScene({ stamp: stamp(0), robots: [{ name: 'wall_e', pose: [0, 0, 0] }] });
+    clock.reset(8, 0);
+    clock.setRate(1, true, 0);
+    const rewind = new Rewind(model, clock);
+    rewind.start(0);
+    const hear = (t, payload, key = '_world/events') => {
+      if (rewind.head.receive(key, { stamp: stamp(t), ...payload })) rewind.add(t, key, { stamp: stamp(t), ...payload });
+    };
+    hear(1, { kind: 'motion', robot: 'wall_e', from: [0, 0, 0], to: [10, 0, 0], duration: 5, lane: ['a', 'b'] });
+    return { model, clock, rewind, hear, at: () => [clock.now(), model.robots.get('wall_e')?.poseAt(clock.now())[0]] };
   };
   const equal = (expected, actual) => {
     const [want, got] = [expected, actual].map((each) => JSON.stringify(each));
@@ -150,6 +166,49 @@ async ([base, VIEW]) => {
       clock.receive(2, 2000);
       for (let wall = 2000; wall < 4000; wall += 16) clock.now(wall);
       equal(2, clock.now(4000));
+    },
+    'the past is shown while the present goes on, up to which it is played'() {
+      const { model, clock, rewind, hear, at } = driven();
+      equal([8, 10], at());
+      rewind.seek(3.5);
+      equal([true, [3.5, 5]], [rewind.active, at()]);
+      hear(8, { kind: 'teleported', entity: 'wall_e', at: [3, 3] });
+      rewind.seek(1.5);
+      equal([1.5, 1], at());
+      equal([3, 3], rewind.head.robots.get('wall_e').poseAt(8).slice(0, 2));
+      rewind.play();
+      rewind.advance(1000);
+      rewind.advance(2000);
+      equal([2.5, 3], at());
+      rewind.advance(60000);
+      equal([false, [8, 3], 1], [rewind.active, at(), model.events.length]);
+    },
+    'another beginning leaves the past'() {
+      const { clock, rewind, at } = driven();
+      rewind.seek(2);
+      clock.reset(0, 10);
+      rewind.start(0);
+      equal([false, 0, 0], [rewind.active, rewind.begin, at()[0]]);
+    },
+    'faults and failures are marks of the past, from which one returns to the present'() {
+      const { rewind, hear } = driven();
+      hear(4, { kind: 'fault_began', fault: 'slip', name: 'wet', robot: 'wall_e' });
+      rewind.seek(2);
+      equal(['fault', 4], Object.values(rewind.jump(1)).slice(0, 2).reverse());
+      equal([4, null], [rewind.time, rewind.jump(1)]);
+      rewind.leave();
+      equal(['wet'], [...rewind.head.faults.keys()]);
+    },
+    'only the latest past is kept'() {
+      const { rewind, hear, clock, at } = driven();
+      clock.receive(130, 20);
+      for (let i = 0; i < 120; i += 1) {
+        hear(9 + i, { robots: Array.from({ length: 1000 }, (_, k) => ({ name: `robot_${k}`, pose: [i, 0, 0] })) }, '_world/scene');
+      }
+      equal(true, rewind.begin > 9 && rewind.begin < 40);
+      rewind.seek(0);
+      equal(rewind.begin, at()[0]);
+      equal([`${Math.round(rewind.begin - 9)}`], [`${rewind._model.robots.get('robot_7').poseAt(rewind.begin)[0]}`]);
     },
     'time that moves in bursts is never shown to go back'() {
       const clock = new SimClock();

@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 
 import pytest
 import yaml
+from playwright.sync_api import expect
 
 from benchmarks._browser import shown, until
 
@@ -15,6 +16,7 @@ YELLOW = "#f5c400"
 HOME = [515, 80]
 _STATE = "(state) => document.documentElement.dataset.state === state"
 _PLAYING, _PAUSED = 1, 2
+_POSE = "hmrsim.model.robots.get('wall_e').poseAt(hmrsim.clock.now())"
 
 
 def test_the_page_reports_the_end_of_a_simulator_and_shows_its_successor(start, ask, open_page, coloured):
@@ -74,6 +76,31 @@ def test_changes_by_other_clients_are_shown(viewed, ask, open_page):
     until(page, "hmrsim.model.closedLanes.size === 0 && !hmrsim.model.faults.has('party')")
     simulator.call("delete_entity", entity="eve")
     until(page, "!hmrsim.model.robots.has('eve')")
+
+
+def test_a_running_simulation_is_rewound_and_returns_to_the_present(viewed, ask, open_page):
+    endpoint, url = viewed("scenario1", "--real-time-factor", "5")
+    simulator, page = ask(endpoint), open_page(f"{url}?follow=wall_e")
+    home = page.evaluate(_POSE)
+    go = page.get_by_role("button", name="Go to", exact=True)
+    assert 4 == simulator.do("wall_e", "navigate_to_pose", pose={"pose": {"position": {"x": 400, "y": 300}}})
+    until(page, "[...hmrsim.model.goals.values()].some((goal) => goal.status === 4)")
+    there = page.evaluate(_POSE)
+
+    page.get_by_label("Time of the simulation").fill("0")
+    until(page, "document.body.dataset.past === 'true'")
+    assert (home, 0) == (page.evaluate(_POSE), page.evaluate("hmrsim.model.goals.size"))
+    expect(go).to_be_disabled()
+    expect(page.locator(".achieved")).to_contain_text("ago")
+
+    page.get_by_label("Speed").select_option("20")
+    page.keyboard.press("Space")
+    until(page, "hmrsim.model.goals.size === 1")
+    assert page.evaluate("!hmrsim.clock.paused")
+    page.get_by_role("button", name="Live").click()
+    until(page, "document.body.dataset.past === 'false'")
+    assert there == page.evaluate(_POSE)
+    expect(go).to_be_enabled()
 
 
 def test_a_page_shows_the_effects_of_another_pages_commands(viewed, open_page):

@@ -103,6 +103,11 @@ export class App {
     this.playback?.play();
   }
 
+  /** @returns {boolean} Whether requests may be sent: there is a simulator, and the page shows its present. */
+  get commanding() {
+    return this.live?.state === 'live' && !this.live.rewind.active;
+  }
+
   now() {
     return this.clock.now();
   }
@@ -198,6 +203,7 @@ export class App {
   escape() {
     if (!this.menu.element.hidden) this.menu.close();
     else if (this.aimed !== null) this.aim(null);
+    else if (this.live?.rewind.active) this.live.rewind.leave();
     else if (this.map.follow !== null) this.follow(this.map.follow);
     else if (this.map.selected !== null) this.select(null);
     else if (!this.legend.element.hidden) this.legend.toggle();
@@ -206,7 +212,7 @@ export class App {
 
   /** Send a robot to the next click; null cancels. */
   aim(name) {
-    if (name !== null && (!this.live || this.live.state !== 'live')) return;
+    if (name !== null && !this.commanding) return;
     if (name !== null && this.map.selected !== name) this.select(name);
     this.aimed = name;
     this.map.goalPreview = null;

@@ -76,7 +76,7 @@ function run(app, parts, map) {
     guarded(map.element, () => map.draw(wallMs));
     if (wallMs < next) return;
     next = wallMs + PANELS;
-    if (parts.live && parts.live.state === 'live') parts.model.flush(parts.clock.now());
+    parts.live?.flush();
     app.render();
   };
   requestAnimationFrame(frame);

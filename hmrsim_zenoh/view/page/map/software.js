@@ -2,7 +2,7 @@
 export const SOFTWARE = drawsBySoftware();
 
 function drawsBySoftware() {
-  const gl = document.createElement('canvas').getContext('webgl');
+  const gl = globalThis.document?.createElement('canvas').getContext('webgl');
   if (!gl) return true;
   const info = gl.getExtension('WEBGL_debug_renderer_info');
   const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));

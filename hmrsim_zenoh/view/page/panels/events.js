@@ -88,6 +88,7 @@ export class EventsPanel extends ListPanel {
     const robot = named.find((name) => this.app.model.robots.has(name));
     if (robot) this.app.select(robot, { center: true });
     else this.app.centerOn(named.find((name) => this.app.pointOf(name)));
-    this.app.playback?.seek(event.t);
+    if (this.app.live?.rewind.active) this.app.live.rewind.seek(event.t);
+    else this.app.playback?.seek(event.t);
   }
 }

@@ -90,7 +90,7 @@ export class GoalsPanel extends ListPanel {
     row.fill = (given) => {
       goal = given;
       this.#fill(row, parts, goal);
-      cancel.hidden = !isActive(goal.status) || !this.app.live;
+      cancel.hidden = !isActive(goal.status) || !this.app.commanding;
     };
     return row;
   }

@@ -82,7 +82,7 @@ export class Inspector {
 
   #renderButtons(robot) {
     const may = (action) => robot.actions.length === 0 || robot.actions.includes(action);
-    const gone = this.app.live?.state !== 'live';
+    const gone = !this.app.commanding;
     this.go.disabled = gone || !may('navigate_to_pose');
     this.dock.disabled = gone || !may('dock_robot') && !robot.dock;
     this.dock.hidden = this.app.model.docks.size === 0;

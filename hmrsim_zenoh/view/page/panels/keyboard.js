@@ -6,9 +6,10 @@ import { button, el } from './dom.js';
 const KEYS = [
   [[' '], 'Pause or resume', (app) => app.time.toggle()],
   [['.'], 'Step, while paused', (app) => app.time.stepOnce()],
-  [['[', ']'], 'In a recording: previous, next mark', (app, key) => app.time.jump?.(key === ']' ? 1 : -1)],
+  [[','], 'Back by 5 seconds', (app) => app.time.back()],
+  [['[', ']'], 'Previous, next mark', (app, key) => app.time.jump(key === ']' ? 1 : -1)],
   [['/'], 'Find a robot or place', (app) => app.search.focus()],
-  [['a'], 'Send the selected robot any goal', (app) => app.live && app.map.selected && app.orders.fillInGoal(app.map.selected)],
+  [['a'], 'Send the selected robot any goal', (app) => app.commanding && app.map.selected && app.orders.fillInGoal(app.map.selected)],
   [['m'], 'Send the selected robot to the next click or search', (app) => app.map.selected && app.aim(app.map.selected)],
   [['shift enter'], 'In the search: send the robot to what is found', () => {}],
   [['f'], 'Follow the selected robot, or stop following', (app) => app.map.selected && app.follow(app.map.selected)],
@@ -20,7 +21,7 @@ const KEYS = [
   [['+', '-'], 'Zoom in, zoom out', (app, key) => app.zoom(key === '-' ? 1 / 1.35 : 1.35)],
   [['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown'], 'Move the map', (app, key) => app.pan(...WAYS[key])],
   [['d'], 'Dark or light', (app) => app.theme.toggle()],
-  [['Escape'], 'Cancel aiming, stop following, deselect', (app) => app.escape()],
+  [['Escape'], 'Cancel aiming, return to the present, stop following, deselect', (app) => app.escape()],
   [['?'], 'Show the keyboard shortcuts', (app) => app.keyboard.help()],
 ];
 const PANELS = { r: 'robots', g: 'goals', o: 'orders', e: 'events', t: 'trees', c: 'charts' };
@@ -65,8 +66,8 @@ export class Keyboard {
   #press(event) {
     if (!this.#applies(event)) return;
     const { target } = event;
-    // Arrows scroll lists.
-    if (event.key.startsWith('Arrow') && target.closest?.('.rows, .scroll')) return;
+    // Arrows scroll lists and move sliders.
+    if (event.key.startsWith('Arrow') && target.closest?.('.rows, .scroll, [type=range]')) return;
     const action = this.actions.get(event.key);
     if (!action) return;
     event.preventDefault();

@@ -68,7 +68,7 @@ export class Menu {
   /** Return the entries, each [icon, text, action], or null for a separator. */
   #entries(pick) {
     const own = ENTRIES[pick.kind]?.(this.app, pick.name) ?? [];
-    const all = [...this.#send(pick), ...own.filter((entry) => this.app.live || !entry || entry[3]),
+    const all = [...this.#send(pick), ...own.filter((entry) => this.app.commanding || !entry || entry[3]),
       ['target', 'Center here', () => this.app.map.camera.centerOn(...pick.point)]];
     return all.filter((entry, i) => entry || (i && all[i - 1] && i < all.length - 1));
   }
@@ -76,7 +76,7 @@ export class Menu {
   #send(pick) {
     const { app } = this;
     const robot = app.map.selected;
-    if (!app.live || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
+    if (!app.commanding || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
     if (pick.kind === 'dock') {
       return [['dock', `Dock ${robot} here`, () => app.orders.sendToDock(robot, pick.name)],
         ['target', `Send ${robot} here`, () => app.orders.sendToPoint(robot, pick)], null];

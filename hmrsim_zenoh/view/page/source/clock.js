@@ -23,7 +23,8 @@ export class SimClock {
   paused = false;
   received = null; // the latest received simulated time; null before the first
 
-  #shown = 0; // the result of `now` at #at
+  /** @type {number | null} */ #held = null;
+  #shown = 0; // the result of `live` at #at
   #at = 0;
   #offsets = []; // [wall, simulated - wall * factor] of received times, greatest first
   /** The time since which only earlier times are received. @type {number | null} */ #backSince = null;
@@ -31,8 +32,18 @@ export class SimClock {
   #from = 0; // the start of a glide
   #began = 0;
 
-  /** Return simulated seconds. */
+  /** Return the simulated seconds that the page shows. */
   now(wallMs = performance.now()) {
+    return this.#held ?? this.live(wallMs);
+  }
+
+  /** Show a past time; null for the present. */
+  hold(seconds) {
+    this.#held = seconds;
+  }
+
+  /** Return the simulated seconds of the present. */
+  live(wallMs = performance.now()) {
     if (this.received === null) return 0;
     const elapsed = wallMs - this.#at;
     if (elapsed > 0) {
@@ -55,7 +66,7 @@ export class SimClock {
     } else {
       this.#backSince = null;
       if (simSeconds > this.received) {
-        this.#from = this.now(wallMs);
+        this.#from = this.live(wallMs);
         this.#began = this.#receivedAt = wallMs;
         this.received = simSeconds;
       }
@@ -73,7 +84,7 @@ export class SimClock {
    */
   setRate(factor, paused, wallMs = performance.now()) {
     if (factor === this.factor && paused === this.paused) return;
-    this.now(wallMs);
+    this.live(wallMs);
     this.factor = factor;
     this.paused = paused;
     this.#offsets = [];

@@ -3,6 +3,7 @@
 import { partOf, restarts } from '../model/changes.js';
 import { isValid, secondsOf } from '../model/messages.js';
 import { RequestError } from './connection.js';
+import { Rewind } from './rewind.js';
 
 /** Return a message if it has the shape of its key, else throw a RequestError. */
 export function valid(key, payload) {
@@ -35,7 +36,6 @@ const MAX_WAITING = 20000; // events, beyond which they are all applied at once
  */
 export class Live extends EventTarget {
   /** @type {Connection} */ #connection;
-  /** @type {Model} */ #model;
   /** @type {SimClock} */ #clock;
   /** @type {() => Promise<any[]>} */ #getLog;
   /** Messages that are not shown yet, in order of time. @type {{at: number, key: string, payload: any}[]} */ #queue = [];
@@ -58,11 +58,11 @@ export class Live extends EventTarget {
   constructor(connection, model, clock, getLog = async () => []) {
     super();
     this.#connection = connection;
-    this.#model = model;
     this.#clock = clock;
+    this.rewind = new Rewind(model, clock);
     this.#getLog = getLog;
     const latest = { latest: true };
-    const readable = (take) => (payload, key) => model.guard(key, () => take(valid(key, payload)));
+    const readable = (take) => (payload, key) => this.rewind.head.guard(key, () => take(valid(key, payload)));
     const info = (payload) => this.#change('_world/info', payload);
     connection.subscribe('_world/events', readable((event) => this.#receive(event)), { onLost: () => this.#loseAll() });
     connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.receive(secondsOf(stamp))), latest);
@@ -132,10 +132,10 @@ export class Live extends EventTarget {
 
   #receive(event) {
     const at = secondsOf(event.stamp);
-    if (restarts(event, this.#model.texts)) {
+    if (restarts(event, this.rewind.head.texts)) {
       // Show all earlier events first, as time may go back.
       this.#play(Infinity);
-      if (!this.#buffering) this.#model.receive('_world/events', event);
+      if (!this.#buffering) this.#apply(at, '_world/events', event);
       this.#clock.reset(at);
       this.#resync(true);
       return;
@@ -144,7 +144,7 @@ export class Live extends EventTarget {
     // An event ahead of later ones must not delay them.
     for (let i = this.#queue.length - 1; i >= 0 && this.#queue[i].at > at; i -= 1) this.#queue[i].at = at;
     this.#queue.push({ at, key: '_world/events', payload: event });
-    const part = partOf(event, this.#model.texts);
+    const part = partOf(event, this.rewind.head.texts);
     // The event does not describe the entity completely.
     if (part === 'entities') this.#resyncSoon();
     if (part === 'simulation_state') void this.#getTime().catch(() => {});
@@ -212,7 +212,7 @@ export class Live extends EventTarget {
       : [];
     await this.#getTime();
     const scene = await connection.get('_world/scene', undefined, { timeout: 20 });
-    const log = all && !this.#model.events.length ? await this.#getLog().catch(() => []) : [];
+    const log = all && !this.rewind.head.events.length ? await this.#getLog().catch(() => []) : [];
     return { view: view && valid('_world/view', view), info, log, scene: valid('_world/scene', scene) };
   }
 
@@ -223,9 +223,9 @@ export class Live extends EventTarget {
       // A restart that was received before its kind was known: the scene may be older.
       const stale = this.#queue.some(({ key, payload }) => key === '_world/events' && restarts(payload, view.events ?? {}));
       if (stale) this.#queue = [];
-      if (stale || !this.#model.receive('_world/view', view)) return false;
-      this.#model.receive('_world/info', info);
-      this.#model.loadLog(log, at);
+      if (stale || !this.#apply(at, '_world/view', view)) return false;
+      this.#apply(at, '_world/info', info);
+      this.rewind.head.loadLog(log, at);
       this.#clock.reset(at);
       this.#queue = this.#queue.filter((item) => item.at >= at);
     }
@@ -233,17 +233,31 @@ export class Live extends EventTarget {
     this.#queue.splice(index < 0 ? this.#queue.length : index, 0, { at, key: '_world/scene', payload: scene });
     this.#clock.receive(at);
     this.#buffering = false;
+    const begins = view && at < this.rewind.latest;
     if (view) for (const { begin } of Object.values(this.#watches)) begin();
-    this.#play(this.#clock.now());
+    this.#play(this.#clock.live());
+    if (begins) this.rewind.start(at);
     this.#schedule();
     this.#become('live');
     return true;
   }
 
+  /** Apply a message to the model of the present. @returns {boolean} Whether it was valid. */
+  #apply(at, key, payload) {
+    const valid = this.rewind.head.receive(key, payload);
+    if (valid) this.rewind.add(at, key, payload);
+    return valid;
+  }
+
+  /** Tell the model the current time, so that it records what has not changed. */
+  flush() {
+    if (this.state === 'live') this.rewind.head.flush(this.#clock.live());
+  }
+
   #change(key, payload) {
     // It belongs to a world that is not loaded yet.
     if (this.#buffering) return;
-    this.#model.receive(key, payload);
+    this.#apply(this.#clock.live(), key, payload);
     this.#dirty = true;
     this.#schedule();
   }
@@ -252,7 +266,7 @@ export class Live extends EventTarget {
   #await(key, payload) {
     // It belongs to a world that is not loaded yet.
     if (this.#buffering) return;
-    this.#model.guard(key, () => {
+    this.rewind.head.guard(key, () => {
       // At most the latest received time, as time may stand.
       const at = Math.min(secondsOf(valid(key, payload).stamp), this.#clock.received ?? Infinity);
       const index = this.#queue.findLastIndex((item) => item.at <= at) + 1;
@@ -266,11 +280,11 @@ export class Live extends EventTarget {
     if (this.#buffering) return;
     let count = 0;
     while (count < this.#queue.length && this.#queue[count].at <= until) {
-      const { key, payload } = this.#queue[count++];
-      this.#model.receive(key, payload);
+      const { at, key, payload } = this.#queue[count++];
+      this.#apply(at, key, payload);
     }
     this.#queue.splice(0, count);
-    if (count || this.#dirty) this.#model.flush();
+    if (count || this.#dirty) this.rewind.head.flush();
     this.#dirty = false;
   }
 
@@ -281,7 +295,7 @@ export class Live extends EventTarget {
     this.#scheduled?.();
     const step = () => {
       this.#scheduled = null;
-      this.#play(this.#queue.length > MAX_WAITING ? Infinity : this.#clock.now());
+      this.#play(this.#queue.length > MAX_WAITING ? Infinity : this.#clock.live());
       if (this.#queue.length) this.#schedule();
     };
     const id = hidden ? setTimeout(step, HIDDEN) : requestAnimationFrame(step);

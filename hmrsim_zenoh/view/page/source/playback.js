@@ -1,4 +1,4 @@
-/** Playback of a recording, forwards and backwards. */
+/** Samples that are played forwards and backwards, such as those of a recording. */
 
 import { partOf } from '../model/changes.js';
 import { ABORTED } from '../model/goals.js';
@@ -20,42 +20,30 @@ const JITTER = 1e-3;
  */
 
 /**
- * Dispatches 'time' when the time changes, 'state' when it starts, stops or changes speed, and 'ready' when seeking has
- * become fast.
+ * Samples that are played into a model. Its times are simulated seconds that continue after a reset.
  *
- * Its times are seconds of the recording: simulated time that continues after a reset.
+ * Dispatches 'time' when the time changes, and 'state' when it starts, stops or changes speed.
  */
-export class Playback extends EventTarget {
-  /** @param {Model} model The model to play into. */
-  constructor(recording, model, clock) {
+export class Timeline extends EventTarget {
+  /** @param {Model} model The model to play into. @param {Clock} clock The clock to set. */
+  constructor(model, clock) {
     super();
-    this._samples = validSamples(recording.samples);
-    this._times = timesOf(this._samples);
     this._model = model;
-    model.unreadable += recording.samples.length - this._samples.length;
     this._clock = clock;
-    this.name = recording.name;
-    this.truncated = recording.truncated; // whether the recording's end is missing
-    const count = this._times.length;
-    this.begin = count ? this._times[0] : 0;
-    this.end = count ? this._times[count - 1] : 0;
-    this.time = this.begin;
+    this._samples = [];
+    this._times = [];
+    /** @type {{next: number, offset: number, saved: object}[]} The model's state before some of the samples. */
+    this._keyframes = [];
+    this.marks = []; // the notable events, in order of time
+    this.begin = this.time = 0;
     this.playing = false;
-    this.marks = marksOf(this._samples, this._times); // the notable events, in order of time
     this._speed = 1;
     this._next = 0;
     this._offset = 0;
     this._wall = null;
-    this._between = Math.max(MIN_BETWEEN, Math.ceil(count / MAX_KEYFRAMES));
-    const start = { next: 0, offset: 0, saved: new Model().snapshot() };
-    this._keyframes = [start];
-    this.ready = false; // whether seeking is fast everywhere
-    this._restore(start);
-    this._show();
-    this.prepared = this._prepare();
   }
 
-  /** @returns {number} Seconds of the recording per wall second. */
+  /** @returns {number} Seconds of the samples per wall second. */
   get speed() {
     return this._speed;
   }
@@ -116,19 +104,13 @@ export class Playback extends EventTarget {
     if (this.time >= this.end) this.pause();
   }
 
-  /** Stop and release the recording. */
-  close() {
-    this.pause();
-    this._closed = true;
-  }
-
-    /** Bring the model to the current time. */
+  /** Bring the model to the current time. */
   _show(wallMs = performance.now()) {
     const { _times: times, _samples: samples } = this;
     let next = this._next;
     while (next < times.length && times[next] <= this.time) {
       this._model.receive(samples[next][1], samples[next][2]);
-      this._offset = offsetAt(samples[next], times[next], this._offset);
+      this._offset = this.offsetAt(samples[next], times[next], this._offset);
       next += 1;
     }
     this._next = next;
@@ -156,26 +138,6 @@ export class Playback extends EventTarget {
     return frames[low];
   }
 
-  /** Create keyframes of the whole recording with a hidden model, in small steps. */
-  async _prepare() {
-    const model = new Model();
-    let [next, offset] = [0, 0];
-    while (next < this._samples.length && !this._closed) {
-      const until = performance.now() + SLICE_MS;
-      do {
-        const to = Math.min(next + 100, this._samples.length);
-        for (; next < to; next += 1) {
-          model.receive(this._samples[next][1], this._samples[next][2]);
-          offset = offsetAt(this._samples[next], this._times[next], offset);
-          if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
-        }
-      } while (next < this._samples.length && performance.now() < until);
-      await new Promise((resolve) => setTimeout(resolve));
-    }
-    this.ready = true;
-    this.dispatchEvent(new Event('ready'));
-  }
-
   _tellRate() {
     this._clock.setRate(this._speed, !this.playing);
     this._clock.reset(this.time + this._offset, performance.now());
@@ -192,11 +154,59 @@ export class Playback extends EventTarget {
   }
 }
 
-/** Return the offset of simulated time to the recording's time at a sample. */
-function offsetAt([, key, payload], time, before) {
-  if (key !== '_world/events' && key !== '_world/scene') return before;
-  const offset = secondsOf(payload.stamp) - time;
-  return Math.abs(offset - before) > JITTER ? offset : before;
+/** The playback of a recording. Dispatches 'ready' when seeking has become fast. */
+export class Playback extends Timeline {
+  constructor(recording, model, clock) {
+    super(model, clock);
+    this._samples = validSamples(recording.samples);
+    this._times = timesOf(this._samples);
+    model.unreadable += recording.samples.length - this._samples.length;
+    this.name = recording.name;
+    this.truncated = recording.truncated; // whether the recording's end is missing
+    const count = this._times.length;
+    this.begin = this.time = count ? this._times[0] : 0;
+    this.end = count ? this._times[count - 1] : 0;
+    this.marks = marksOf(this._samples, this._times);
+    this._between = Math.max(MIN_BETWEEN, Math.ceil(count / MAX_KEYFRAMES));
+    this._keyframes.push({ next: 0, offset: 0, saved: new Model().snapshot() });
+    this.ready = false; // whether seeking is fast everywhere
+    this._restore(this._keyframes[0]);
+    this._show();
+    this.prepared = this._prepare();
+  }
+
+  /** Stop and release the recording. */
+  close() {
+    this.pause();
+    this._closed = true;
+  }
+
+  /** Return the offset of simulated time to the recording's time at a sample. */
+  offsetAt([, key, payload], time, before) {
+    if (key !== '_world/events' && key !== '_world/scene') return before;
+    const offset = secondsOf(payload.stamp) - time;
+    return Math.abs(offset - before) > JITTER ? offset : before;
+  }
+
+  /** Create keyframes of the whole recording with a hidden model, in small steps. */
+  async _prepare() {
+    const model = new Model();
+    let [next, offset] = [0, 0];
+    while (next < this._samples.length && !this._closed) {
+      const until = performance.now() + SLICE_MS;
+      do {
+        const to = Math.min(next + 100, this._samples.length);
+        for (; next < to; next += 1) {
+          model.receive(this._samples[next][1], this._samples[next][2]);
+          offset = this.offsetAt(this._samples[next], this._times[next], offset);
+          if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
+        }
+      } while (next < this._samples.length && performance.now() < until);
+      await new Promise((resolve) => setTimeout(resolve));
+    }
+    this.ready = true;
+    this.dispatchEvent(new Event('ready'));
+  }
 }
 
 /** Return the time of each sample in seconds, which never go back. */
@@ -235,11 +245,15 @@ function marksOf(samples, times) {
   const model = { texts: {}, world: new World() };
   samples.forEach(([, key, event], i) => {
     if (key === '_world/view') Object.assign(model, { texts: event.events ?? {}, world: new World(event.world) });
-    if (key !== '_world/events') return;
-    const kind = MARKED.get(partOf(event, model.texts))?.(event, model.texts[event.kind].sets);
-    if (!kind) return;
-    const { subject, text } = describe(event, model);
-    marks.push({ t: times[i], kind, text: `${subject} ${text}`.trim() });
+    if (key === '_world/events') marks.push(...markOf(event, times[i], model));
   });
   return marks;
+}
+
+/** Return the mark of an event at a time, if it is notable. @returns {Mark[]} */
+export function markOf(event, t, model) {
+  const kind = MARKED.get(partOf(event, model.texts))?.(event, model.texts[event.kind].sets);
+  if (!kind) return [];
+  const { subject, text } = describe(event, model);
+  return [{ t, kind, text: `${subject} ${text}`.trim() }];
 }

@@ -1,0 +1,128 @@
+/** The past of a running simulation: what the page has received, as far as it is kept. */
+
+import { Model } from '../model/model.js';
+import { Timeline, markOf } from './playback.js';
+
+const MOST = 100_000; // samples
+const BETWEEN = 2000; // samples from one keyframe to the next
+const DETAILED = 100; // robots beyond which batteries, trees and the like are kept only in keyframes
+const NEXT_TO = 0.05; // seconds before the end that count as the end
+
+/**
+ * While it is active, the page shows a past time, and what is received changes a hidden model, `head`.
+ *
+ * Dispatches 'active' when the past is entered or left, besides the events of `Timeline`.
+ */
+export class Rewind extends Timeline {
+  /** @type {Model | null} */ #hidden = null;
+  #live; // the clock of the present
+  #weight = 0; // of the samples since the latest keyframe, such as the number of robots in a scene
+  /** @type {number[]} */ #weights = []; // of the samples between keyframes
+
+  /** @param {import('./clock.js').SimClock} clock The clock of the page, which is held at the past time. */
+  constructor(model, clock) {
+    super(model, { reset: (seconds) => this.active && clock.hold(seconds), setRate() {} });
+    this.#live = clock;
+  }
+
+  /** @returns {boolean} Whether the page shows the past. */
+  get active() {
+    return this.#hidden !== null;
+  }
+
+  /** @returns {Model} The model of the present. */
+  get head() {
+    return this.#hidden ?? this._model;
+  }
+
+  /** @returns {number} The present. */
+  get end() {
+    return this.#live.live();
+  }
+
+  /** @returns {number} The time of the latest sample; infinite before there is any. */
+  get latest() {
+    return this._keyframes.length ? (this._times.at(-1) ?? this.begin) : Infinity;
+  }
+
+  offsetAt() {
+    return 0;
+  }
+
+  /** Keep the state of the present, from which the past begins. */
+  start(time) {
+    this.leave();
+    Object.assign(this, { begin: time, time, marks: [], _samples: [], _times: [], _next: 0 });
+    this.#weight = 0;
+    this.#weights = [];
+    this._keyframes = [{ next: 0, offset: 0, saved: this.head.snapshot() }];
+  }
+
+  /** Keep a message that has changed the present. */
+  add(time, key, payload) {
+    if (!this._keyframes.length || (!key.startsWith('_world/') && this.head.robots.size > DETAILED)) return;
+    const at = Math.max(time, this.latest);
+    this._samples.push([at, key, payload]);
+    this._times.push(at);
+    if (key === '_world/events') this.marks.push(...markOf(payload, at, this.head));
+    this.#weight += payload.robots?.length || 1;
+    if (this.#weight < BETWEEN) return;
+    this._keyframes.push({ next: this._samples.length, offset: 0, saved: this.head.snapshot() });
+    this.#weights.push(this.#weight);
+    this.#weight = 0;
+    while (this.#weights.reduce((sum, each) => sum + each) > MOST && this._keyframes.length > 1) this.#forget();
+  }
+
+  /** Show a time; the present, if it is reached. */
+  seek(time) {
+    if (!this._keyframes.length) return;
+    if (time >= this.end - NEXT_TO) {
+      this.leave();
+      return;
+    }
+    if (!this.active) {
+      this.#hidden = new Model();
+      this.#hidden.restore(this._model.snapshot());
+      this.time = Infinity; // so that it is restored
+      super.seek(time);
+      this.dispatchEvent(new Event('active'));
+    } else {
+      super.seek(time);
+    }
+  }
+
+  advance(wallMs) {
+    super.advance(wallMs);
+    if (this.active && this.time >= this.end - NEXT_TO) this.leave();
+  }
+
+  /** Return to the present. */
+  leave() {
+    if (!this.active) return;
+    this.pause();
+    const head = this.#hidden;
+    this.#hidden = null;
+    this._model.restore(head.snapshot());
+    this._model.unreadable += head.unreadable;
+    this.#live.hold(null);
+    this._model.flush();
+    this.dispatchEvent(new Event('active'));
+  }
+
+  /** Forget the samples before the second keyframe. */
+  #forget() {
+    this._keyframes.shift();
+    this.#weights.shift();
+    const [{ next }] = this._keyframes;
+    this._samples.splice(0, next);
+    this.begin = this._times[next - 1];
+    this._times.splice(0, next);
+    for (const frame of this._keyframes) frame.next -= next;
+    this.marks = this.marks.filter(({ t }) => t >= this.begin);
+    this._next -= next;
+    if (this.active && this._next < 0) {
+      this.time = Infinity;
+      this.seek(this.begin);
+    }
+  }
+}
