@@ -39,7 +39,7 @@ _MISSION_SECONDS: Final = 3600.0
 """Simulated seconds after which the simulator ends the mission, which takes about 200 on a machine that is not busy."""
 _LOOK: Final = 0.1
 _LAST_EVENTS: Final = 0.3
-_PATIENCE: Final = 2.0
+_PATIENCE: Final = 10.0
 """Wall seconds that a line of one process waits for an earlier line of the other."""
 _HOLD: Final = 0.5
 """Wall seconds that a line waits for earlier lines about other robots."""
