@@ -40,7 +40,7 @@ class _Docking:
     def enter(self, stage: int) -> None:
         """Publish that a stage begins."""
         self._stage = stage
-        self._report.send(DockRobot.Feedback.model_validate(self._feedback()))
+        self._report.send(self._feedback())
 
     def _feedback(self) -> dict[str, Any]:
         time = values_of((self._robot.now - self._began) * NANOSECONDS)

@@ -197,8 +197,9 @@ UNRECORDED = (GetResult, StopWaiting, ForgetResult, Read, InterestChanged)
 def without_receivers(command: Command) -> Command:
     """Return a command for the record, without its reply objects: some close once they are garbage-collected."""
     match command:
-        case SendGoal():
-            return command._replace(reply_to=None, result_to=None)
+        case SendGoal(robot, action, goal, goal_id):
+            # `_replace` takes three times as long.
+            return SendGoal(robot, action, goal, goal_id, verdict=command.verdict)
         case CancelGoal() | ChangeState() | CallService():
             return command._replace(reply_to=None)
         case _:

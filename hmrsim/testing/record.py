@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -30,8 +30,6 @@ class Goal:
         accepted: When it was accepted, in simulated seconds.
         ended: When it ended; None while it is under way.
         result: Its result; None while it is under way.
-        where: The place at which the robot was when it ended, as `hmrsim.testing.Run.where` says; empty while it is
-            under way.
     """
 
     robot: str
@@ -42,7 +40,12 @@ class Goal:
     accepted: float
     ended: float | None = None
     result: Message | None = None
-    where: str = ""
+    _find: Callable[[], str] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def where(self) -> str:
+        """The place at which the robot was when it ended, as `hmrsim.testing.Run.where` says; empty before that."""
+        return "" if self._find is None else self._find()
 
 
 @dataclass(frozen=True)
@@ -66,13 +69,13 @@ class Record(SelectiveSink):
     """A sink that keeps what happens.
 
     Args:
-        where: Returns at which place a robot is now.
+        place: Returns a function that finds the place at which a robot is now; None where there is none.
     """
 
     topics = frozenset({Topic.EVENTS})
 
-    def __init__(self, where: Callable[[str], str]) -> None:
-        self._where = where
+    def __init__(self, place: Callable[[str], Callable[[], str] | None]) -> None:
+        self._place = place
         self.goals: dict[tuple[str, str, str], Goal] = {}
         self._kept: list[GoalChanged | EventStamped] = []
 
@@ -90,7 +93,7 @@ class Record(SelectiveSink):
             self.goals[key] = goal
         goal.status = output.status
         if output.status.terminal:
-            goal.ended, goal.result, goal.where = now, output.result, self._where(output.robot)
+            goal.ended, goal.result, goal._find = now, output.result, self._place(output.robot)  # noqa: SLF001 - of this module
 
     def happenings(self, wanted: Callable[[Event], bool]) -> list[Happening]:
         """Return the events that are wanted, in order."""

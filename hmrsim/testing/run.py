@@ -7,6 +7,7 @@ import inspect
 import math
 from collections import Counter
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -141,7 +142,7 @@ class Run:
         self._plan = plan
         self._limited = limited
         self._robots = robots
-        self._record = Record(self.where)
+        self._record = Record(self._place)
         self._trace = DeferredTrace(world, settings)
         self._named: tuple[World | None, Sequence[str], Sequence[Point]] = (None, (), ())
         self._trial = LocalTrial(world, settings, sinks=[self._trace, self._record])
@@ -327,17 +328,24 @@ class Run:
         Raises:
             ValueError: There is no robot or item of this name, or the world has no places, waypoints or docks.
         """
-        if name == WORLD:
-            return ""
-        at, (names, points) = self.position(name), self._places()
+        return self._nearest(self.simulator.world, self.position(name))
+
+    def _place(self, robot: str) -> Callable[[], str] | None:
+        """Return a function that finds the place at which a robot is now, as most are never asked for."""
+        if robot == WORLD:
+            return None
+        return partial(self._nearest, self.simulator.world, self.position(robot))
+
+    def _nearest(self, world: World, at: Point) -> str:
+        names, points = self._places(world)
         if not names:
             raise ValueError("the world has no places, docks or waypoints")
         away = [*map(math.dist, points, repeat(at))]
         return names[away.index(min(away))]
 
-    def _places(self) -> tuple[Sequence[str], Sequence[Point]]:
+    def _places(self, world: World) -> tuple[Sequence[str], Sequence[Point]]:
         """Return the names of places, waypoints and docks, and their positions."""
-        before, world = self._named[0], self.simulator.world
+        before = self._named[0]
         if before is not world:
             docks = {dock: world.dock_point(dock) for dock in world.docks}
             named = {**{place: each.at for place, each in world.places.items()}, **world.points, **docks}
@@ -389,7 +397,7 @@ class Run:
         """
         __tracebackhide__ = True
         for place in places:
-            known_name("place", place, self._places()[0])
+            known_name("place", place, self._places(self.simulator.world)[0])
         visited, before = iter(self.visited(robot)), ""
         for place in places:
             if place not in visited:
