@@ -45,13 +45,16 @@ class Board:
 
     It works with any tree: while in use, it replaces py_trees' global blackboard. So trees have to be built, set
     up, ticked and stopped by one thread, one after the other.
+
+    Attributes:
+        in_use: A context in which py_trees uses this blackboard; it may be entered many times.
     """
 
     def __init__(self) -> None:
         self._storage = Entries()
         metadata: dict[str, KeyMetaData] = {}
         clients: dict[uuid.UUID, str] = {}
-        self._use = _InUse(self._storage, metadata, clients)
+        self.in_use: AbstractContextManager[None] = _InUse(self._storage, metadata, clients)
 
     @property
     def changes(self) -> int:
@@ -62,10 +65,6 @@ class Board:
     def storage(self) -> Mapping[str, Any]:
         """The entries, as py_trees keeps them."""
         return self._storage
-
-    def in_use(self) -> AbstractContextManager[None]:
-        """Make py_trees use this blackboard."""
-        return self._use
 
 
 class _InUse(AbstractContextManager[None]):

@@ -238,7 +238,7 @@ def _tried(
     path: str, tree: FileTree, values: Mapping[str, str], faults: Faults
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Build a tree and check it for keys that nothing writes or nothing reads."""
-    with Board().in_use():
+    with Board().in_use:
         for key, text in values.items():
             Blackboard.set(key, text)
         try:

@@ -68,7 +68,7 @@ class Mission:
         self._robots = (robot,) if fleet is None else tuple(fleet)
         self._resume = None if resume is None else f"{resume}/{robot}"
         self._board = Board()
-        with self._board.in_use():
+        with self._board.in_use:
             self.root = plan.build(*self._robots)
         own = robot if fleet is None else None
         self._recorder = None if coverage is None else coverage.watch(plan.name, self.root, robot=own)
@@ -105,7 +105,7 @@ class Mission:
     @property
     def wants_feedback(self) -> bool:
         """True if a node of the tree reads feedback that another node writes."""
-        with self._board.in_use():
+        with self._board.in_use:
             return any(leaf.wants_feedback for leaf in self._leaves())
 
     @property
@@ -128,7 +128,7 @@ class Mission:
         """
         for robot in self._robots:
             known["directory"].check_robot(robot)
-        with self._board.in_use():
+        with self._board.in_use:
             for node in self._nodes():
                 node.setup(client=client, robot=self.robot, wake=wake, resume=self._resume, **known)
 
@@ -143,7 +143,7 @@ class Mission:
         self._count_at(now)
         self._changes = self._board.changes
         try:
-            with self._ticking, self._board.in_use(), simulated_time(now):
+            with self._ticking, self._board.in_use, simulated_time(now):
                 if self._recorder is None:
                     self.root.tick_once()
                 else:
@@ -164,7 +164,7 @@ class Mission:
 
     def due(self, now: float, period: float) -> Due:
         """Return when the running tree has to be ticked again; what it waits for may depend on its blackboard."""
-        with self._board.in_use():
+        with self._board.in_use:
             return due(self.root, now, period)
 
     def _count_at(self, now: float | None) -> None:
@@ -186,7 +186,7 @@ class Mission:
     def interrupt(self, now: float | None = None) -> None:
         """Stop the tree where it is, and cancel its goals; a behavior that breaks then is logged."""
         self.end_coverage()
-        with self._ticking, self._board.in_use(), simulated_time(now):
+        with self._ticking, self._board.in_use, simulated_time(now):
             self._stopped = True
             try:
                 if not self._over:
@@ -203,7 +203,7 @@ class Mission:
 
     def shutdown(self) -> None:
         """Shut down all behaviors of the tree."""
-        with self._board.in_use():
+        with self._board.in_use:
             for node in self._nodes():
                 node.shutdown()
 

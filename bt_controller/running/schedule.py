@@ -58,6 +58,8 @@ def due(root: Behaviour, now: float, period: float) -> Due:
             time = node.next_tick_time()
             polled = polled or time == EACH_PERIOD
             deadline = min(deadline, time + behind) if time != EACH_PERIOD else deadline
+            if kind.waits:
+                continue
             awaited += node.awaited()
             behind += node.behind
             pending += [(child, behind) for child in node.next_ticked()]
@@ -83,7 +85,8 @@ class _Kind(NamedTuple):
 
     Attributes:
         xml: Whether it is a node of XML trees, which returns its next tick time.
-        waits: Whether it needs no polling: only its children, its goal or its deadline change it while it runs.
+        waits: Whether it needs no polling: only its children, its goal or its deadline change it while it runs; of a
+            node of XML trees, whether it has neither children nor conditions.
         reads: Whether it reads a topic, and may wait for conditions on it.
         timed: Whether it has a deadline.
         in_turn: Whether its children run one after the other.
@@ -102,12 +105,16 @@ class _Kind(NamedTuple):
 def _kind(kind: type[Behaviour]) -> _Kind:
     return _Kind(
         xml=issubclass(kind, Node),
-        waits=_waits(kind),
+        waits=_is_alone(kind) if issubclass(kind, Node) else _waits(kind),
         reads=issubclass(kind, Handler),
         timed=issubclass(kind, (Timer, decorators.Timeout)),
         in_turn=issubclass(kind, (Sequence, Selector)),
         parallel=issubclass(kind, Parallel),
     )
+
+
+def _is_alone(kind: type[Node]) -> bool:
+    return kind.awaited is Node.awaited and kind.next_ticked is Node.next_ticked
 
 
 def _waits(kind: type[Behaviour]) -> bool:

@@ -118,7 +118,7 @@ def _trees() -> list[Sample]:
 def _coverage() -> Sample:
     coverage = TreeCoverage()
     for path in sorted((ROOT / "examples").glob("*.xml")):
-        with Board().in_use():
+        with Board().in_use:
             coverage.watch(path.name, load(str(path)).build())
     return Sample("coverage", "seen.json", json.dumps(coverage.to_json()).encode())
 

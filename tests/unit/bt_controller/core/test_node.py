@@ -32,7 +32,7 @@ class _Sum(Leaf):
 @pytest.fixture
 def node():
     """Return a node whose ports are at /number, /texts and /total, on its own blackboard."""
-    with Board().in_use():
+    with Board().in_use:
         node = _Sum("sum")
         node.setup_ports({"number": "number", "texts": "/texts", "total": "/total"})
         yield node

@@ -125,7 +125,7 @@ class Files:
     def built(self, text, **options):
         """Give the root of a tree, while its blackboard is in use."""
         found = self.load(text, **options)
-        with Board().in_use():
+        with Board().in_use:
             for key, value in (options.get("values") or {}).items():
                 Blackboard.set(key, value)
             yield found.build()

@@ -77,7 +77,7 @@ class TestNodes:
         monkeypatch.setattr(file_tree, "read", parsed)
         tree = files.load("<BehaviorTree ID='A'><Say/></BehaviorTree>")
         for _ in range(3):
-            with Board().in_use():
+            with Board().in_use:
                 tree.build()
 
         assert parsed.call_count == 1
@@ -88,9 +88,9 @@ class TestNodes:
         boards = [Board(), Board()]
         roots = []
         for board in boards:
-            with board.in_use():
+            with board.in_use:
                 roots.append(tree.build())
-        with boards[0].in_use():
+        with boards[0].in_use:
             roots[0].tick_once()
 
         assert ("/x" in boards[0].storage, "/x" in boards[1].storage) == (True, False)

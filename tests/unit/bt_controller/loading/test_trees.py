@@ -99,13 +99,13 @@ def test_a_file_is_known_by_how_it_begins(tmp_path, begin):
 
 def test_values_are_there_while_a_function_builds_its_tree():
     """So that it may make goals of them."""
-    with Board().in_use():
+    with Board().in_use:
         assert load("bt_test_missions:of_given", values={"given": "kitchen"}).build("wall_e").name == "kitchen"
 
 
 def test_values_win_over_what_a_function_sets():
     """It sets what is so by default."""
-    with Board().in_use():
+    with Board().in_use:
         load("bt_test_missions:overwrites", values={"given": "yours"}).build("wall_e")
 
         assert Blackboard.get("given") == "yours"

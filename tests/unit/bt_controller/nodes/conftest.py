@@ -128,7 +128,7 @@ class Tree:
 @pytest.fixture(autouse=True)
 def _own_board():
     """Give each test a blackboard as missions have it."""
-    with Board().in_use():
+    with Board().in_use:
         yield
 
 

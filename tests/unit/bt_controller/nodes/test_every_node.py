@@ -82,7 +82,7 @@ class Same(Behaviour):
 
 @pytest.fixture(autouse=True)
 def _board():
-    with Board().in_use():
+    with Board().in_use:
         yield
 
 
@@ -95,7 +95,7 @@ def each_built():
     """Give each node four times, with children that return a status; the case's name, the client, and the node."""
     for (tag, kind), status in product(each(), ENDS):
         client = Robot()
-        with case(f"{tag}, children {status.name}"), Board().in_use():
+        with case(f"{tag}, children {status.name}"), Board().in_use:
             yield f"{tag}, children {status.name}", client, build(kind, client, status)
 
 

@@ -172,7 +172,7 @@ class TestBlackboard:
     def test_a_snapshot_has_the_blackboard_of_its_robot_if_asked(self):
         """Another tree's is not in it."""
         other, one = mission(lambda: Success("Root")), mission(lambda: Success("Root"))
-        with one._board.in_use():
+        with one._board.in_use:
             Blackboard.set("code", 208)
 
         known = [each.snapshot(0.0, blackboard=True).blackboard for each in (other, one)]
