@@ -157,11 +157,11 @@ def _run(args: argparse.Namespace) -> int:
         with host, trace.opened(host.simulator), screen.shown(host) as refresh:
             if run.strict:
                 plugins.check()
-            with viewed(settings.view, host.endpoints or settings.session.connect, settings.session) as view:
+            with viewed(settings.view, host.endpoints or host.options.connect, host.options) as view:
                 _serve(
                     host,
                     [refresh, heap.trim],
-                    lambda: _show_ready(loaded, host, settings.session, view, as_json=args.json),
+                    lambda: _show_ready(loaded, host, view, as_json=args.json),
                 )
             if monitor is not None:
                 monitor.end(host.simulator.now)
@@ -215,8 +215,8 @@ def _serve(host: Host, periodic_tasks: Iterable[Callable[[], None]], on_ready: C
         host.stop()
 
 
-def _show_ready(loaded: LoadedWorld, host: Host, options: SessionOptions, view: View | None, *, as_json: bool) -> None:
-    world = loaded.world
+def _show_ready(loaded: LoadedWorld, host: Host, view: View | None, *, as_json: bool) -> None:
+    world, options = loaded.world, host.options
     url = view.url() if view else None
     ready: dict[str, Any] = {
         "ready": True,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, product
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
+
+import zenoh
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import NoRoute
@@ -14,13 +17,14 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.settings.run import RunSettings
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
 from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
+from hmrsim_zenoh.hosting.succession import RouterSuccession
 from hmrsim_zenoh.server.decode_time import AdvanceRequest, CommandRequest, JoinRequest
 from hmrsim_zenoh.server.tokens import Claim
 from hmrsim_zenoh.server.world_info import Sessions
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.enclave import SIMULATOR
 from hmrsim_zenoh.wire.envelopes import plain, read
-from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 from hmrsim_zenoh.wire.options import SessionOptions
 from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 
@@ -32,6 +36,10 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.losses import Losses
 
+_log = logging.getLogger(__name__)
+
+_SIMULATORS: Final = 256
+"""The number of simulators that may wait to be looked at."""
 _STOP_SECONDS = 1.5
 """Wall seconds within which the simulation thread has to end every goal."""
 
@@ -50,6 +58,7 @@ class Host:
         endpoints: The endpoints on which the session listens.
         simulator: Other threads may read it while it runs, but must not change it.
         pacing: The clock that advances its time; read-only, too.
+        options: The options of the session, with the prefix that is served.
         error: The error that ended the simulation thread; None if it runs or ended regularly.
 
     Raises:
@@ -84,7 +93,7 @@ class Host:
         )
         try:
             sessions = Sessions(self._session, enclave.access_control) if enclave else None
-            self._claim = Claim(self._session, keys)
+            self._claim, keys = _claimed(self._session, keys, wires)
             self._served = ServedSimulation(
                 Wiring(self._session, keys, sessions=sessions, wires=wires),
                 loaded.world,
@@ -95,6 +104,9 @@ class Host:
         except BaseException:
             self._session.close()
             raise
+        self.options = replace(options, prefix=keys.prefix)
+        joined = bool(wires) and not options.connect and bool(self._session.info.routers_zid())
+        self._succession = RouterSuccession(self._session, options, self.endpoints) if joined else None
         self.simulator = self._served.simulator
         self.pacing = self._served.pacing
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
@@ -142,6 +154,8 @@ class Host:
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
         self._served.leave()
+        if self._succession is not None:
+            self._succession.close()
         self._session.close()
         self._served.join()
 
@@ -168,6 +182,38 @@ class Host:
         finally:
             self._claim.undeclare()
         self._ended.set()
+
+
+def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire]) -> tuple[Claim, Keys]:
+    """Return the claim on a prefix, and the keys with it.
+
+    If another simulator has the default prefix, but is in another ROS domain, the prefix gets the number of the domain.
+
+    Raises:
+        PrefixTaken: Another simulator has the prefix.
+    """
+    try:
+        return Claim(session, keys), keys
+    except PrefixTaken:
+        from hmrsim_zenoh.ros2.wires import RmwZenoh  # noqa: PLC0415 - loaded with ROS 2 wires only
+
+        domain = next((wire.domain for wire in wires if isinstance(wire, RmwZenoh)), None)
+        others = _domains(session) if keys.prefix == DEFAULT_PREFIX else set()
+        if domain is None or not others or str(domain) in others:
+            raise
+    other = replace(keys, prefix=f"{keys.prefix}_{domain}")
+    claim = Claim(session, other)
+    _log.warning("another simulator has the prefix %r; using --prefix %s", keys.prefix, other.prefix)
+    return claim, other
+
+
+def _domains(session: zenoh.Session) -> set[str]:
+    """Return the ROS domains of other simulators on the network."""
+    from hmrsim_zenoh.ros2.keys import domain_of, tokens_of_node  # noqa: PLC0415 - as above
+    from hmrsim_zenoh.ros2.names import WORLD_NODE  # noqa: PLC0415 - as above
+
+    replies = session.liveliness().get(tokens_of_node(WORLD_NODE), zenoh.handlers.FifoChannel(_SIMULATORS))
+    return {domain_of(str(reply.ok.key_expr)) for reply in replies if reply.ok is not None}
 
 
 def _warm_up(simulator: Simulator) -> Iterator[None]:

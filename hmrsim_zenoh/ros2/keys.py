@@ -170,6 +170,21 @@ def tokens_of(domain: int, kind: Kind, session: str = "*") -> str:
     return f"{_TOKENS}/{domain}/{session}/*/*/{kind.value}/**"
 
 
+def publishers_of(domain: int, topic: str) -> str:
+    """Return the wildcard of the tokens of a topic's publishers in a domain."""
+    return f"{_TOKENS}/{domain}/*/*/*/{Kind.PUBLISHER.value}/*/*/*/{_mangled(topic)}/**"
+
+
+def tokens_of_node(node: Node) -> str:
+    """Return the wildcard of the tokens of a node in all domains and sessions."""
+    return "/".join((_TOKENS, "*", "*", "*", "*", Kind.NODE.value, *_node(node)))
+
+
+def domain_of(token: str) -> str:
+    """Return the domain in a token."""
+    return token.split("/")[1]
+
+
 def read_token(text: str) -> Token | None:
     """Return a parsed token; None when it is not one of rmw_zenoh's."""
     chunks = text.split("/")

@@ -38,6 +38,7 @@ _SHOWN: Final = 200
 _SHOWN_OF_ID: Final = 8
 """Digits that are shown of a client's id."""
 
+_CLOCK: Final = "/clock"
 _SESSION: Final = re.compile("[0-9a-f]{1,32}")
 _WHAT: Final = {Kind.CLIENT: "client", Kind.SUBSCRIBER: "subscriber"}
 
@@ -79,6 +80,7 @@ class Peers:
         self._subscribers = [
             self._watch(keys.tokens_of(domain, kind)) for kind in (Kind.CLIENT, Kind.SUBSCRIBER, Kind.NODE)
         ]
+        self._subscribers.append(self._watch(keys.publishers_of(domain, _CLOCK), own_thread=False))
 
     def look(self, new: Callable[[str], bool]) -> None:
         """Check the known endpoints with new names again, after the served names have changed."""
@@ -144,6 +146,12 @@ class Peers:
                 self._compare(token, token.endpoint)
             elif token.endpoint.kind is Kind.SERVICE:
                 self._contest(token, token.endpoint)
+            elif token.endpoint.name == _CLOCK and self._due(("clock", token.session)):
+                _log.warning(
+                    "ROS domain %d: node %s publishes /clock, too: nodes with use_sim_time see time jump; "
+                    "run one of them with another --ros-domain-id",
+                    *(self._domain, token.node.full_name),
+                )
 
     def _session_came(self, session: str) -> None:
         """Count a new token of a session; its services are watched from its first token on."""
@@ -175,7 +183,7 @@ class Peers:
         if token is None or token.session == self._own:
             return
         kind = token.endpoint.kind if token.endpoint else Kind.NODE
-        if kind is Kind.SERVICE:
+        if kind in (Kind.SERVICE, Kind.PUBLISHER):
             return
         gid = keys.gid(text)
         with self._lock:

@@ -186,6 +186,40 @@ def test_a_second_simulator_of_the_same_prefix_is_refused(options):
         pytest.fail("it was served")
 
 
+def test_simulators_in_several_domains_share_a_network(options, caplog):
+    """The later one has another prefix, and both are driven by nodes of their domains."""
+    with (
+        served_world(options=options, wires=(RmwZenoh(domain=3),), real_time_factor=0),
+        served_world(options=options, wires=(RmwZenoh(domain=4),), real_time_factor=0),
+    ):
+        for domain in (3, 4):
+            with RosClient(options.default, domain=domain) as client:
+                assert SUCCEEDED == client.action("/wall_e/wait").wait().do({})[0]
+
+    assert "another simulator has the prefix 'hmrsim'; using --prefix hmrsim_4" in caplog.text
+
+
+def test_a_second_simulator_of_the_same_domain_is_refused(options):
+    with (
+        served_world(options=options, wires=(RmwZenoh(domain=3),)) as first,
+        RosClient(first.connect[0], domain=3) as client,
+    ):
+        client.graph.wait(lambda tokens: any(token.endswith("/%/hmrsim") for token in tokens))
+        with pytest.raises(PrefixTaken), served_world(options=options, wires=(RmwZenoh(domain=3),)):
+            pytest.fail("it was served")
+
+
+def test_a_simulator_takes_the_place_of_a_router_that_ends(options, caplog):
+    """A ROS node that comes later finds the simulator at the router's endpoint."""
+    router, _ = open_server(options, join=True)
+    with served_world(options=options, wires=(RmwZenoh(),), real_time_factor=0):
+        router.close()
+        with RosClient(options.default) as client:
+            assert SUCCEEDED == client.action("/wall_e/wait").wait().do({})[0]
+
+    assert f"the router has ended; listening on {options.default} in its place" in caplog.text
+
+
 @pytest.mark.usefixtures("router")
 @pytest.mark.parametrize("named", ["listen", "mode", "join"])
 def test_a_named_endpoint_or_the_mode_of_a_router_joins_no_router(options, named):

@@ -230,6 +230,15 @@ def test_only_other_clients_are_reported_as_gone(network):
     assert keys.gid(text) == network.gone.get(timeout=PATIENCE)
 
 
+def test_a_second_clock_is_reported_once(network):
+    for name in ("/clock", "/clock", "/other"):
+        network.declare(Kind.PUBLISHER, name=name)
+
+    (line,) = network.warned(1)
+    assert "publishes /clock, too" in line
+    assert "--ros-domain-id" in line
+
+
 def test_tokens_from_before_the_watch_are_seen(network):
     network.declare(hash_=JAZZY)
     gone = queue.Queue()
