@@ -25,6 +25,11 @@ from benchmarks._browser import browser, shown, until
 from benchmarks._fleet import grid_world
 from benchmarks._processes import HMRSIM, command, free_port, line_of
 from benchmarks._wire import served
+from hmrsim.fault_search.check import CheckFile
+from hmrsim.fault_search.failure_page import failure_page, run_logged
+from hmrsim.fault_search.reading import check_at
+from hmrsim.fault_search.run import VERDICTS
+from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.settings.run import RunSettings
 
 if TYPE_CHECKING:
@@ -40,6 +45,12 @@ _SMALL: Final[ViewportSize] = {"width": 1120, "height": 640}
 _PHONE: Final[ViewportSize] = {"width": 390, "height": 844}
 _DRAWN: Final = "() => new Promise((then) => requestAnimationFrame(() => requestAnimationFrame(then)))"
 """A promise that is kept when the page has drawn what it knows."""
+_FAILS: Final = {
+    "world": "hospital",
+    "controller": {"tree": "bt_controller.examples.hospital:mission"},
+    "properties": {"built_in": {"recovers": {"within": 30}}},
+}
+"""A check of a mission that gives up when a goal is aborted."""
 _FILMED: Final = (30, 150)
 """The frames of the film, half a simulated second each."""
 
@@ -95,6 +106,18 @@ def report() -> None:
         tab = _large(chromium)
         tab.goto(page.as_uri())
         _photograph(tab, "report")
+
+
+def failure() -> None:
+    """Photograph the page of a mission that fails when a robot can't put something down."""
+    check = check_at(CheckFile.model_validate(_FAILS), Path.cwd())
+    case = Case((Injection({"type": "goals_aborted", "robot": "burn_e", "action": "place", "count": 1, "at": 0.0}),))
+    with tempfile.TemporaryDirectory() as folder, browser() as chromium:
+        page = Path(folder, "failure.html")
+        page.write_text(failure_page(check, case, *run_logged(check, case, VERDICTS)), encoding="utf-8")
+        tab = chromium.new_page(viewport={"width": 1440, "height": 1100})
+        tab.goto(page.as_uri())
+        _photograph(tab, "failure")
 
 
 # --- the page ----------------------------------------------------------------------------------------------------
@@ -202,6 +225,7 @@ PICTURES: Final[Mapping[str, Callable[[], None]]] = {
     "film": film,
     "thousand": thousand,
     "report": report,
+    "failure": failure,
 }
 
 

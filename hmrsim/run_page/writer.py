@@ -96,7 +96,7 @@ def _faults(report: Report, length: float) -> list[tuple[float, float, str]]:
     """Return where the faults of a run are on the time axis, in percent of its length, and what they are."""
     found = []
     for fault in report.faults:
-        ended = length if fault.ended is None else min(length, fault.ended)
+        ended = min(length, report.summary.sim_time if fault.ended is None else fault.ended)
         text = f"{fault.fault} of {fault.subject}, {fault.began:.1f} to {ended:.1f} s"
         found.append((100 * fault.began / length, 100 * (ended - fault.began) / length, text))
     return found
