@@ -110,6 +110,10 @@ class EventPublisher:
         if self.interest.events:
             self.emit(EventStamped(self._clock.stamp, make()))
 
+    def announce(self, event: Event) -> None:
+        """Publish a rare event of this instant, also if no sink wants all events: a sink may look for it alone."""
+        self.emit(EventStamped(self._clock.stamp, event))
+
     def publish_untraced(self, make: Callable[[], Event]) -> None:
         """Publish an event that is not recorded in traces."""
         if self.interest.motion:

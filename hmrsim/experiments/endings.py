@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -49,8 +49,6 @@ class Judge(SelectiveSink):
         counts: How many goals have ended, by status, and how many were accepted.
     """
 
-    topics = frozenset({Topic.EVENTS})
-
     def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
         self.label = self.cause = ""
         self.at = 0.0
@@ -66,7 +64,15 @@ class Judge(SelectiveSink):
             if kinds
         ]
         self._simulator: Simulator | None = None
+        kinds = {kind for _, kinds, _ in self._checks for kind in kinds}
+        # Those are published, whoever wants events.
+        self._topics = frozenset({Topic.EVENTS}) if kinds - {GoalChanged, RunReported} else frozenset[Topic]()
         self._end: Callable[[str], None] = lambda _reason: None
+
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that it wants: all events, if one of them may end the run."""
+        return self._topics
 
     def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
         """Start judging the run.

@@ -63,6 +63,7 @@ class Plan:
         source: The file of the world, or the name of a shipped one.
         variant: The names of the chosen variants.
         own_overlays: The overlays for single treatments, by the name of the treatment.
+        left_to_chance: The scenarios and treatments whose runs drew random numbers, so far as this process made any.
     """
 
     path: Path
@@ -73,6 +74,7 @@ class Plan:
     source: str
     variant: tuple[str, ...] = ()
     own_overlays: Mapping[str, Source] = field(default_factory=dict)
+    left_to_chance: set[tuple[int, str]] = field(default_factory=set, compare=False, repr=False)
     _worlds: LruCache[str, LoadedWorld] = field(
         default_factory=partial(LruCache, _KEPT_WORLDS), compare=False, repr=False
     )

@@ -52,6 +52,10 @@ def _row_of(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick
     coverage = TreeCoverage() if plan.file.keep.coverage and treatment.in_process else None
     settings = RunSettings(seed=run.seed, duration=plan.file.limits.simulated, clock="lockstep")
     traces, several = plan.file.keep.traces, plan.file.replications.max > 1
+    cell = run.scenario, run.treatment
+    # A trace is compared with those of other replications unless the run draws random numbers, as the last one did.
+    known = cell in plan.left_to_chance and treatment.in_process and further is unwatched
+    traced = traces != "none" or (several and not known)
     judge = Judge(plan.file.ends)
     loaded = plan.world(run.scenario, run.treatment)
     trace = DeferredTrace(loaded.world, settings)
@@ -68,7 +72,7 @@ def _row_of(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick
         names=plan.names(run.scenario),
         variables={"HMRSIM_RUN": str(run.number)},
         coverage=coverage,
-        sinks=[trace, judge] if several or traces != "none" else [judge],
+        sinks=[trace, judge] if traced else [judge],
         watchers=watchers,
         on_tick=on_tick,
     )
@@ -77,6 +81,11 @@ def _row_of(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick
         cause, output = _play(trial, judge, in_process=treatment.in_process)
         values = (lambda: report.report(simulator).model_dump(mode="json")) if report else dict
         measures, flaws = measures_of(plan.file, judge, simulator, values)
+    if simulator.chance.used:
+        plan.left_to_chance.add(cell)
+    elif several and not traced:
+        plan.left_to_chance.discard(cell)
+        return _row_of(plan, run, further, on_tick)
     success, result = judge.label in plan.file.successes, (judge.label, judge.at, measures, dict(judge.reported))
     # The trace includes the end of the trial.
     keeps = traces == "all" or (traces == "failed" and not success)

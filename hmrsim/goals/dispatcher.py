@@ -189,7 +189,7 @@ class Dispatcher:
             error_msg=why,
         )
         self._answer(command.reply_to, answer)
-        self._publisher.publish(lambda: _rejected(command, answer))
+        self._publisher.announce(_rejected(command, answer))
 
     def _answer_duplicate(self, command: SendGoal, goal_id: str, status: GoalStatus, stamp: int, code: int) -> None:
         answer = GoalResponse(

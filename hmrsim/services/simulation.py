@@ -115,7 +115,7 @@ def _end_run(simulator: Simulator, request: EndRun.Request) -> EndRun.Response:
             f"{_MAX_VALUES} numbers, texts, true and false, got {shown(request.values)}"
         )
         return EndRun.Response(result=failed(why))
-    simulator.publisher.publish(lambda: RunReported(request.label, values))
+    simulator.publisher.announce(RunReported(request.label, values))
     return EndRun.Response(result=OK)
 
 

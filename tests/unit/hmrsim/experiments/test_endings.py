@@ -7,7 +7,9 @@ from typing import Any
 
 import pytest
 
-from hmrsim.experiments.endings import NEAR, _near, _orders_are_served
+from hmrsim.experiments.endings import NEAR, Judge, _near, _orders_are_served
+from hmrsim.experiments.model import Ending
+from hmrsim.protocol.topics import Topic
 
 
 def with_orders(delivered: int, *, served: bool) -> Any:
@@ -31,3 +33,17 @@ def test_robot_at_the_limit_of_near_has_arrived(units: str) -> None:
     reach = NEAR[units]
 
     assert [True, False] == [_near(simulator, (x, 0.0), "home") for x in (reach, reach * 1.001)]
+
+
+@pytest.mark.parametrize(
+    ("ending", "topics"),
+    [
+        ({"robot": "eve", "at": "home"}, {Topic.EVENTS}),
+        ({"reported": "tired"}, set()),
+        ({"controller": "failed"}, set()),
+    ],
+)
+def test_events_are_made_only_if_one_may_end_the_run(ending: dict[str, str], topics: set[Topic]) -> None:
+    judge = Judge({"over": [Ending.model_validate(ending)]})
+
+    assert topics == judge.topics

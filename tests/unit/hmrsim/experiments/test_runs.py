@@ -103,6 +103,11 @@ def wavers(client, calls=[]):
     drive(client, 5.0 + len(calls))
 
 
+def goes_far_once(client, calls=[]):
+    calls.append(0)
+    drive(client, 20.0 if len(calls) == 1 else 10.0)
+
+
 def sleeps(client):
     time.sleep(60)
 
@@ -263,7 +268,7 @@ def test_the_limit_of_processor_time_is_that_of_wall_time_if_left_out(row):
 )
 def test_a_controller_that_lets_no_time_pass_is_ended(row, controller, cause):
     """It ends long before the wall limit, and its cause names the goal that it repeats."""
-    found = row(controller, limits={"wall": PATIENCE})
+    found = row(controller, limits={"wall": PATIENCE}, replications=1)
     assert (found.ending, found.at, found.success) == (HUNG, 0.0, False)
     assert f"time stands still: {cause}" in found.cause
 
@@ -320,6 +325,17 @@ def test_replications_without_random_numbers_have_fingerprints(row, controller, 
         assert ["", "", ""] == found
     else:
         assert (True, kinds) == (all(found), len({*found}))
+
+
+def test_a_replication_without_random_numbers_has_a_fingerprint_after_one_with_them(row, tmp_path):
+    """Its trace was not recorded at first, as the replication before did not need one."""
+    row("goes_far_once")
+    known, fresh = (read_plan(tmp_path / "e.yaml") for _ in range(2))
+    known.left_to_chance.add((0, "t"))
+
+    first, again = (execute_run(plan, plan.run(0, "t", 1)) for plan in (known, fresh))
+    assert first.fingerprint == again.fingerprint != ""
+    assert first.at == again.at == 10.0
 
 
 def test_parameters_are_arguments_of_the_function(row):
