@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -280,10 +281,13 @@ class Pacing:
     def _free_round(self) -> None:
         simulator = self._simulator
         # A bounded number of commands, then of events, so that neither delays the other for long.
-        taken = self._take_commands()
-        if not taken and simulator.next_event == math.inf:
+        if self._take_commands():
+            # Else the thread that sends the answers may wait for this core until all events are processed.
+            os.sched_yield()
+        elif simulator.next_event == math.inf:
             self._stand()
-        elif self._duration < simulator.next_event < math.inf:
+            return
+        if self._duration < simulator.next_event < math.inf:
             simulator.advance(self._duration)
             self._over = True
         else:
