@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -29,8 +29,9 @@ _NAMES: Final = {topic: topic.name.lower() for topic in Topic}
 class Reaction(Protocol):
     """A part of the simulation that acts on outputs, each before the sinks observe it."""
 
-    def wants(self, topic: Topic) -> bool:
-        """Return whether the part needs a topic now."""
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that the part needs now."""
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
@@ -73,7 +74,7 @@ class Interest:
             else:
                 wanted.update(topics)
         for part in self._reactions:
-            wanted.update(filter(part.wants, _NAMES))
+            wanted.update(part.topics)
         for topic, name in _NAMES.items():
             setattr(self, name, topic in wanted)
         self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, Any, Protocol, TypeGuard
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeGuard
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
@@ -25,7 +25,13 @@ class Sink(Protocol):
 
 
 class SelectiveSink:
-    """A base class of sinks that process outputs of some types only, each with its own function."""
+    """A base class of sinks that process outputs of some types only, each with its own function.
+
+    Attributes:
+        varies: Whether `handler_for` depends on the interest of others, and has to be asked again when that changes.
+    """
+
+    varies: ClassVar[bool] = False
 
     @property
     def topics(self) -> Collection[Topic]:
@@ -44,8 +50,7 @@ class SelectiveSink:
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them.
 
-        The simulator asks once for each type, and again when interest has changed, and calls the function in place of
-        `emit`.
+        The simulator asks once for each type, and calls the function in place of `emit`.
         """
         raise NotImplementedError
 

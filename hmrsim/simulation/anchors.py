@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -58,11 +58,11 @@ class Anchors:
         """Return whether any fault waits for an event."""
         return bool(self._waiting)
 
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is wanted: events, and those of motion if a fault waits for one."""
-        if topic is Topic.MOTION:
-            return any(not events()[kind].traced for kind in self._waiting)
-        return topic is Topic.EVENTS and self.waits
+    @property
+    def topics(self) -> Collection[Topic]:
+        """The topics that are wanted: events, and those of motion if a fault waits for one."""
+        moves = any(not events()[kind].traced for kind in self._waiting)
+        return [*(Topic.EVENTS,) * self.waits, *(Topic.MOTION,) * moves]
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

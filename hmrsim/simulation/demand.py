@@ -131,6 +131,8 @@ class Demand:
         lead_times: Seconds from coming to delivery, of all that were delivered.
     """
 
+    topics = (Topic.EVENTS,)
+
     def __init__(self, env: Environment, roster: Roster, chance: Chance, publisher: EventPublisher) -> None:
         self._env = env
         self._roster = roster
@@ -200,10 +202,6 @@ class Demand:
             self.lead_times.clear()
             self.totals = Totals()
             self._tell()
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic's messages are wanted: events."""
-        return topic is Topic.EVENTS
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

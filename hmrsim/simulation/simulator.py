@@ -42,7 +42,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Refused, Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
-from hmrsim.protocol.sinks import handler_of, hears_commands
+from hmrsim.protocol.sinks import SelectiveSink, handler_of, hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
@@ -206,6 +206,7 @@ class Simulator:
     def attach(self, sink: Sink) -> None:
         """Give the outputs to one more sink from now on."""
         self._sinks.append(sink)
+        self._handlers = {}
         if hears_commands(sink):
             self._command_sinks.append(sink)
         self.submit(InterestChanged())
@@ -368,8 +369,8 @@ class Simulator:
         self.env.take_urgent()
 
     def _change_interest(self) -> None:
-        # A sink may process other outputs as well.
-        self._handlers = {}
+        if any(isinstance(sink, SelectiveSink) and sink.varies for sink in self._sinks):
+            self._handlers = {}
         self.interest.refresh()
         self.dispatcher.feedback.interest_changed()
         self.telemetry.refresh(self.now)

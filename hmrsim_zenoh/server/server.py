@@ -90,6 +90,8 @@ class Server(SelectiveSink):
         planner: The external planner.
     """
 
+    varies = True
+
     def __init__(
         self,
         session: zenoh.Session,
