@@ -5,6 +5,8 @@ async ([base, VIEW, prefix = '']) => {
   const { Robot } = await import(`${base}/model/robot.js`);
   const { World } = await import(`${base}/model/world.js`);
   const { Motion } = await import(`${base}/model/motion.js`);
+  const { numberAt, numbersIn, timeIn } = await import(`${base}/model/topics.js`);
+  const { Line } = await import(`${base}/model/history.js`);
   const { Tail } = await import(`${base}/model/tail.js`);
   const { Lines } = await import(`${base}/source/recording.js`);
   const { Playback } = await import(`${base}/source/playback.js`);
@@ -248,12 +250,25 @@ async ([base, VIEW, prefix = '']) => {
       model.apply(event(5, 'fault_began', { fault: 'breakdown', name: 'tyre', robot: 'wall_e' }));
       equal(['stopped', ['tyre']], [model.robots.get('wall_e').stateAt(5), [...model.faults.keys()]]);
     },
+    'the numbers of a message have paths, without headers and long lists'() {
+      const message = { header: { stamp: stamp(2.5), seq: 1 }, pose: { x: 1, name: 'a' }, cells: [3, null], covariance: Array(36).fill(0) };
+      equal(['pose.x', 'cells.0'], numbersIn(message));
+      equal([1, 3, undefined, undefined], ['pose.x', 'cells.0', 'pose.name', 'pose.toString.length'].map((path) => numberAt(message, path)));
+      equal([2.5, undefined], [timeIn(message), timeIn({ x: 1 })]);
+    },
+    'a line keeps few points, and begins anew with time'() {
+      const line = new Line(1);
+      for (let t = 0; t < 5000; t += 0.5) line.add(t, t);
+      equal([true, 0, 4999.5], [line.points.length <= 300, line.points[0][0], line.points.at(-1)[0]]);
+      line.add(3, 1);
+      equal([[3, 1]], line.points);
+    },
     'batteries are charged and empty'() {
       const model = modelOf(event(1, 'charging_began', { robot: 'wall_e', percentage: 0.5 }));
       equal('charging', model.robots.get('wall_e').stateAt(1));
       model.setBattery('wall_e', { header: { stamp: stamp(5) }, percentage: 0.6, power_supply_status: 2 });
       equal({ percentage: 0.6, charging: false }, model.robots.get('wall_e').battery);
-      equal([[0, 1], [1, 0.5], [5, 0.6]], model.batteries.get('wall_e'));
+      equal([[0, 1], [1, 0.5], [5, 0.6]], model.history.batteries.get('wall_e').points);
       model.apply(event(6, 'battery_empty', { robot: 'wall_e', percentage: 0, at: [1, 2] }));
       equal(['stopped', 'empty'], [model.robots.get('wall_e').stateAt(6), model.robots.get('wall_e').batteryLevel]);
     },

@@ -1,8 +1,9 @@
-/** The numbers of robots in each state, and their batteries, over time. */
+/** The numbers of robots in each state, their batteries, and other numbers over time. */
 
 import { STATES, countStates } from './robot.js';
 
 const MAX_POINTS = 1000;
+const MAX_LINE = 300; // points of a line, of which there may be one for each robot
 const BEGIN_SECONDS = 1;
 
 /** Numbers over time. When there are too many, every other one is dropped. */
@@ -31,7 +32,31 @@ class Series {
   }
 }
 
-/** The data of charts, with at most 1,000 points each. */
+/** A number over time, as [time, number] of each point. When there are too many, every other one is dropped. */
+export class Line {
+  /** @param {number} [gap] The least seconds from one point to the next. */
+  constructor(gap = BEGIN_SECONDS, points = []) {
+    this.points = points;
+    this.gap = gap;
+  }
+
+  add(time, value) {
+    const { points } = this;
+    // Time has begun anew.
+    if (points.length && time < points.at(-1)[0]) points.length = 0;
+    if (points.length > 1 && time - points.at(-2)[0] < this.gap) points.pop();
+    points.push([time, value]);
+    if (points.length <= MAX_LINE) return;
+    this.points = points.filter((_, i) => i % 2 === 0);
+    this.gap *= 2;
+  }
+
+  copy() {
+    return new Line(this.gap, this.points.slice());
+  }
+}
+
+/** The data of charts. */
 export class History {
   constructor() {
     this.clear();
@@ -39,8 +64,8 @@ export class History {
 
   clear() {
     this._counts = new Series(STATES.length);
-    this.batteries = new Map(); // robots' batteries, [time, share] each
-    this._gaps = new Map();
+    /** @type {Map<string, Line>} */
+    this.batteries = new Map(); // robots' batteries
     this._next = -Infinity;
   }
 
@@ -68,30 +93,18 @@ export class History {
 
   /** Record a battery's charge. @param {number} share From 0 to 1. */
   battery(robot, time, share) {
-    let points = this.batteries.get(robot);
-    if (points === undefined) this.batteries.set(robot, (points = []));
-    const gap = this._gaps.get(robot) ?? BEGIN_SECONDS;
-    if (points.length > 1 && time - points[points.length - 2][0] < gap) {
-      points[points.length - 1] = [time, share];
-      return;
-    }
-    points.push([time, share]);
-    if (points.length > MAX_POINTS) {
-      this.batteries.set(robot, points.filter((_, i) => i % 2 === 0));
-      this._gaps.set(robot, gap * 2);
-    }
+    if (!this.batteries.has(robot)) this.batteries.set(robot, new Line());
+    this.batteries.get(robot).add(time, share);
   }
 
   /** @returns {object} What `restore` takes. */
   saved() {
-    const batteries = [...this.batteries].map(([name, points]) => [name, points.slice()]);
-    return { counts: this._counts.copy(), batteries, gaps: [...this._gaps], next: this._next };
+    return { counts: this._counts.copy(), batteries: copied(this.batteries), next: this._next };
   }
 
   restore(saved) {
     this._counts = saved.counts.copy();
-    this.batteries = new Map(saved.batteries.map(([name, points]) => [name, points.slice()]));
-    this._gaps = new Map(saved.gaps);
+    this.batteries = copied(saved.batteries);
     this._next = saved.next;
   }
 
@@ -100,4 +113,8 @@ export class History {
     Object.values(countStates(robots, time)).forEach((count, i) => this._counts.columns[i].push(count));
     if (this._counts.t.length > MAX_POINTS) this._counts.thin();
   }
+}
+
+function copied(lines) {
+  return new Map(Array.from(lines, ([name, line]) => [name, line.copy()]));
 }

@@ -57,10 +57,6 @@ export class State extends EventTarget {
     return this._events.items;
   }
 
-  get batteries() {
-    return this.history.batteries;
-  }
-
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
     const { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState } = this;

@@ -1,8 +1,9 @@
-// Robots by state and their batteries over time, drawn by uPlot.
+// Robots by state, their batteries and chosen numbers over time, drawn by uPlot.
 
 import { STATES, countStates } from '../model/robot.js';
 import { el, mark, say, sign } from './dom.js';
-import { clockWords, shareWords } from './phrases.js';
+import { clockWords, numberWords, shareWords } from './phrases.js';
+import { Plots } from './plots.js';
 import uPlot from '../vendor/uplot/uPlot.esm.js';
 
 const HEIGHT = 180; // css pixels
@@ -21,16 +22,29 @@ export class ChartsPanel {
     this.note = el('p', { class: 'note' });
     this.counts = new Map(STATES.map((state) => [state, el('b')]));
     for (const [state, count] of this.counts) this.legend.append(el('li', {}, sign('state', state), `${state} `, count));
+    this.topics = new Plots(app);
     this.element = el('div', { class: 'panel-body scroll charts' },
       el('h3', { text: 'Robots by state' }), this.states, this.legend,
-      el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines);
+      el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines, this.topics.element);
     this.plots = new Map(); // the plots and their parameters by element
+  }
+
+  /** @param {boolean} seen Whether the panel is open. */
+  seen(seen) {
+    this.topics.seen(seen);
   }
 
   render() {
     const now = this.app.now();
     this.#drawStates(now);
     this.#drawBatteries(now);
+    for (const plot of this.topics.all) this.#drawTopic(plot, now);
+    for (const element of this.plots.keys()) if (!element.isConnected) this.#forget(element);
+  }
+
+  #forget(element) {
+    this.plots.get(element).plot.destroy();
+    this.plots.delete(element);
   }
 
   #drawStates(now) {
@@ -49,26 +63,42 @@ export class ChartsPanel {
 
   #drawBatteries(now) {
     const { robots, note } = this.#chosen();
-    const colors = this.app.palette.types;
-    const shares = robots.map(({ name, battery }) => `${name} ${shareWords(battery.percentage)}`);
     say(this.note, note);
-    mark(this.batteries, 'aria-label', shares.join(', '));
-    if (shares.join('|') !== this.listed) {
-      this.listed = shares.join('|');
-      this.lines.replaceChildren(...robots.map(({ name, battery }, i) => {
+    const lines = robots.map(({ name, battery }) => {
+      return { name, points: [...(this.app.model.history.batteries.get(name)?.points ?? []), [now, battery.percentage]] };
+    });
+    this.#drawLines(this.batteries, this.lines, lines, now, { max: 1, words: shareWords, incrs: [0.25, 0.5] });
+  }
+
+  #drawTopic({ lines: all, chart, legend }, now) {
+    const lines = Array.from(all, ([name, { points }]) => {
+      const past = points.filter(([time]) => time <= now);
+      return { name, points: past.length ? [...past, [now, past.at(-1)[1]]] : [] };
+    }).filter(({ points }) => points.length);
+    const values = lines.flatMap(({ points }) => points.map(([, value]) => value));
+    const [least, most] = values.reduce(([min, max], value) => [Math.min(min, value), Math.max(max, value)], [Infinity, -Infinity]);
+    const margin = (most - least) * 0.05 || Math.abs(most) * 0.05 || 1;
+    this.#drawLines(chart, legend, lines, now, { min: values.length ? least - margin : 0, max: values.length ? most + margin : 1, words: numberWords });
+  }
+
+  /** Draw a line for each robot, and a legend with the last values. */
+  #drawLines(chart, legend, lines, now, { words, ...scale }) {
+    const colors = this.app.palette.types;
+    const lasts = lines.map(({ name, points }) => `${name} ${words(points.at(-1)[1])}`.trim());
+    mark(chart, 'aria-label', lasts.join(', '));
+    if (legend.dataset.lines !== lasts.join('|')) {
+      legend.dataset.lines = lasts.join('|');
+      legend.replaceChildren(...lines.map(({ name, points }, i) => {
         const dash = el('span', { class: 'dash', 'aria-hidden': 'true' });
         dash.style.background = colors[i];
-        const link = el('button', { type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }) });
-        return el('li', {}, dash, link, el('b', { text: ` ${shareWords(battery.percentage)}` }));
+        const link = name && el('button', { type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }) });
+        return el('li', {}, dash, link, el('b', { text: ` ${words(points.at(-1)[1])}` }));
       }));
     }
-    const tables = robots.map(({ name, battery }) => {
-      const points = [...(this.app.model.history.batteries.get(name) ?? []), [now, battery.percentage]];
-      return [points.map(([time]) => time), points.map(([, share]) => share)];
-    });
+    const tables = lines.map(({ points }) => [points.map(([time]) => time), points.map(([, value]) => value)]);
     const { selected } = this.app.map;
-    const series = robots.map(({ name }, i) => ({ stroke: colors[i], width: name === selected ? 3.5 : 2, spanGaps: true, points: { show: false } }));
-    this.#show(this.batteries, tables.length ? uPlot.join(tables) : [[now]], series, { max: 1, words: shareWords, incrs: [0.25, 0.5] });
+    const series = lines.map(({ name }, i) => ({ stroke: colors[i], width: name === selected ? 3.5 : 2, spanGaps: true, points: { show: false } }));
+    this.#show(chart, tables.length ? uPlot.join(tables) : [[now]], series, { words, ...scale });
   }
 
   /** Return the robots whose batteries are shown: all, or the selected one and those with the lowest charge. */
@@ -84,14 +114,14 @@ export class ChartsPanel {
   }
 
   /** Draw a plot; it is created again if its lines, size or theme have changed. */
-  #show(element, data, series, { max, words, incrs }) {
+  #show(element, data, series, { min = 0, max, words, incrs }) {
     const width = element.clientWidth;
     if (width < 60) return;
     const { theme, palette } = this.app;
     const made = JSON.stringify([width, theme.name, series]);
     const known = this.plots.get(element);
     const [first, now] = [data[0][0], data[0].at(-1)];
-    const scales = { x: { min: Math.min(first, now - 10), max: now }, y: { min: 0, max } };
+    const scales = { x: { min: Math.min(first, now - 10), max: now }, y: { min, max } };
     if (known?.made === made) {
       known.plot.setData(data, false);
       known.plot.batch(() => Object.entries(scales).forEach(([scale, range]) => known.plot.setScale(scale, range)));

@@ -33,6 +33,11 @@ export function shareWords(share) {
   return `${Math.round(share * 100)} %`;
 }
 
+/** Return a number with four digits. */
+export function numberWords(value) {
+  return String(+value.toPrecision(4));
+}
+
 /** Return a name in words: navigate to pose. */
 export function actionWords(name) {
   return name.replaceAll('_', ' ');

@@ -175,6 +175,11 @@ export class Playback extends Timeline {
     this.prepared = this._prepare();
   }
 
+  /** Yield all samples: time, key and payload. @returns {Iterable<[number, string, any]>} */
+  *samples() {
+    for (let i = 0; i < this._samples.length; i += 1) yield [this._times[i], this._samples[i][1], this._samples[i][2]];
+  }
+
   /** Stop and release the recording. */
   close() {
     this.pause();

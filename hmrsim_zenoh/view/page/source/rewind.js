@@ -66,7 +66,7 @@ export class Rewind extends Timeline {
     this._times.push(at);
     if (key === '_world/events') this.marks.push(...markOf(payload, at, this.head));
     this.#weight += payload.robots?.length || 1;
-    if (this.#weight < BETWEEN) return;
+    if (this.#weight < Math.max(BETWEEN, 4 * this.head.robots.size)) return;
     this._keyframes.push({ next: this._samples.length, offset: 0, saved: this.head.snapshot() });
     this.#weights.push(this.#weight);
     this.#weight = 0;
