@@ -65,7 +65,7 @@ def needy(client):
 
 
 def hasty(client):
-    """Let the other robot bring the crate; give up when anything fails."""
+    """Make the other robot bring the crate; give up when anything fails."""
     other = Commander(client, "other")
     return done(lambda: other.pickup("crate")) and done(lambda: other.go_to_pose(20, 0))
 

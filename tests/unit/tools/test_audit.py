@@ -1,4 +1,4 @@
-"""What `make audit` says: vulnerabilities, or why there was no audit."""
+"""The output of `make audit`: vulnerabilities, or the reason why nothing was audited."""
 
 from __future__ import annotations
 

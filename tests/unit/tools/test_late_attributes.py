@@ -1,4 +1,4 @@
-"""What lint says of functions that objects are given after their construction."""
+"""The check for functions that are set on objects after their construction."""
 
 from __future__ import annotations
 

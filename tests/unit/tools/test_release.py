@@ -1,4 +1,4 @@
-"""What is told of a release that is wrong."""
+"""The problems that the check of a release reports."""
 
 from __future__ import annotations
 

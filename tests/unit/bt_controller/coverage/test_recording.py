@@ -12,9 +12,12 @@ from bt_controller.behaviours.robot_actions import Wait
 from bt_controller.core.node import Decoration
 from bt_controller.core.subtrees import suspend
 from bt_controller.coverage import TreeCoverage
-from bt_controller.loading.trees import Plan
+from bt_controller.loading.trees import Plan, load
 from bt_controller.running.mission import Mission
+from bt_controller.running.runner import run_tree
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.settings.run import RunSettings
+from hmrsim.testing import simulation
 from hmrsim_zenoh.errors import RequestTimeout, SimulatorGone
 
 
@@ -272,3 +275,30 @@ def test_a_tree_that_grows_is_counted_as_a_whole(stage):
     seen.tick()
 
     assert ({"RUNNING": 2}, {"RUNNING": 1}) == (seen.counts("Root/A"), seen.counts("Root/B"))
+
+
+TREE = "bt_controller.examples.hospital:mission"
+
+
+def covered(**options):
+    """Return what the hospital's mission has covered."""
+    coverage = TreeCoverage()
+    with simulation("hospital", **options) as run:
+        run_tree(run.client, load(TREE), ["wall_e"], coverage=coverage)
+    return {key.removeprefix(f"{TREE}/Mission of {{robot}}") for key in coverage.keys()}  # noqa: SIM118 - no mapping
+
+
+def test_a_fault_shows_what_a_run_without_it_does_not():
+    """The goal of the first attempt has its code, and the second attempt is ticked."""
+    fault = {"type": "claw_misses", "robot": "wall_e", "at": 0, "duration": 60}
+    more = covered(changes={"faults": [fault]}) - covered()
+    steps = "/Deliver medicine/Fetch medicine/Get medicine"
+
+    assert {f"{steps}/Pick up medicine:ABORTED/-4", f"{steps}/Pick up medicine again:RUNNING"} < more
+
+
+def test_the_end_of_the_simulation_is_no_failure():
+    """The trees did not fail: they had no time left."""
+    keys = covered(settings=RunSettings(duration=5.0))
+
+    assert {key.rpartition(":")[2] for key in keys} == {"RUNNING"}

@@ -10,11 +10,13 @@ from py_trees.composites import Parallel
 
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.robots import NotServed
+from bt_controller.examples.deliveries import TASKS
 from bt_controller.loading.trees import Plan, load
 from bt_controller.running.clocks import Mailbox, clock_for
 from bt_controller.running.mission import missions_for
 from bt_controller.running.runner import Runner
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
+from hmrsim.world_checks import load_world
 
 
 def plan(function):
@@ -94,3 +96,17 @@ def test_the_parameters_name_says_whether_it_is_one_tree_for_all(tmp_path, monke
     found = load(f"{name}:tree")
 
     assert takes == (found.takes_robot, found.takes_robots)
+
+
+def test_the_map_has_what_is_to_be_brought_and_where():
+    """Items, places and robots have the same names in both."""
+    world = load_world("hospital_fleet").world
+    places = {task.source for task in TASKS} | {task.target for task in TASKS}
+
+    assert [] == [task.item for task in TASKS if task.item not in world.items]
+    assert [] == [place for place in places if place not in world.places]
+
+
+def test_no_item_is_asked_for_twice():
+    """There is one of each."""
+    assert len(TASKS) == len({task.item for task in TASKS})

@@ -22,7 +22,7 @@ from hmrsim.navigation.motion import drive_of, spin, straight
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.robots import mobile_base
-from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState
+from hmrsim.robots.vehicle_state import TRANSITIONS, IllegalTransition, VehicleEvent, VehicleState, next_state
 from hmrsim.traffic.policies import Policy
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies.reserve import Reserve, ReserveSettings
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from hmrsim.robots.robot import Robot
     from tests.simulation import Run
+
 
 S, E = VehicleState, VehicleEvent
 EVENTS = frozenset({Topic.EVENTS})
@@ -485,3 +486,59 @@ def test_random_walks_keep_the_invariants(policy, base, walk):
     }
     assert ends <= {"SUCCEEDED", "ABORTED", "CANCELED"}
     assert {S.IDLE} >= {robot.state for robot in vehicles.simulator.robots.values() if not robot.waits}
+
+
+def test_each_state_stands_moves_or_waits():
+    assert {1} == {state.stands + state.moves + state.waits for state in VehicleState}
+
+
+@pytest.mark.parametrize("event", VehicleEvent)
+def test_events_follow_the_table_and_others_are_refused(event):
+    for state in VehicleState:
+        if (state, event) in TRANSITIONS:
+            assert TRANSITIONS[state, event] is next_state(state, event)
+        else:
+            with pytest.raises(IllegalTransition, match=f"{event.value} is illegal .* {state.value}"):
+                next_state(state, event)
+
+
+def test_every_state_can_be_reached_and_left():
+    reached = {VehicleState.IDLE}
+    for _ in VehicleState:
+        reached |= {after for (state, _), after in TRANSITIONS.items() if state in reached}
+    back = {VehicleState.IDLE}
+    for _ in VehicleState:
+        back |= {state for (state, _), after in TRANSITIONS.items() if after in back}
+
+    assert (set(VehicleState), set(VehicleState)) == (reached, back)
+
+
+def test_only_moving_and_waiting_states_can_be_halted():
+    for state, event in product(VehicleState, [VehicleEvent.HALT]):
+        assert ((state, event) in TRANSITIONS) is not state.stands
+
+
+def test_only_a_vehicle_that_stands_is_disabled_and_only_enabling_frees_it():
+    before = {state for state, event in TRANSITIONS if event is VehicleEvent.DISABLE}
+    after = {event for (state, event), to in TRANSITIONS.items() if state is VehicleState.DISABLED and to is not state}
+
+    assert all(state.stands for state in before)
+    assert {VehicleEvent.ENABLE} == after
+
+
+@pytest.mark.parametrize(
+    ("point", "expected"),
+    [
+        ((2.0, 8.0), True),
+        ((2.0, 8.9), True),
+        ((2.9, 8.0), True),
+        ((2.0, 9.0), False),
+        ((2.9, 8.9), False),
+        ((8.0, 2.0), False),
+        ((2.0, 2.0), False),
+    ],
+)
+def test_a_robot_within_a_metre_is_inside_a_circle(point, expected):
+    run = simulate({"robots": {"eve": {"at": [2.0, 8.0]}}})
+
+    assert expected is run.simulator.robots["eve"].motion.is_within(1.0, point)

@@ -1,4 +1,4 @@
-"""Fault search in tests: what is wrong with it is told as on the command line."""
+"""Fault search in tests, whose errors are those of the command line."""
 
 from __future__ import annotations
 
@@ -49,8 +49,7 @@ def test_the_results_are_those_that_the_command_writes(tmp_path):
     )
 
 
-def test_a_tree_is_run_by_those_who_are_named():
-    """Others stand still."""
+def test_only_the_named_robots_run_a_tree():
 
     @check("cafe", tree="bt_controller.examples:go_to_pose", robots=["nobody"], runs=1)
     def searching():

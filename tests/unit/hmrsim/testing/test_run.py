@@ -1,4 +1,4 @@
-"""Runs of a world for users' own tests: what they ask of it, and what they are told when it is not so."""
+"""Runs of a world in tests of users: queries, checks, and the messages of failed checks."""
 
 from __future__ import annotations
 
@@ -62,8 +62,7 @@ def test_the_coverage_of_a_tree(simulation):
     assert run.coverage.keys() == {f"pick_up/Pick up medicine:{seen}" for seen in ("RUNNING", "FAILURE", "ABORTED/-1")}
 
 
-def test_nothing_is_counted_unasked(simulation):
-    """The default."""
+def test_coverage_is_not_counted_by_default(simulation):
     assert simulation(WORLD, tree=deliver).coverage is None
 
 
@@ -92,8 +91,7 @@ def test_the_goals_of_a_robot(simulation):
     assert (20.0, "shelf", 10.0) == (goal.ended, goal.where, goal.accepted)
 
 
-def test_a_failure_tells_the_story(simulation):
-    """In the assertion's text."""
+def test_a_failed_assertion_tells_the_story(simulation):
     run = simulation(WORLD, tree=pick_up, robots=["wall_e"])
     run.to_the_end()
     with pytest.raises(AssertionError, match=r"(?s)^wall_e failed\n.*ABORTED"):
@@ -116,8 +114,7 @@ def test_wrong_questions(simulation):
         simulation({**WORLD, "robots": {"eve": {"at": "nowhere"}}})
 
 
-def test_runs_are_the_same(simulation):
-    """Byte for byte."""
+def test_two_runs_have_the_same_trace_byte_for_byte(simulation):
     traces = []
     for _ in range(2):
         run = simulation("hospital", tree="bt_controller.examples.hospital:mission")
@@ -197,8 +194,7 @@ def test_a_question_about_what_can_not_be_is_an_error(simulation, ask, said):
         ask(simulation("cafe"))
 
 
-def test_a_robot_that_was_deleted_can_be_asked_about(simulation):
-    """It had goals."""
+def test_the_goals_of_a_deleted_robot_are_known(simulation):
     run = simulation("cafe")
     run.commander("chai").wait(1)
     run.client.get("hmrsim/_world/delete_entity", payload=b'{"entity": "chai"}')
@@ -207,7 +203,6 @@ def test_a_robot_that_was_deleted_can_be_asked_about(simulation):
 
 
 def test_a_place_that_was_not_visited_is_named_with_the_one_before(simulation):
-    """If there is one."""
     run = simulation("cafe")
     run.commander("chai").navigate_to("counter")
 
@@ -227,8 +222,7 @@ class TestEndlessTree:
 </KeepRunningUntilFailure></BehaviorTree></root>
 """
 
-    def test_it_ends_after_an_hour_with_what_repeats(self, simulation, tmp_path):
-        """Of simulated time."""
+    def test_it_ends_after_a_simulated_hour_with_the_goals_that_repeat(self, simulation, tmp_path):
         path = tmp_path / "rest.xml"
         path.write_text(self.TREE)
         with (
@@ -239,8 +233,7 @@ class TestEndlessTree:
         ):
             run.to_the_end()
 
-    def test_a_duration_of_its_own_counts(self, simulation, tmp_path):
-        """Also a longer one."""
+    def test_a_longer_duration_of_its_own_counts(self, simulation, tmp_path):
         path = tmp_path / "rest.xml"
         path.write_text(self.TREE)
         with simulation(self.WORLD, tree=path, settings=RunSettings(duration=4000)) as run:

@@ -6,17 +6,19 @@ import json
 
 import pytest
 
+from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError, TraceError
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
-from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Participation, SendGoal
+from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Participation, SendGoal, Stop
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.replay import replay
-from hmrsim.trace.writer import Header, Trace
+from hmrsim.trace.writer import DeferredTrace, Header, Trace
 from hmrsim.world.model import World
 from tests.simulation import SMALL_WORLD, simulate
 
@@ -291,3 +293,41 @@ def test_the_order_of_tables_in_a_file_does_not_matter():
     run((0.0, SendGoal("z", "undock_robot", goal, "a" * 32)), (0.0, SendGoal("a", "undock_robot", goal, "b" * 32)))
 
     assert replay(run.lines()).difference is None
+
+
+GOAL = registry()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 5.0, "y": 2.0}}}})
+
+
+class Receiver:
+    """Somebody who waits for an answer."""
+
+
+def test_deferred_writing_gives_the_same_bytes():
+    world, settings, pieces = World.model_validate(SMALL_WORLD), RunSettings(), []
+    late, trace = DeferredTrace(world, settings), Trace(Header.of(world, settings), pieces.append)
+    simulator = Simulator(world, settings, [late, trace])
+    simulator.submit(SendGoal("wall_e", "navigate_to_pose", GOAL, "1" * 32, Receiver()))
+    trace.flush()
+    middle = "".join(pieces)
+
+    assert middle == late.text
+    simulator.submit(GetResult("wall_e", "navigate_to_pose", "1" * 32, Receiver()))
+    simulator.run()
+    simulator.submit(Stop("it is late"))
+    trace.flush()
+    assert middle != "".join(pieces) == late.text
+
+
+def test_it_keeps_no_reply_address():
+    """The last reference to some of them tells their senders that no further answer comes."""
+    world, ended = World.model_validate(SMALL_WORLD), []
+
+    class Ending(Receiver):
+        def __del__(self):
+            ended.append(self)
+
+    simulator = Simulator(world, sinks=[DeferredTrace(world, RunSettings())])
+    simulator.submit(SendGoal("wall_e", "navigate_to_pose", None, "1" * 32, Ending()))
+    simulator.submit(GetResult("wall_e", "navigate_to_pose", "2" * 32, Ending()))
+
+    assert len(ended) == 2

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import networkx as nx
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from benchmarks._dispatched import dispatched
+from benchmarks.first_fleets import fleet
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.commands import SendGoal
@@ -173,3 +176,25 @@ def told(run):
         for at, output in run.log.events
         if isinstance(output, EventStamped) and output.event.kind not in ("motion", "route", "goal")
     )
+
+
+SEEDS = (6, 7, 10, 13, 22, 34, 45, 53, 57, 58, 66, 72, 80, 255, 371, 933, 957)
+"""Fleets whose orders can all be served, each of which once showed a mistake of the policies."""
+
+
+@pytest.mark.parametrize("policy", ["priority", "planned"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_plain_dispatcher_serves_every_order(seed, policy):
+    outcome = dispatched(fleet(seed, policy))
+
+    assert (outcome.total, [], []) == (outcome.served, outcome.touching, outcome.waiting)
+
+
+@pytest.mark.parametrize("seed", SEEDS[:4])
+def test_a_robot_that_is_given_up_names_the_last_cause_and_what_would_help(seed):
+    """Under `reserve`, robots make no room."""
+    outcome = dispatched(fleet(seed, "reserve"))
+    blocked = [text for text in outcome.aborted if "blocked for" in text]
+
+    assert blocked
+    assert all(" since " in text and " is idle at " in text and "; what would help: " in text for text in blocked)

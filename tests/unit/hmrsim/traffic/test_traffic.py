@@ -16,8 +16,10 @@ from hmrsim.interfaces.nav2_msgs import BackUp, FollowPath
 from hmrsim.interfaces.simulation_interfaces import SpawnEntity
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
+from hmrsim.world_checks import load_world
 from tests.profiles import examples
 from tests.simulation import simulate
+from tests.torture.missions import within
 from tests.unit.hmrsim.traffic.runs import end, go, under
 
 A, B, C = (letter * 32 for letter in "abc")
@@ -463,3 +465,43 @@ class TestAfterwards:
         run((0.0, go("ann", 8, 0, A)), until=30.0)
 
         assert (0.0, 0.0) == run.simulator.robots["ann"].pose().point
+
+
+WIDE = {"base": {"radius": 0.3}}
+
+
+def wide(*names):
+    """Return the track with robots that have a radius."""
+    robots = {name: {**robot, **(WIDE if name in names else {})} for name, robot in TRACK["robots"].items()}
+    return {**TRACK, "robots": robots, "robot_types": {"wide": WIDE}}
+
+
+def test_robots_with_bodies_do_not_drive_through_each_other():
+    log = simulate(wide("ann", "bob"))((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+    assert log.happened("made_room")
+    assert ["SUCCEEDED", "SUCCEEDED"] == [end(log, goal)[1] for goal in (A, B)]
+
+
+def test_robots_without_bodies_pass_through_each_other():
+    log = simulate(TRACK)((0.0, go("ann", 20, 0, A)), (0.0, go("bob", 0, 0, B)))
+
+    assert [(20.0, "SUCCEEDED", "")] * 2 == [end(log, A), end(log, B)]
+
+
+def test_a_robot_that_is_spawned_does_not_change_the_policy():
+    """The spawned robot passes through one with a body."""
+    run = simulate(wide("ann"))
+    pose = {"pose": {"position": {"x": 10.0, "y": 5.0}}}
+    run.ask("spawn_entity", {"name": "new", "uri": "robot_type:wide", "initial_pose": pose})
+    log = run((0.0, go("ann", 20, 0, A)), (0.0, go("new", 0, 0, B)))
+
+    assert [(20.0, "SUCCEEDED", ""), (15.0, "SUCCEEDED", "")] == [end(log, A), end(log, B)]
+
+
+def test_a_robot_in_a_docks_queue_is_not_asked_to_go_first():
+    """A random mission found this case."""
+    seen = within(load_world("zoo/charger_queue"), 5_000_363)
+
+    assert "deadlock" in seen.trace
+    assert "internal_error" not in seen.trace

@@ -1,10 +1,14 @@
-"""When a tree has to be ticked although nothing has happened to its goals."""
+"""The schedule of ticks: due times, timers and alarms."""
 
 from __future__ import annotations
 
 import math
+from functools import partial
+from types import SimpleNamespace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from py_trees.behaviours import Failure, Running, Success
 from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Selector, Sequence
@@ -12,10 +16,13 @@ from py_trees.decorators import EternalGuard, Inverter, Retry, Timeout
 from py_trees.timers import Timer
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.robots import Topics
 from bt_controller.core.sim_time import simulated_time
 from bt_controller.nodes.actions.btcpp import Sleep
-from bt_controller.running.schedule import due
+from bt_controller.running.schedule import Alarms, TimerQueue, due
 from hmrsim.interfaces.nav2_msgs import Wait
+from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.errors import RequestError
 
 NEVER = math.inf
 
@@ -143,3 +150,151 @@ def test_no_timer_is_due_again_at_once():
 def test_a_node_of_an_xml_tree_that_starts_again_is_polled():
     """At the next period, as is not known when it ends."""
     assert 12.0 == due(Sleep("sleep"), 10.25, 2.0).time
+
+
+@pytest.fixture
+def timers():
+    """Return an timers with three times."""
+    timers = TimerQueue()
+    for who, time in enumerate((3.0, 1.0, 2.0)):
+        timers.put(who, time)
+    return timers
+
+
+def test_the_earliest_comes_first(timers):
+    """The order of insertion does not matter."""
+    assert (1.0, [1, 2], 3.0) == (timers.earliest, timers.pop_due(2.5), timers.earliest)
+
+
+def test_an_empty_queue_has_no_time():
+    """Its earliest time is infinity."""
+    assert (math.inf, []) == (TimerQueue().earliest, TimerQueue().pop_due(1e9))
+
+
+def test_what_was_put_last_counts(timers):
+    """A time that was replaced or removed is not due."""
+    timers.put(1, 5.0)
+    timers.put(2, math.inf)
+
+    assert ([0], 5.0) == (timers.pop_due(4.0), timers.earliest)
+
+
+def test_what_was_called_off_and_put_again_comes_once(timers):
+    """Even at the very same time."""
+    timers.put(1, math.inf)
+    timers.put(1, 1.0)
+
+    assert ([1], []) == (timers.pop_due(1.0), timers.pop_due(1.5))
+
+
+def test_a_time_is_reached_to_the_nanosecond():
+    """Deadlines are sums of floats."""
+    timers = TimerQueue()
+    timers.put(7, 0.1 + 0.2)
+
+    assert [7] == timers.pop_due(0.3)
+
+
+@given(st.lists(st.tuples(st.integers(0, 4), st.one_of(st.just(math.inf), st.integers(0, 9).map(float)))))
+def test_it_is_as_a_table_that_is_searched(puts):
+    """A search in a table gives the same results."""
+    timers, table = TimerQueue(), {}
+    for who, time in puts:
+        timers.put(who, time)
+        table[who] = time
+    earliest = min(table.values(), default=math.inf)
+    come = sorted(who for who, time in table.items() if time <= 5.0)
+
+    assert (earliest, come) == (timers.earliest, sorted(timers.pop_due(5.0)))
+
+
+LOW, FULL = (Condition("wall_e/battery_state", (("/percentage", *when),)) for when in (("<", 0.2), (">=", 0.9)))
+
+
+class Lockstep:
+    """A client in lockstep that records the watched conditions.
+
+    Attributes:
+        watched: By condition, what is called when it is met.
+        asked: How often something was to be watched.
+    """
+
+    over = False
+
+    def __init__(self):
+        self.watched = {}
+        self.asked = 0
+
+    def watch(self, condition, then):
+        """Record a condition to watch."""
+        self.watched[condition] = then
+        self.asked += 1
+        return partial(self.watched.pop, condition, None)
+
+
+@pytest.fixture
+def lockstep():
+    """Return it without a condition."""
+    return Lockstep()
+
+
+@pytest.fixture
+def topics(lockstep):
+    """Return the topics of a client in lockstep."""
+    return Topics(SimpleNamespace(lockstep=lockstep), asks=True)
+
+
+@pytest.fixture
+def woken():
+    """Return the trees that were woken."""
+    return []
+
+
+@pytest.fixture
+def alarms(lockstep, topics, woken):
+    """Return alarms without a condition."""
+    return Alarms(lockstep, topics, woken.append)
+
+
+def test_a_condition_is_watched_until_it_is_not_wanted(alarms, lockstep):
+    """The simulator gets it once, no matter how often the tree is ticked meanwhile."""
+    alarms.set("wall_e", [LOW])
+    alarms.set("wall_e", [LOW, FULL])
+    alarms.set("wall_e", [FULL])
+
+    assert ([FULL], 2) == ([*lockstep.watched], lockstep.asked)
+
+
+def test_a_condition_that_is_met_wakes_its_tree(alarms, lockstep, woken):
+    """And is watched again if the tree still wants it."""
+    alarms.set("wall_e", [LOW])
+    lockstep.watched[LOW](None)
+    alarms.set("wall_e", [LOW])
+
+    assert (["wall_e"], 2) == (woken, lockstep.asked)
+
+
+def test_after_a_reset_nothing_is_watched(alarms, lockstep):
+    """Until trees are ticked again."""
+    alarms.set("wall_e", [LOW])
+    alarms.set("eve", [FULL])
+    alarms.clear()
+
+    assert {} == lockstep.watched
+
+
+def test_a_topic_that_can_not_be_watched_is_polled(alarms, lockstep, topics, woken):
+    """Its tree is woken to learn of it."""
+    before = topics.stop_time("wall_e", "battery_state")
+    alarms.set("wall_e", [LOW])
+    lockstep.watched[LOW](RequestError("no"))
+
+    assert (True, False) == (before, topics.stop_time("wall_e", "battery_state"))
+    assert ["wall_e"] == woken
+
+
+def test_when_lockstep_is_over_topics_are_polled(lockstep, topics):
+    """Time goes by itself then, and stops for nothing."""
+    lockstep.over = True
+
+    assert not topics.stop_time("wall_e", "battery_state")
