@@ -179,8 +179,8 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         try:
             self._handle = self._client.send_goal(
                 goal,
-                on_feedback=lambda _feedback: self._wake(),
-                on_change=lambda handle: self._wake() if handle.done else None,
+                on_feedback=self._note_feedback,
+                on_change=self._note_change,
                 goal_id=None if self._resumption is None else self._resumption.next_id(),
                 adopt=self._resumption is not None,
                 read_result=not self.PLAIN,
@@ -192,6 +192,13 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             self._resumption.note(self._handle)
         self._open = [*self.open_goals, self._handle]
         self.feedback_message = "sent goal request"
+
+    def _note_feedback(self, _feedback: F) -> None:
+        self._wake()
+
+    def _note_change(self, handle: GoalHandle[R, F]) -> None:
+        if handle.done:
+            self._wake()
 
     def update(self) -> Status:
         """Return the status of the goal."""
