@@ -19,6 +19,8 @@ _IDLE: Final = "no robot executes a goal, and the controller sends none"
 _GRAVE: Final = ("warning", "error")
 _MOST_GRAVE: Final = 8
 """The maximum number of warnings among the key moments."""
+_MOST_VIOLATED: Final = 5
+"""The maximum number of violations among the key moments."""
 _QUIET: Final = 5.0
 """Seconds without an event after which a run that goes on stands still."""
 _QUIET_SHARE: Final = 0.2
@@ -162,7 +164,9 @@ def moments_of(
             "no robot executes a goal, and the controller sends none"
         ]
         found.append(Moment(log.quiet_from, "still", "; ".join(still)))
-    found += [Moment(at, "violated", text) for at, text in failing.violations]
+    found += [Moment(at, "violated", text) for at, text in failing.violations[:_MOST_VIOLATED]]
+    if more := failing.violations[_MOST_VIOLATED:]:
+        found.append(Moment(more[0][0], "violated", f"{len(more)} more, which are among the events"))
     found.append(Moment(failing.at, "end", f"the run {failing.ending}"))
     # Stamps of time 0 are those of the first nanosecond.
     return sorted(found, key=lambda moment: (round(moment.at, 6), _ORDER.index(moment.kind)))

@@ -5,6 +5,8 @@ const SIGNS = { S: "✓", F: "✕", R: "▸", I: "·" };
 const WORDS = { S: "success", F: "failure", R: "running", I: "not active" };
 const SVG = "http://www.w3.org/2000/svg";
 const NEAR = 12;
+/** Milliseconds between two times at which the events are scrolled while the page plays. */
+const FOLLOW = 300;
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 const find = (selector, within = document) => within.querySelector(selector);
@@ -103,6 +105,7 @@ class Run {
       item.addEventListener("click", () => show(at, this.number, i + 1));
       return item;
     });
+    this.lines = this.items.length;
     const first = data.difference?.lines[this.number];
     if (first !== undefined) this.items[first]?.classList.add("difference");
     this.list.append(...this.items);
@@ -189,12 +192,18 @@ class Run {
     this.current?.classList.remove("now");
     this.current = this.items[lines - 1];
     this.current?.classList.add("now");
-    this.list.classList.toggle("before", lines === 0);
-    const item = this.current ?? this.items[0];
-    if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight / 2;
+    const [first, last] = [Math.min(lines, this.lines), Math.max(lines, this.lines)];
+    for (const item of this.items.slice(first, last)) item.classList.toggle("later", lines < this.lines);
+    this.lines = lines;
     this.near?.forEach((each) => each.classList.remove("near"));
     this.near = this.items.slice(Math.max(0, lines - NEAR), lines + NEAR);
     this.near.forEach((each) => each.classList.add("near"));
+  }
+
+  /** Scroll to the last event that has happened, which lays the page out. */
+  follow() {
+    const item = this.current ?? this.items[0];
+    if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight / 2;
   }
 
   /** Return the last tick of a robot's tree at a time, after a number of events; undefined if there is none. */
@@ -230,7 +239,8 @@ class Run {
 const sameLane = (a, b) => a === b || a.split("-").reverse().join("-") === b;
 
 const runs = data.runs.map((values, number) => new Run(number, values));
-const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), treeOf = find("#tree");
+const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");
+let playing = 0, before = 0, followed = 0;
 const cursor = { at: 0, lines: runs.map(() => 0) };
 
 /** Return how many events of each run have happened at a time, or after the *count*-th event of run *number*. */
@@ -252,9 +262,13 @@ function show(at, number, count) {
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
   say(clock, `${text} of ${seconds(data.length)}`);
-  chart.style.setProperty("--at", cursor.at / data.length);
+  // One element moves, as a property of the chart would restyle all of its bars.
+  line.style.left = `calc(var(--names) + (100% - var(--names)) * ${cursor.at / data.length})`;
   runs.forEach((run, i) => run.show(cursor.at, cursor.lines[i]));
   showTrees();
+  if (playing && performance.now() < followed + FOLLOW) return;
+  followed = performance.now();
+  runs.forEach((run) => run.follow());
 }
 
 function showTrees() {
@@ -276,7 +290,6 @@ function showDifference() {
   show(data.difference.at, 0, data.difference.seen[0]);
 }
 
-let playing = 0, before = 0;
 const play = find("#play"), speed = find("#speed");
 
 function pause() {
@@ -345,6 +358,7 @@ if (treeOf) {
   treeOf.hidden = robots.length < 2;
   treeOf.addEventListener("change", showTrees);
 }
+line.style.height = `${chart.scrollHeight}px`;
 speed.value = ["1", "2", "5", "20", "100"].find((each) => data.length / Number(each) <= 40) ?? "100";
 if (data.difference) showDifference();
 else show(data.at);

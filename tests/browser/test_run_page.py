@@ -121,3 +121,11 @@ def test_it_fits_a_phone(page_file, open_page):
     page = open_page(page_file.as_uri(), viewport={"width": 390, "height": 800})
 
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_print_has_the_maps_and_the_events_near_the_moment_but_no_buttons(page):
+    page.emulate_media(media="print")
+
+    assert not page.is_visible("#play")
+    assert page.is_visible("[data-run='0'] .map svg")
+    assert 0 < page.locator(".events li:visible").count() <= 50
