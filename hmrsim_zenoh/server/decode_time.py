@@ -203,19 +203,17 @@ class TimeRequests:
         self, item: object, member: str, size: int
     ) -> SendGoal | CancelGoal | GetResult | Watch | Unwatch | Unreadable:
         try:
-            match item:
-                case {"watch": _}:
+            # Patterns would take as long as all of the rest.
+            if isinstance(item, dict):
+                if "watch" in item:
                     return condition(plain(WatchRequest).validate_python(item), self._keys)
-                case {"unwatch": _}:
+                if "unwatch" in item:
                     return condition(plain(UnwatchRequest).validate_python(item), self._keys)
-                case {"robot": str(robot), "action": str(name), "goal": dict(goal), **rest} if (
-                    rest.keys() <= {"goal_id"} and max(len(robot), len(name)) <= MAX_TEXT
-                ):
-                    goal_id = rest.get("goal_id")
-                    if goal_id is None or isinstance(goal_id, str):
-                        # Nearly all commands are such ones; a `CommandRequest` would be one more pass.
-                        self._check_rights(member, robot, name, Verb.SEND_GOAL)
-                        return self._goal(robot, name, goal, goal_id, size)
+                if _sends_goal(item):
+                    # Nearly all commands are such ones; a `CommandRequest` would be one more pass.
+                    robot, name = item["robot"], item["action"]
+                    self._check_rights(member, robot, name, Verb.SEND_GOAL)
+                    return self._goal(robot, name, item["goal"], item.get("goal_id"), size)
             request: CommandRequest = plain(CommandRequest).validate_python(item)
             if size > MAX_TEXT:
                 check_texts_of(request)
@@ -275,6 +273,18 @@ class TimeRequests:
 
     _READERS: ClassVar[Mapping[str, Callable[[TimeRequests, bytes, Any], TimeCommand]]] = MappingProxyType(
         {"join": _join, _ADVANCE: _advance, "leave": _leave, "set": _set, "state": _state}
+    )
+
+
+def _sends_goal(item: dict[str, Any]) -> bool:
+    """Return whether a command has the fields of a goal to send, and no others."""
+    robot, name, goal_id = item.get("robot"), item.get("action"), item.get("goal_id")
+    return (
+        type(robot) is type(name) is str
+        and type(item.get("goal")) is dict
+        and (goal_id is None or type(goal_id) is str)
+        and len(item) == 3 + ("goal_id" in item)
+        and len(robot) <= MAX_TEXT >= len(name)
     )
 
 

@@ -78,7 +78,7 @@ class _Share:
             self._shared.query.drop()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class PendingReply:
     """A query that awaits its answer.
 
@@ -111,7 +111,7 @@ class PendingReply:
             self.query.drop()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class PendingExecution(PendingReply):
     """A query that executes a goal: it awaits the acceptance, feedback on request, and finally the result.
 
