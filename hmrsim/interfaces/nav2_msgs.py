@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, PoseStamped
-from hmrsim.interfaces.message import Bool, Float32, Int16, Message, String, UInt8, UInt16, UInt32
+from hmrsim.interfaces.builtin_interfaces import Duration, Time
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.message import Bool, Float32, Float64, Int16, Int32, Message, String, UInt8, UInt16, UInt32
 from hmrsim.interfaces.nav_msgs import Goals, Path
 from hmrsim.interfaces.quantities import ANGLE, SECONDS, SIGNED_SPEED
 from hmrsim.interfaces.std_msgs import Empty, Header
@@ -561,3 +561,157 @@ class ComputeAndTrackRoute:
         path: Path = Field(default_factory=Path)
         operations_triggered: list[String] = Field(default_factory=list)
         rerouted: Bool = False
+
+
+class ManageLifecycleNodes:
+    """Change the states of all nodes that a lifecycle manager manages."""
+
+    class Request(Message):
+        """The change."""
+
+        STARTUP: ClassVar[int] = 0
+        PAUSE: ClassVar[int] = 1
+        RESUME: ClassVar[int] = 2
+        RESET: ClassVar[int] = 3
+        SHUTDOWN: ClassVar[int] = 4
+        CONFIGURE: ClassVar[int] = 5
+        CLEANUP: ClassVar[int] = 6
+
+        command: UInt8 = 0
+
+    class Response(Message):
+        """Whether all nodes have changed."""
+
+        success: Bool = False
+
+
+class ClearEntireCostmap:
+    """Clear a costmap. Lyrical's request names plugins, and its response has *success*."""
+
+    class Request(Message):
+        """The plugins to clear; all if there are none."""
+
+        request: Empty = Field(default_factory=Empty)
+        plugins: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """Whether it was cleared."""
+
+        response: Empty = Field(default_factory=Empty)
+        success: Bool = False
+
+
+class ClearCostmapExceptRegion:
+    """Clear a costmap except for a region around the robot. Lyrical's fields are as in `ClearEntireCostmap`."""
+
+    class Request(Message):
+        """The size of the region, and the plugins."""
+
+        reset_distance: Float32 = 0.0
+        plugins: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """Whether it was cleared."""
+
+        response: Empty = Field(default_factory=Empty)
+        success: Bool = False
+
+
+class ClearCostmapAroundRobot:
+    """Clear a costmap around the robot. Lyrical's fields are as in `ClearEntireCostmap`."""
+
+    class Request(Message):
+        """The size of the region, and the plugins."""
+
+        reset_distance: Float32 = 0.0
+        plugins: list[String] = Field(default_factory=list)
+
+    class Response(Message):
+        """Whether it was cleared."""
+
+        response: Empty = Field(default_factory=Empty)
+        success: Bool = False
+
+
+class CostmapMetaData(Message):
+    """The size of a costmap in cells, the length of a cell, and the pose of the corner of the first one."""
+
+    map_load_time: Time = Field(default_factory=Time)
+    update_time: Time = Field(default_factory=Time)
+    layer: String = ""
+    resolution: Float32 = 0.0
+    size_x: UInt32 = 0
+    size_y: UInt32 = 0
+    origin: Pose = Field(default_factory=Pose)
+
+
+class Costmap(Message):
+    """A costmap, row by row in +x, rows in +y: 0 is free, 254 is an obstacle."""
+
+    header: Header = Field(default_factory=Header)
+    metadata: CostmapMetaData = Field(default_factory=CostmapMetaData)
+    data: list[UInt8] = Field(default_factory=list)
+
+
+class GetCostmap:
+    """Read a costmap."""
+
+    class Request(Message):
+        """The requested size, which Nav2 ignores."""
+
+        specs: CostmapMetaData = Field(default_factory=CostmapMetaData)
+
+    class Response(Message):
+        """The costmap."""
+
+        map: Costmap = Field(default_factory=Costmap)
+
+
+class IsPathValid:
+    """Check a path for obstacles. Jazzy's request has only the path, and *success* is lyrical's."""
+
+    class Request(Message):
+        """The path, and how to check it."""
+
+        path: Path = Field(default_factory=Path)
+        max_cost: UInt8 = 0
+        consider_unknown_as_obstacle: Bool = False
+        layer_name: String = ""
+        footprint: String = ""
+        stop_at_first_collision: Bool = False
+        max_lookahead_distance: Float64 = 0.0
+
+    class Response(Message):
+        """Whether the path is free, and the indices of the poses that are not."""
+
+        success: Bool = False
+        is_valid: Bool = False
+        invalid_pose_indices: list[Int32] = Field(default_factory=list)
+
+
+class SetRouteGraph:
+    """Replace the route graph by that of a file."""
+
+    class Request(Message):
+        """The file."""
+
+        graph_filepath: String = ""
+
+    class Response(Message):
+        """Whether it was read."""
+
+        success: Bool = False
+
+
+class ReloadDockDatabase:
+    """Replace the docks by those of a file."""
+
+    class Request(Message):
+        """The file."""
+
+        filepath: String = ""
+
+    class Response(Message):
+        """Whether it was read."""
+
+        success: Bool = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -10,6 +9,16 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.lifecycle_msgs import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
+from hmrsim.interfaces.nav2_msgs import (
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    GetCostmap,
+    IsPathValid,
+    ManageLifecycleNodes,
+    ReloadDockDatabase,
+    SetRouteGraph,
+)
 from hmrsim.interfaces.nav_msgs import GetMap
 from hmrsim.interfaces.rcl_interfaces import (
     DescribeParameters,
@@ -19,6 +28,7 @@ from hmrsim.interfaces.rcl_interfaces import (
     SetParameters,
     SetParametersAtomically,
 )
+from hmrsim.interfaces.std_srvs import Trigger
 from hmrsim.protocol.goal import WORLD
 from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.codec.types import service_type
@@ -163,6 +173,11 @@ class Names:
         return {node.full_name: node for node in (WORLD_NODE, MAP_SERVER, *of_robots)}
 
     @cached_property
+    def own_services(self) -> dict[str, Node]:
+        """The nodes by the full names of the services that only they have."""
+        return {name: node for node in self.all_nodes.values() for name in own_services(node)}
+
+    @cached_property
     def lifecycle(self) -> dict[str, Node]:
         """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``."""
         result: dict[str, Node] = {}
@@ -243,23 +258,53 @@ LIFECYCLE_SERVICES: Final = MappingProxyType(
 )
 """The further services of lifecycle nodes, as Nav2's are."""
 
-OWN_SERVICES: Final[Mapping[str, Mapping[str, NodeService]]] = MappingProxyType(
-    {MAP_SERVER.name: {"map": _service("nav_msgs", GetMap)}}
+_OF_COSTMAP: Final = {
+    "get_costmap": _service("nav2_msgs", GetCostmap),
+    "clear_entirely": _service("nav2_msgs", ClearEntireCostmap),
+    "clear_except": _service("nav2_msgs", ClearCostmapExceptRegion),
+    "clear_around": _service("nav2_msgs", ClearCostmapAroundRobot),
+}
+
+
+def _of_costmap(name: str) -> dict[str, NodeService]:
+    """Return the services of a costmap, most of which end with its name, as in Nav2."""
+    return {f"{name}/{verb}{f'_{name}' * (verb != 'get_costmap')}": service for verb, service in _OF_COSTMAP.items()}
+
+
+def _of_manager(name: str) -> dict[str, NodeService]:
+    """Return the services of a lifecycle manager."""
+    return {
+        f"{name}/manage_nodes": _service("nav2_msgs", ManageLifecycleNodes),
+        f"{name}/is_active": _service("std_srvs", Trigger),
+    }
+
+
+_OWN_SERVICES: Final[Mapping[str, Mapping[str, NodeService]]] = MappingProxyType(
+    {
+        MAP_SERVER.name: {"map_server/map": _service("nav_msgs", GetMap)},
+        # Costmaps and managers as nodes of their own would cost each robot six services for parameters each.
+        "bt_navigator": _of_manager("lifecycle_manager_navigation"),
+        LOCALIZATION: _of_manager("lifecycle_manager_localization"),
+        "planner_server": {"is_path_valid": _service("nav2_msgs", IsPathValid), **_of_costmap("global_costmap")},
+        "controller_server": _of_costmap("local_costmap"),
+        "route_server": {"route_server/set_route_graph": _service("nav2_msgs", SetRouteGraph)},
+        "docking_server": {"docking_server/reload_database": _service("nav2_msgs", ReloadDockDatabase)},
+    }
 )
-"""The services that only nodes with a name have."""
-
-NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType(
-    {**PARAMETER_SERVICES, **LIFECYCLE_SERVICES, **ChainMap(*(dict(own) for own in OWN_SERVICES.values()))}
-)
-"""All services of nodes, by the last part of their names."""
+"""The services that only the node of a name has, by their names below the robot's."""
 
 
-def all_services_of(node: Node) -> dict[str, NodeService]:
-    """Return the services of a node."""
-    of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
-    return {**PARAMETER_SERVICES, **of_lifecycle, **OWN_SERVICES.get(node.name, {})}
+def own_services(node: Node) -> dict[str, NodeService]:
+    """Return the services that only this node has, by their full names."""
+    return {f"{node.namespace.rstrip('/')}/{name}": of for name, of in _OWN_SERVICES.get(node.name, {}).items()}
+
+
+NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType({**PARAMETER_SERVICES, **LIFECYCLE_SERVICES})
+"""The services below the names of nodes."""
 
 
 def services_of(node: Node) -> dict[str, NodeService]:
-    """Return the services of a node, except for `LIFECYCLE_SERVICE`, which is declared with its topics."""
-    return {name: service for name, service in all_services_of(node).items() if name != LIFECYCLE_SERVICE}
+    """Return the services of a node by their full names."""
+    of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
+    named = {f"{node.full_name}/{name}": service for name, service in (PARAMETER_SERVICES | of_lifecycle).items()}
+    return named | own_services(node)

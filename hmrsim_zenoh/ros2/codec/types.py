@@ -71,7 +71,15 @@ def _resource(name: str, *ours: str) -> Field:
     return Field(name, nested=Structure(Resource.ros_type, tuple(fields)), path=())
 
 
+_CLEARINGS: Final = ("ClearEntireCostmap", "ClearCostmapExceptRegion", "ClearCostmapAroundRobot")
+
 _NOT_BEFORE_LYRICAL: Final = {
+    **{f"nav2_msgs/srv/{name}_Request": Difference(without=("plugins",)) for name in _CLEARINGS},
+    **{f"nav2_msgs/srv/{name}_Response": Difference(without=("success",)) for name in _CLEARINGS},
+    "nav2_msgs/srv/IsPathValid_Request": Difference(
+        without=("layer_name", "footprint", "stop_at_first_collision", "max_lookahead_distance")
+    ),
+    "nav2_msgs/srv/IsPathValid_Response": Difference(without=("success",)),
     "nav2_msgs/action/ComputePathThroughPoses_Result": Difference(without=("last_reached_index",)),
     "nav2_msgs/action/FollowPath_Feedback": Difference(without=("tracking_feedback",)),
 }
@@ -89,6 +97,12 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
             "nav2_msgs/action/NavigateThroughPoses_Goal": Difference(unwrapped={"poses": "goals"}),
             "nav2_msgs/action/NavigateThroughPoses_Result": Difference(without=("waypoint_statuses",)),
             "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(without=("waypoint_statuses",)),
+            "nav2_msgs/srv/IsPathValid_Request": Difference(
+                without=(
+                    *("max_cost", "consider_unknown_as_obstacle", "layer_name", "footprint"),
+                    *("stop_at_first_collision", "max_lookahead_distance"),
+                )
+            ),
             "nav2_msgs/msg/WaypointStatus": Difference(
                 name="nav2_msgs/msg/MissedWaypoint",
                 without=("waypoint_status", "error_msg"),
@@ -97,6 +111,8 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
         },
         "kilted": _NOT_BEFORE_LYRICAL,
         "lyrical": {
+            "nav2_msgs/srv/ClearEntireCostmap_Request": Difference(without=("request",)),
+            **{f"nav2_msgs/srv/{name}_Response": Difference(without=("response",)) for name in _CLEARINGS},
             "nav2_msgs/action/NavigateToPose_Feedback": Difference(added={"": _TRACKING_ERRORS}),
             "nav2_msgs/action/NavigateThroughPoses_Feedback": Difference(
                 added={"number_of_poses_remaining": _TRACKING_ERRORS}

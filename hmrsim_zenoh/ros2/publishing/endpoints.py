@@ -34,6 +34,7 @@ from hmrsim_zenoh.ros2.names import (
     named_actions,
     node_of,
     nodes_of,
+    own_services,
     ros_services,
     services_of,
 )
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ActionType
     from hmrsim_zenoh.ros2.keys import TypeHash
-    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.names import Names, NodeService
     from hmrsim_zenoh.ros2.wires import Wire
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
@@ -137,6 +138,11 @@ def topic_name(robot: str, topic: str) -> str:
     return f"/{topic}" if robot in ("", WORLD) else f"/{robot}/{topic}"
 
 
+def _declared_services(node: Node) -> dict[str, NodeService]:
+    """Return the services of a node, except for ``get_state``, which is declared with its topics."""
+    return {name: of for name, of in services_of(node).items() if not name.endswith(f"/{LIFECYCLE_SERVICE}")}
+
+
 class Endpoints:
     """All possible endpoints on one wire.
 
@@ -170,8 +176,8 @@ class Endpoints:
         for name, node in part.states:
             yield from self._service(node, name, *LIFECYCLE_SERVICES[LIFECYCLE_SERVICE])
         for node in part.served:
-            for name, of_node in services_of(node).items():
-                yield from self._service(node, f"{node.full_name}/{name}", *of_node)
+            for name, of_node in _declared_services(node).items():
+                yield from self._service(node, name, *of_node)
         for name, service in self._services.items() if part.robot == WORLD else ():
             yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
 
@@ -185,7 +191,7 @@ class Endpoints:
     def tokens(self, part: Part) -> int:
         """Return the number of tokens of a part, except for those of nodes that other parts have, too."""
         endpoints = sum(len(self._roles(action)) for _, action in part.actions) + len(part.topics) + len(part.states)
-        return endpoints + len(part.nodes) + sum(len(services_of(node)) for node in part.served)
+        return endpoints + len(part.nodes) + sum(len(_declared_services(node)) for node in part.served)
 
     def topic(self, robot: str, topic: str) -> Endpoint:
         """Return the publisher or the subscriber of a topic."""
@@ -289,7 +295,9 @@ class Parts:
     @cached_property
     def _others(self) -> dict[str, Part]:
         result = {name: part for part in self.all for name, _ in part.states}
-        result |= {node.full_name: part for part in self.all for node in part.served}
+        served = [(node, part) for part in self.all for node in part.served]
+        result |= {node.full_name: part for node, part in served}
+        result |= {name: part for node, part in served for name in own_services(node)}
         result |= {topic_name(part.robot, topic): part for part in self.all for topic in part.topics}
         return result
 

@@ -26,7 +26,10 @@ if TYPE_CHECKING:
 
 BASE, FOOTPRINT, SCAN_FRAME, ODOM_FRAME = "base_link", "base_footprint", "base_scan", "odom"
 
-_FREE, _OCCUPIED = 0, 100
+_OCCUPIED: Final = 100
+"""The value of an occupied cell in a map; 0 is free."""
+_LETHAL: Final = 254
+"""Its value in a costmap."""
 _RESOLUTION: Final = 0.05
 """The length of a map's cell in meters, as in Nav2's maps."""
 _MAX_CELLS: Final = 4_000_000
@@ -122,6 +125,22 @@ def occupancy_grid(simulator: Simulator, _robot: str = WORLD) -> dict[str, Any]:
         "origin": pose_values(Pose(grid.x, grid.y)),
     }
     return {"header": {"stamp": now, "frame_id": MAP}, "info": info, "data": grid.cells}
+
+
+def costmap(simulator: Simulator) -> dict[str, Any]:
+    """Return the map as a Costmap of Nav2, whose walls are lethal."""
+    grid, now = grid_of(simulator.world), values_of(stamp(simulator.now))
+    metadata = {
+        "map_load_time": now,
+        "update_time": now,
+        "layer": "master",
+        "resolution": grid.resolution,
+        "size_x": grid.width,
+        "size_y": grid.height,
+        "origin": pose_values(Pose(grid.x, grid.y)),
+    }
+    data = grid.cells.replace(bytes((_OCCUPIED,)), bytes((_LETHAL,)))
+    return {"header": {"stamp": now, "frame_id": MAP}, "metadata": metadata, "data": data}
 
 
 def pose_values(pose: Pose) -> dict[str, Any]:

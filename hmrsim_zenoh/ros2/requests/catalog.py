@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hmrsim_zenoh.ros2.codec.types import action_types, service_type
-from hmrsim_zenoh.ros2.names import NODE_SERVICES, all_services_of, node_of, ros_services
+from hmrsim_zenoh.ros2.names import NODE_SERVICES, node_of, ros_services, services_of
 from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, view_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 _ACTION: Final = "/_action/"
+MANAGE_NODES: Final = "manage_nodes"
+"""The service of a lifecycle manager that changes the states of its nodes."""
 _ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | GetResultHandler]]] = MappingProxyType(
     {"send_goal": SendGoalHandler, "cancel_goal": CancelGoalHandler, "get_result": GetResultHandler}
 )
@@ -65,11 +67,13 @@ class Catalog:
         self._handlers: dict[str, Handler] = {}
         self._lost_actions: dict[str, tuple[str, str]] = {}
         self._lost_nodes: dict[str, Node] = {}
+        self._lost_services: dict[str, Node] = {}
 
     def follow(self, names: Names) -> None:
         """Serve these names; earlier ones are kept as lost, so that their clients get a reply."""
         _remember_lost(self._lost_actions, self._names.actions, names.actions)
         _remember_lost(self._lost_nodes, self._names.all_nodes, names.all_nodes)
+        _remember_lost(self._lost_services, self._names.own_services, names.own_services)
         self._names = names
         self._handlers.clear()
 
@@ -88,9 +92,12 @@ class Catalog:
             return WorldServiceHandler(
                 name, self._of_service(service.ros_type, service.request, service.response), service
             )
-        of, _, verb = name.rpartition("/")
+        node_name, _, verb = name.rpartition("/")
         if verb in NODE_SERVICES:
-            return self._of_node(name, of, verb)
+            nodes = self._names.all_nodes
+            return self._of_node(name, verb, nodes.get(node_name), self._lost_nodes.get(node_name))
+        if verb in _RESPONSES or verb == MANAGE_NODES:
+            return self._of_node(name, verb, self._names.own_services.get(name), self._lost_services.get(name))
         of, _, verb = name.rpartition(_ACTION)
         actions = self._names.actions
         target = actions.get(of) or self._lost_actions.get(of)
@@ -101,19 +108,30 @@ class Catalog:
             name, self._layouts(action, verb), robot, self._actions[action], lost=of not in actions
         )
 
-    def _of_node(self, name: str, node_name: str, verb: str) -> Handler | None:
-        nodes = self._names.all_nodes
-        node = nodes.get(node_name) or self._lost_nodes.get(node_name)
-        service = all_services_of(node).get(verb) if node else None
+    def _of_node(self, name: str, verb: str, there: Node | None, lost: Node | None) -> Handler | None:
+        """Return the handler of a service of a node that is there, or was there."""
+        node = there or lost
+        service = services_of(node).get(name) if node else None
         if node is None or service is None:
             return None
         layouts = Layouts(tuple(service.in_distro(distro) for distro in self._distros))
-        lost = node_name not in nodes
         if verb in _RESPONSES:
             response, respond = service.response, _RESPONSES[verb]
-            return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=lost)
-        actions = (action for action in self._names.serves.get(node.robot, ()) if node_of(node.robot, action) == node)
-        return lifecycle_services.ChangeStateHandler(name, layouts, node, self._simulator, tuple(actions), lost=lost)
+            return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=there is None)
+        if verb == MANAGE_NODES:
+            nodes = lifecycle_services.managed(self._names.nodes.get(node.robot, ()), node)
+            actions = {one: self._actions_of(one) for one in nodes}
+            return lifecycle_services.ManageNodesHandler(
+                name, layouts, node, self._simulator, actions, lost=there is None
+            )
+        actions_of_node = self._actions_of(node)
+        return lifecycle_services.ChangeStateHandler(
+            name, layouts, node, self._simulator, actions_of_node, lost=there is None
+        )
+
+    def _actions_of(self, node: Node) -> tuple[str, ...]:
+        """Return the actions that a node serves."""
+        return tuple(action for action in self._names.serves.get(node.robot, ()) if node_of(node.robot, action) == node)
 
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))

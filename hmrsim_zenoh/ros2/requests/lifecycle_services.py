@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +17,10 @@ from hmrsim.interfaces.lifecycle_msgs import (
     Transition,
     TransitionDescription,
 )
+from hmrsim.interfaces.nav2_msgs import ManageLifecycleNodes
+from hmrsim.interfaces.std_srvs import Trigger
 from hmrsim.protocol.commands import ChangeState
+from hmrsim_zenoh.ros2.names import LOCALIZATION, has_lifecycle, nodes_of
 from hmrsim_zenoh.ros2.requests.handlers import Handler
 
 if TYPE_CHECKING:
@@ -90,17 +93,6 @@ def get_transition_graph(_simulator: Simulator, _node: Node, _request: Mapping[s
     return GetAvailableTransitions.Response(available_transitions=[*_requestable(), *_outcomes()])
 
 
-RESPONSES: Final = MappingProxyType(
-    {
-        "get_state": get_state,
-        "get_available_states": get_available_states,
-        "get_available_transitions": get_available_transitions,
-        "get_transition_graph": get_transition_graph,
-    }
-)
-"""The function that responds to each lifecycle service, except for ``change_state``."""
-
-
 @dataclass(frozen=True)
 class ChangeStateHandler(Handler):
     """The handler of ``change_state`` of a lifecycle node.
@@ -131,6 +123,106 @@ class ChangeStateHandler(Handler):
     def refusal(self, _text: str) -> Message:
         """Return that the state has not changed."""
         return ChangeStateService.Response()
+
+
+def managed(nodes: Iterable[Node], manager: Node) -> list[Node]:
+    """Return the nodes of a robot that a lifecycle manager manages, as in Nav2's launch files.
+
+    Args:
+        nodes: All nodes of the robot.
+        manager: The node that serves as the manager: that of localization manages itself, the other one all others.
+    """
+    of_localization = manager.name == LOCALIZATION
+    return [node for node in nodes if has_lifecycle(node) and (node.name == LOCALIZATION) is of_localization]
+
+
+def is_active(simulator: Simulator, node: Node, _request: Mapping[str, Any]) -> Message:
+    """Return whether all nodes of a lifecycle manager are active."""
+    actions = tuple(simulator.dispatcher.servers.actions_of(node.robot))
+    nodes = managed(nodes_of(node.robot, actions), node)
+    return Trigger.Response(success=all(_state_of(simulator, one) == ACTIVE for one in nodes))
+
+
+RESPONSES: Final = MappingProxyType(
+    {
+        "get_state": get_state,
+        "get_available_states": get_available_states,
+        "get_available_transitions": get_available_transitions,
+        "get_transition_graph": get_transition_graph,
+        "is_active": is_active,
+    }
+)
+"""The function that responds to each lifecycle service, except for ``change_state`` and ``manage_nodes``."""
+
+_UNCONFIGURED, _INACTIVE = State.PRIMARY_STATE_UNCONFIGURED, State.PRIMARY_STATE_INACTIVE
+
+_TARGETS: Final = MappingProxyType(
+    {
+        ManageLifecycleNodes.Request.STARTUP: ACTIVE,
+        ManageLifecycleNodes.Request.PAUSE: _INACTIVE,
+        ManageLifecycleNodes.Request.RESUME: ACTIVE,
+        ManageLifecycleNodes.Request.RESET: _UNCONFIGURED,
+        ManageLifecycleNodes.Request.SHUTDOWN: State.PRIMARY_STATE_FINALIZED,
+        ManageLifecycleNodes.Request.CONFIGURE: _INACTIVE,
+        ManageLifecycleNodes.Request.CLEANUP: _UNCONFIGURED,
+    }
+)
+"""The state that each command of a lifecycle manager leads to."""
+
+
+def _path(state: int, target: int) -> list[int] | None:
+    """Return the transitions from one state to another; None if there is no way."""
+    if state == target:
+        return []
+    if target == State.PRIMARY_STATE_FINALIZED:
+        return [number for number, (before, after) in TRANSITIONS.items() if (before, after) == (state, target)]
+    ways = {_UNCONFIGURED: [], _INACTIVE: [Transition.TRANSITION_CONFIGURE]}
+    ways[ACTIVE] = [Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE]
+    back = {Transition.TRANSITION_CONFIGURE: Transition.TRANSITION_CLEANUP}
+    back[Transition.TRANSITION_ACTIVATE] = Transition.TRANSITION_DEACTIVATE
+    if state not in ways:
+        return None
+    done, wanted = ways[state], ways[target]
+    return wanted[len(done) :] or [back[number] for number in reversed(done[len(wanted) :])]
+
+
+@dataclass(frozen=True)
+class ManageNodesHandler(Handler):
+    """The handler of ``manage_nodes`` of a lifecycle manager.
+
+    Attributes:
+        node: The node that serves as the manager.
+        actions: The managed nodes, each with the actions that it serves.
+    """
+
+    node: Node
+    simulator: Simulator
+    actions: Mapping[Node, tuple[str, ...]]
+
+    def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
+        """Return the commands that change the states; the last one is answered."""
+        target = _TARGETS.get(request["command"])
+        paths = {node: _path(_state_of(self.simulator, node), target) for node in self.actions if target is not None}
+        if target is None or self.node.robot in self.simulator.dispatcher.cut_off or None in paths.values():
+            reply_to.answer(False)
+            return []
+        commands = [
+            ChangeState(node.robot, node.name, self.actions[node], number)
+            for node, path in paths.items()
+            for number in path or ()
+        ]
+        if not commands:
+            reply_to.answer(True)
+            return []
+        return [*commands[:-1], commands[-1]._replace(reply_to=reply_to)]
+
+    def answer(self, changed: object) -> Message:
+        """Return whether the states have changed."""
+        return ManageLifecycleNodes.Response(success=changed is True)
+
+    def refusal(self, _text: str) -> Message:
+        """Return that they have not."""
+        return ManageLifecycleNodes.Response()
 
 
 def _state_of(simulator: Simulator, node: Node) -> int:

@@ -6,15 +6,20 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from hmrsim.actions import registry
 from hmrsim.interfaces.lifecycle_msgs import Transition
+from hmrsim.interfaces.nav2_msgs import ManageLifecycleNodes
 from hmrsim.interfaces.rcl_interfaces import ParameterValue
 from hmrsim.trace.replay import replay
-from hmrsim_zenoh.ros2.names import NODE_SERVICES
+from hmrsim_zenoh.ros2.names import NODE_SERVICES, nodes_of, own_services
 from tests.patience import PATIENCE
 from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient
 from tests.wire.ros2.test_end_to_end import LONG, hosting
 
 DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
+MANAGE = ManageLifecycleNodes.Request
+STARTUP, PAUSE, RESUME, RESET, SHUTDOWN = MANAGE.STARTUP, MANAGE.PAUSE, MANAGE.RESUME, MANAGE.RESET, MANAGE.SHUTDOWN
+ACTIONS = tuple(registry())
 NODES = [
     *("amcl", "bt_navigator", "planner_server", "controller_server", "behavior_server", "waypoint_follower"),
     *("docking_server", "route_server", "smoother_server", "move_group", "base_driver"),
@@ -52,7 +57,7 @@ def tool(fast, ros):
 # --- parameters --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("node", [*(f"/wall_e/{name}" for name in NODES), "/hmrsim"])
+@pytest.mark.parametrize("node", [*(f"/wall_e/{name}" for name in NODES), "/hmrsim", "/map_server"])
 def test_all_nodes_have_parameters(tool, node):
     """``ros2 param list`` waits for six services of each node, and requests the types of the listed names."""
     tool = tool(node)
@@ -189,3 +194,89 @@ def test_changes_of_state_are_in_the_trace(tmp_path):
     text = path.read_text()
     assert '"command":"change_state"' in text
     assert replay(text.splitlines(keepends=True)).difference is None
+
+
+# --- services that only some nodes have --------------------------------------------------------------------------
+
+
+class Robot:
+    """A ROS node that calls the services below a robot's name, in the layout of its distribution."""
+
+    def __init__(self, client):
+        self._client = client
+
+    def call(self, name, **fields):
+        of = {name: kind for node in nodes_of("wall_e", ACTIONS) for name, kind in own_services(node).items()}
+        type_ = of[f"/wall_e/{name}"].in_distro(self._client.distro)
+        request = of[f"/wall_e/{name}"].request.model_validate(fields, strict=False)
+        return self._client.service(f"/wall_e/{name}", type_).wait().call(type_.request.encode(request))
+
+
+@pytest.mark.parametrize(
+    ("commands", "states"),
+    [
+        ([PAUSE], ["inactive", "inactive"]),
+        ([PAUSE, RESUME], ["active", "active"]),
+        ([RESET], ["unconfigured", "unconfigured"]),
+        ([RESET, STARTUP], ["active", "active"]),
+        ([SHUTDOWN], ["finalized", "finalized"]),
+    ],
+)
+def test_a_lifecycle_manager_changes_all_its_nodes(fast, ros, commands, states):
+    """BasicNavigator's lifecycleStartup and lifecycleShutdown; localization has another manager."""
+    client = ros(fast)
+    robot = Robot(client)
+    succeeded = [robot.call("lifecycle_manager_navigation/manage_nodes", command=one)["success"] for one in commands]
+    active = robot.call("lifecycle_manager_navigation/is_active")["success"]
+
+    assert [True] * len(commands) == succeeded
+    assert (states == ["active", "active"]) == active
+    assert states == [Tool(client, f"/wall_e/{name}").state() for name in ("bt_navigator", "docking_server")]
+    assert "active" == Tool(client, "/wall_e/amcl").state()
+
+
+def test_a_node_that_was_shut_down_does_not_start_again(fast, ros):
+    robot = Robot(ros(fast))
+    manage = "lifecycle_manager_localization/manage_nodes"
+
+    assert [True, False, True] == [robot.call(manage, command=one)["success"] for one in (SHUTDOWN, STARTUP, SHUTDOWN)]
+    assert not robot.call("lifecycle_manager_localization/is_active")["success"]
+
+
+@pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
+def test_costmaps_have_the_walls_and_can_be_cleared(fast, ros, distro):
+    robot = Robot(ros(fast, distro))
+    costmap = robot.call("global_costmap/get_costmap")["map"]
+    cells, size = costmap["data"], (costmap["metadata"]["size_x"], costmap["metadata"]["size_y"])
+    cleared = [
+        robot.call(f"{name}/clear_{kind}_{name}")
+        for name in ("global_costmap", "local_costmap")
+        for kind in ("entirely", "except", "around")
+    ]
+
+    assert (400, 200) == size
+    assert (254, 0) == (cells[100 * 400 + 240], cells[0])
+    assert all(one.get("success", distro != "lyrical") for one in cleared)
+
+
+@pytest.mark.parametrize("distro", ["jazzy", "kilted", "lyrical"])
+def test_a_path_is_valid_if_it_meets_no_wall(fast, ros, distro):
+    robot = Robot(ros(fast, distro))
+
+    def check(*points):
+        poses = [{"pose": {"position": {"x": x, "y": y}}} for x, y in points]
+        answer = robot.call("is_path_valid", path={"poses": poses})
+        return answer["is_valid"], list(answer["invalid_pose_indices"])
+
+    assert (True, []) == check((1.0, 1.0), (1.0, 9.0))
+    # The pose in the solid, the one behind it, and the one behind the wall.
+    assert (False, [1, 2, 3]) == check((5.0, 5.0), (7.0, 5.0), (9.0, 5.0), (15.0, 5.0))
+    assert (False, []) == check()
+
+
+@pytest.mark.parametrize(
+    ("service", "file"),
+    [("route_server/set_route_graph", "graph_filepath"), ("docking_server/reload_database", "filepath")],
+)
+def test_the_world_s_route_graph_and_docks_are_not_replaced(fast, ros, service, file):
+    assert {"success": False} == Robot(ros(fast)).call(service, **{file: "/tmp/other"})

@@ -1,0 +1,18 @@
+"""Services without further meaning of their own."""
+
+from __future__ import annotations
+
+from hmrsim.interfaces.message import Bool, Message, String
+
+
+class Trigger:
+    """Trigger something, or ask whether it is so."""
+
+    class Request(Message):
+        """An empty request."""
+
+    class Response(Message):
+        """The outcome, and a text about it."""
+
+        success: Bool = False
+        message: String = ""
