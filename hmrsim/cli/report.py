@@ -24,6 +24,7 @@ _CONTROL: Final = re.compile("[\x7f-\x9f]")
 """Control characters that JSON allows in strings, but that a terminal interprets."""
 _MAX_ROBOTS: Final = 40
 _MAX_ERRORS: Final = 10
+_MAX_CAUSES: Final = 4
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -259,6 +260,9 @@ def _lines(report: Report) -> Iterator[str]:
     yield f"goals: {ended}{rate}{rejected}"
     waited = f"waited {seconds(summary.waited)} in {times(summary.waits, 'wait')}"
     yield f"driven {amount(summary.distance, unit)}, {waited}, {times(summary.reroutes, 'time')} replanned"
+    if report.first_causes:
+        causes = (f"{seconds(each.seconds)} {each.cause} ({each.state})" for each in report.first_causes[:_MAX_CAUSES])
+        yield printable(f"waits were started by: {'; '.join(causes)}")
     if summary.energy_used is not None:
         yield f"energy used {amount(summary.energy_used)}, charged {amount(summary.energy_charged)}"
     if (demand := report.demand) is not None:

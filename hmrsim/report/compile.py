@@ -22,6 +22,7 @@ from hmrsim.report.figures import (
     paths_of,
     throughput_of,
 )
+from hmrsim.report.first_causes import first_causes
 from hmrsim.report.goals import count_waits
 from hmrsim.report.html import as_text, in_seconds, rounded, times
 
@@ -51,6 +52,7 @@ def report_of(inputs: ReportInput) -> model.Report:
         goals=tuple(goals),
         errors=tuple(errors_of(story)),
         waits=tuple(waits),
+        first_causes=tuple(_first_causes(story)),
         states=tuple(_spans(story.robot_log.tracks.values())),
         faults=tuple(_fault(fault) for fault in story.faults.all),
         deadlocks=tuple(
@@ -67,6 +69,15 @@ def report_of(inputs: ReportInput) -> model.Report:
         },
         events=dict(sorted(story.counts.items())),
     )
+
+
+def _first_causes(story: Story) -> Iterator[model.FirstCause]:
+    """Yield what started the waits, the longest first."""
+    found = first_causes(story.robot_log.tracks)
+    for cause, waited in sorted(found.items(), key=lambda each: (-each[1].total(), each[0])):
+        longest = sorted(waited, key=lambda robot: (-waited[robot], robot))
+        whole = in_seconds(waited.total())
+        yield model.FirstCause(cause=cause.what, state=cause.state, seconds=whole, robots=tuple(longest))
 
 
 def section_of(inputs: ReportInput) -> model.Section:

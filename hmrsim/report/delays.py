@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
+from hmrsim.report.first_causes import Past
 
 if TYPE_CHECKING:
     from hmrsim.history.items import Order
     from hmrsim.history.robots import State
     from hmrsim.history.timeline import Timeline
-    from hmrsim.report.robots import RobotLog, Track
+    from hmrsim.report.robots import RobotLog
 
 Part = Literal["assignment", "travel", "handling", "queue", "charging", "traffic", "faults"]
 
@@ -49,6 +49,7 @@ class Delays:
 
     def __init__(self, timeline: Timeline, robot_log: RobotLog) -> None:
         self._robot_log = robot_log
+        self._pasts: dict[str, Past] = {}
         self._of_item: dict[str, list[_Handled]] = defaultdict(list)
         self._of_robot: dict[str, list[int]] = defaultdict(list)
         timeline.on(ItemPicked, lambda at, event: self._handle(at, event.robot, event.item, picked=True))
@@ -84,32 +85,31 @@ class Delays:
 
     def _add(self, parts: dict[Part, int], robot: str, began: int, ended: int) -> None:
         """Add what a robot did in some time; time without a robot, or without a known state, is for its assignment."""
-        track = self._robot_log.tracks.get(robot)
         left = ended - began
-        for part, seconds in _parts_of(track, began, ended) if track else ():
-            parts[part] += seconds
-            left -= seconds
+        for part, time in _parts_of(self._past(robot), began, ended) if robot in self._robot_log.tracks else ():
+            parts[part] += time
+            left -= time
         parts["assignment"] += left
 
+    def _past(self, robot: str) -> Past:
+        if robot not in self._pasts:
+            self._pasts[robot] = Past(self._robot_log.tracks[robot])
+        return self._pasts[robot]
 
-def _parts_of(track: Track, began: int, ended: int) -> Iterator[tuple[Part, int]]:
+
+def _parts_of(past: Past, began: int, ended: int) -> Iterator[tuple[Part, int]]:
     """Yield what a robot did in some time, and for how long."""
-    spans = track.spans
-    first = max(0, bisect_left(spans, (began,)) - 1)
-    for start, end, state in spans[first:]:
-        if start >= ended:
-            return
+    for start, end, state in past.spans_within(began, ended):
         since, until = max(start, began), min(end, ended)
         if since >= until:
             continue
-        if state not in ("busy", "waiting"):
-            yield _PART_OF[state], until - since
-            continue
-        special: Part = "queue" if state == "busy" else "faults"
-        apart = sum(
-            max(0, min(wait.ended or wait.began, until) - max(wait.began, since))
-            for wait in track.stood
-            if (wait.kind == "dock" if state == "busy" else wait.kind == "way" and wait.closed)
-        )
-        yield special, apart
+        apart = 0
+        if state in ("busy", "waiting"):
+            special: Part = "queue" if state == "busy" else "faults"
+            apart = sum(
+                max(0, min(wait.ended or wait.began, until) - max(wait.began, since))
+                for wait in past.waits_within(since, until)
+                if (wait.kind == "dock" if state == "busy" else wait.kind == "way" and wait.closed)
+            )
+            yield special, apart
         yield _PART_OF[state], until - since - apart

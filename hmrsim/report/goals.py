@@ -76,7 +76,7 @@ class WaitRecord:
     @property
     def what(self) -> str:
         """The reason for the wait, as text."""
-        return self.why or ", ".join(self.robots) or "something"
+        return self.why or ", ".join(self.robots) or "its turn"
 
 
 def count_waits(records: Iterable[WaitRecord]) -> int:

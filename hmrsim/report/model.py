@@ -126,6 +126,15 @@ class Wait(_Model):
     )
 
 
+class FirstCause(_Model):
+    """What started waits: the last cause of the chain from each robot that waited, as long as it was the last one."""
+
+    cause: str = Field(description="A robot, an obstacle, a dock, its turn, or the robots of a circle.")
+    state: str = Field(description="The state of the robot; or obstacle, queue, turn or circle.")
+    seconds: float = Field(description="For how long robots waited because of it, in all.")
+    robots: tuple[str, ...] = Field(description="The robots that waited because of it, longest first.")
+
+
 class Span(_Model):
     """A period in which a robot was in one state."""
 
@@ -281,6 +290,7 @@ class Report(_Model):
     goals: tuple[Goal, ...] = Field(description="In order of acceptance.")
     errors: tuple[Error, ...]
     waits: tuple[Wait, ...]
+    first_causes: tuple[FirstCause, ...] = Field(default=(), description="The longest first.")
     states: tuple[Span, ...]
     faults: tuple[FaultSpan, ...]
     deadlocks: tuple[Deadlock, ...]

@@ -95,7 +95,7 @@ def _waited_for(report: Report) -> list[tuple[str, str, int, float]]:
     """Return which robots waited for what, how often and how long; the longest first."""
     found: dict[tuple[str, str], tuple[int, float]] = {}
     for wait in report.waits:
-        for what in wait.robots or (wait.why or "something",):
+        for what in wait.robots or (wait.why or "its turn",):
             count, duration = found.get((wait.robot, what), (0, 0.0))
             found[wait.robot, what] = count + 1, duration + wait.duration
     rows = [(robot, what, count, duration) for (robot, what), (count, duration) in found.items()]

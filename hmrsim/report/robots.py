@@ -131,9 +131,8 @@ class Track:
             self.settle(ended)
 
     def stand_aside(self, at: int, where: Point, by: str) -> None:
-        """Record that it waits where it has made room, for another robot or for the rest of a resolution."""
-        robots, why = ((by,), "") if by else ((), "it has made room")
-        self.wait = WaitRecord(self.name, at, "way", robots, why, None, where, self.goal)
+        """Record that it waits where it has made room, for another robot or for its turn."""
+        self.wait = WaitRecord(self.name, at, "way", (by,) if by else (), at=where, goal=self.goal)
 
     def halt(self, at: int, where: Point | None = None) -> None:
         """End the current segment; *where* is the robot's point then, if that is known."""

@@ -27,6 +27,7 @@ def tables_of(report: Report) -> dict[str, str]:
         "goals": map(_row, report.goals),
         "robots": map(_robot, report.robots),
         "waits": map(_row, report.waits),
+        "first_causes": map(_row, report.first_causes),
         "states": map(_row, report.states),
         "lanes": map(_row, report.lanes),
         "errors": map(_row, report.errors),
@@ -48,6 +49,7 @@ _HEADERS = {
     "robots": "name type began ended distance energy_used energy_charged battery lowest_battery goals succeeded failed"
     " canceled waits waited queued " + " ".join(STATES),
     "waits": "robot began ended duration kind robots why lane x y goal_id until",
+    "first_causes": "cause state seconds robots",
     "states": "robot state began ended duration",
     "lanes": "begin end drives distance seconds waits waited closed",
     "errors": "at robot action goal_id status error_code error_name error_msg target waited_for waiting_since faults"
