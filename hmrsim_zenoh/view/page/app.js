@@ -19,7 +19,7 @@ import { Player, TimeBar } from './panels/time.js';
 import { TreesPanel } from './panels/trees.js';
 
 const ZOOM = 60; // css pixels covered by the zoom buttons at the left
-const PHONE = matchMedia('(max-width: 700px)');
+const PHONE = matchMedia('(max-width: 700px), (max-width: 1000px) and (orientation: portrait)'); // as in style.css
 
 export class App {
   /** @param {object} parts See main.js. */

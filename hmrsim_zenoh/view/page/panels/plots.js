@@ -62,7 +62,7 @@ export class Plots {
   }
 
   #offer() {
-    const names = [...this.topics.keys()].sort();
+    const names = [...this.topics.keys()].sort((a, b) => a.startsWith('_') - b.startsWith('_') || (a < b ? -1 : 1));
     refill(this.topic, names.length ? names : ['No topics yet']);
     refill(this.field, [...(this.topics.get(this.topic.value) ?? [])].sort());
     this.adder.disabled = !this.field.value || this.all.length >= MAX_PLOTS;
