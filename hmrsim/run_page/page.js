@@ -133,12 +133,8 @@ class Run {
     this.waits.replaceChildren();
     this.robots.forEach((robot, i) => this.#showRobot(robot, this.rows[i], places, at, carried.get(robot.name) ?? []));
     for (const [name, values] of this.values.doors) this.doors.get(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
-    for (const [name, values] of this.values.lanes) this.#lane(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
+    for (const [name, values] of this.values.lanes) this.lanes.get(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
     this.#showEvent(lines);
-  }
-
-  #lane(name) {
-    return this.lanes.get(name) ?? [...this.lanes].find(([each]) => sameLane(each, name))?.[1];
   }
 
   #showRobot(robot, row, places, at, holds) {
@@ -177,7 +173,8 @@ class Run {
       seen.add(each.name);
       wait = spanAt(each.waits, at);
       if (!wait) return [...texts, `${who}${this.#activity(each, at)}`].join(" → ");
-      const what = wait[2] ? `: ${wait[2]}` : wait[3].length ? ` for ${wait[3].join(", ")}` : " for its turn";
+      const others = wait[3].length ? ` for ${wait[3].join(", ")}` : wait[2] ? "" : " for its turn";
+      const what = `${others}${wait[2] ? `: ${wait[2]}` : ""}`;
       texts.push(`${who}waits since ${seconds(wait[0])}${what}`);
     }
     return texts.join(" → ");
@@ -235,8 +232,6 @@ class Run {
     if (item) this.tree.scrollTop = item.offsetTop - this.tree.clientHeight / 3;
   }
 }
-
-const sameLane = (a, b) => a === b || a.split("-").reverse().join("-") === b;
 
 const runs = data.runs.map((values, number) => new Run(number, values));
 const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");

@@ -13,11 +13,20 @@ from hmrsim.events import Event
 from hmrsim.events.facilities import DoorClosed, DoorOpened
 from hmrsim.events.faults import FaultEvent
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
-from hmrsim.events.robots import BatteryEmpty, BatteryEvent, ItemDropped, ItemPicked, ItemPlaced, MotionBegan, Stopped
+from hmrsim.events.robots import (
+    BatteryEmpty,
+    BatteryEvent,
+    DockQueued,
+    ItemDropped,
+    ItemPicked,
+    ItemPlaced,
+    MotionBegan,
+    Stopped,
+)
 from hmrsim.events.simulation import Deleted, ParticipantEvent, Spawned, Teleported
 from hmrsim.events.traffic import LaneClosed, LaneOpened, Waiting
 from hmrsim.geometry import PlaceNames
-from hmrsim.history.occurrence import SceneSeen
+from hmrsim.history.occurrence import BatterySeen, SceneSeen
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.goals import target_of
@@ -38,6 +47,8 @@ if TYPE_CHECKING:
 
 _RUNNING: Final = "R"
 """The first letter of the status of a node that runs."""
+MAX_LINES: Final = 20_000
+"""The maximum number of events in words, and of ticks of a tree: what a controller that runs away does first."""
 WIDTH: Final = 720.0
 """The width of the map, in pixels of its own."""
 
@@ -137,7 +148,7 @@ class Tree:
         statuses = "".join(str(node.status.value)[0] for node in nodes)
         messages = {i: node.message for i, node in enumerate(nodes) if node.message}
         tick = Tick(at, line, len(self.shapes) - 1, statuses, messages)
-        if not self.ticks or self.ticks[-1][2:] != tick[2:]:
+        if not self.ticks or (self.ticks[-1][2:] != tick[2:] and len(self.ticks) < MAX_LINES):
             self.ticks.append(tick)
 
     def running(self) -> Iterator[tuple[str, str]]:
@@ -159,6 +170,8 @@ class RunLog:
         happenings: Its events by which it is compared with another run, in order.
         trees: The trees of its robots, by robot.
         poses: The poses of its robots, by name.
+        queues: The robots at a dock when another one began to queue for it, by the robot that queues and its time in
+            nanoseconds.
         stuck: Why robots that execute goals do not go on at its end, in words.
     """
 
@@ -167,6 +180,8 @@ class RunLog:
         self.happenings: list[Happening] = []
         self.trees: dict[str, Tree] = defaultdict(Tree)
         self.poses: dict[str, Poses] = {}
+        self._queued: list[tuple[str, int]] = []
+        self.queues: dict[tuple[str, int], tuple[str, ...]] = {}
         self.stuck: list[str] = []
         self._story = Story()
         self._simulator: Simulator | None = None
@@ -182,6 +197,7 @@ class RunLog:
             timeline.on(halts, lambda at, event: self._poses(event.robot).halt(at, event.at))
         for put in (Teleported, Spawned):
             timeline.on(put, self._put)
+        timeline.on(DockQueued, lambda at, event: self._queued.append((event.robot, at)))
         timeline.on(Deleted, lambda at, event: self._change("gone", event.entity, at, True))
         timeline.on(ItemPicked, lambda at, event: self._change("item", event.item, at, event.robot))
         for lies in (ItemPlaced, ItemDropped):
@@ -291,6 +307,9 @@ class RunLog:
 
     def _take(self, occurrence: Occurrence) -> None:
         event = occurrence.event
+        if self._queued and not isinstance(event, BatterySeen):
+            # The battery is read within the event of the queue, which is recorded after it.
+            self._note_queues()
         if isinstance(event, GoalStatusChanged) and event.cause == Cause.ENDED:
             # It ended with the simulation, when the run was over; until now, its robot may have waited.
             self.stuck = self.stuck or self._stuck()
@@ -299,8 +318,10 @@ class RunLog:
         if not isinstance(event, Event):
             return
         at = occurrence.at + self._story.timeline.offset
-        told = (event.traced or isinstance(event, GoalAccepted)) and not (
-            isinstance(event, GoalStatusChanged) and not GoalStatus(event.status).terminal
+        told = (
+            len(self.lines) < MAX_LINES
+            and (event.traced or isinstance(event, GoalAccepted))
+            and not (isinstance(event, GoalStatusChanged) and not GoalStatus(event.status).terminal)
         )
         if not isinstance(event, FaultEvent | ParticipantEvent):
             self.happenings.append(Happening(at, event, len(self.lines), told))
@@ -314,6 +335,15 @@ class RunLog:
 
     def _close(self, at: int, event: LaneClosed | LaneOpened) -> None:
         self._change("lane", "-".join(event.lane), at, isinstance(event, LaneClosed))
+
+    def _note_queues(self) -> None:
+        """Note whom the robots wait for that have joined a queue with the last event, which tells only their place."""
+        if self._simulator is not None:
+            for name, at in self._queued:
+                robot = self._simulator.robots.get(name)
+                holders = self._simulator.roster.admission.causes.blockers(robot) if robot is not None else ()
+                self.queues[name, at] = tuple(sorted(each.name for each in holders))
+        self._queued.clear()
 
     def _put(self, at: int, event: Teleported | Spawned) -> None:
         name = event.entity

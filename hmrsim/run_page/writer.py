@@ -12,10 +12,11 @@ from hmrsim import __version__
 from hmrsim.drawing import PALETTE, Drawing, marks, type_looks
 from hmrsim.drawing.canvas import element, group, path, text_of, titled
 from hmrsim.history.robots import STATES
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.report.charts import timeline_of
 from hmrsim.report.html import page_around, part, templates
 from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, moments_of
-from hmrsim.run_page.run_log import WIDTH, place_of
+from hmrsim.run_page.run_log import MAX_LINES, WIDTH, place_of
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
             maps=[Markup(_map(run.log)) for run in runs],  # noqa: S704 - escaped by the functions that made it
             rows=[*_rows(reports, length)],
             ticks=timeline_of(reports[0], length=length).ticks,
+            most=MAX_LINES,
+            cut=any(len(run.log.lines) == MAX_LINES for run in runs),
             trees=any(run.log.trees for run in runs),
             states=STATES,
             version=__version__,
@@ -118,11 +121,12 @@ def _map(log: RunLog) -> str:
     still = world.model_copy(update={"robots": {}, "items": {}, "bounds": frame.box})
     drawing = Drawing(still, width=WIDTH, legend=False, colors=_COLORS)
     size = drawing.mark
-    lanes = {f"{lane.from_}-{lane.to}": (lane.from_, lane.to) for lane in world.lanes}
+    changed = dict(log.changes("lane"))
+    lanes = {f"{a}-{b}": (a, b) for lane in world.lanes for a, b in ((lane.from_, lane.to), (lane.to, lane.from_))}
     closed = (
         element("path", titled(f"{name} is closed"), d=path(frame.at(points[end]) for end in ends), data_lane=name)
         for name, ends in lanes.items()
-        if name in dict(log.changes("lane")) or f"{ends[1]}-{ends[0]}" in dict(log.changes("lane"))
+        if name in changed
     )
     doors = (
         element("path", d=path(map(frame.at, door.at)), data_door=name)
@@ -190,7 +194,7 @@ def _robot(log: RunLog, report: Report, name: str) -> dict[str, Any]:
             if span.robot == name and span.state != "idle"
         ],
         "goals": goals,
-        "waits": [_wait(wait) for wait in report.waits if wait.robot == name],
+        "waits": [_wait(log, wait) for wait in report.waits if wait.robot == name],
         "battery": [[round(at, 3), round(share, 4)] for at, share in report.batteries.get(name, ())],
     }
 
@@ -200,9 +204,12 @@ def _goal(goal: Goal) -> list[Any]:
     return [round(goal.accepted, 3), ended, f"{goal.action} {goal.target}".strip(), goal.status.lower()]
 
 
-def _wait(wait: Wait) -> list[Any]:
-    why = f"the queue of {wait.why}" if wait.kind == "dock" else wait.why
-    return [round(wait.began, 3), round(wait.ended, 3), why, wait.robots]
+def _wait(log: RunLog, wait: Wait) -> list[Any]:
+    """Return begin, end, reason and robots of a wait; one in a queue is for the robots that were docked then."""
+    why, robots = wait.why, wait.robots
+    if wait.kind == "dock":
+        why, robots = f"the queue of {wait.why}", log.queues.get((wait.robot, round(wait.began * NANOSECONDS)), ())
+    return [round(wait.began, 3), round(wait.ended, 3), why, robots]
 
 
 def _tree(name: str, tree: Tree) -> dict[str, Any]:

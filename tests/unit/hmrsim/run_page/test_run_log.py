@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+from hmrsim.fault_search.failure_page import run_logged
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
+from hmrsim.run_page import run_log
 from hmrsim.run_page.run_log import Tree
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
@@ -67,3 +69,17 @@ def test_a_tree_may_grow():
 
     assert [0, 1] == [tick.shape for tick in tree.ticks]
     assert [1, 2] == [len(shape) for shape in tree.shapes]
+
+
+def test_a_queue_is_for_the_robots_that_hold_the_dock(waiting):
+    log = waiting[3]
+
+    assert {("eve", 20_000_000_000): ("wall_e",)} == log.queues
+
+
+def test_a_controller_that_runs_away_is_shown_from_its_beginning(check, monkeypatch):
+    monkeypatch.setattr(run_log, "MAX_LINES", 5)
+    _, log = run_logged(check, Case(), Wanted())
+
+    assert 5 == len(log.lines)
+    assert 5 < len(log.happenings)
