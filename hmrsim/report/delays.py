@@ -20,7 +20,7 @@ Part = Literal["assignment", "travel", "handling", "queue", "charging", "traffic
 PARTS: Final[tuple[Part, ...]] = ("assignment", "travel", "handling", "queue", "charging", "traffic", "faults")
 """The parts of an order's lead time."""
 
-_PART_OF: Final[dict[State, Part]] = {
+PART_OF: Final[dict[State, Part]] = {
     "offline": "faults",
     "stopped": "faults",
     "waiting": "traffic",
@@ -29,6 +29,7 @@ _PART_OF: Final[dict[State, Part]] = {
     "busy": "handling",
     "idle": "assignment",
 }
+"""The part of the lead time for which a state of the order's robot counts."""
 
 
 class _Handled(NamedTuple):
@@ -112,4 +113,4 @@ def _parts_of(past: Past, began: int, ended: int) -> Iterator[tuple[Part, int]]:
                 if (wait.kind == "dock" if state == "busy" else wait.kind == "way" and wait.closed)
             )
             yield special, apart
-        yield _PART_OF[state], until - since - apart
+        yield PART_OF[state], until - since - apart

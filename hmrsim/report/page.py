@@ -18,6 +18,7 @@ from hmrsim.report.charts import (
     throughput_chart,
     timeline_of,
 )
+from hmrsim.report.delays import PART_OF
 from hmrsim.report.html import page_around, part, templates
 from hmrsim.trace.sections import restart_text
 from hmrsim.world_checks.loading import world_of
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 _MAX_ROWS: Final = 500
 """Maximum rows of a table; the JSON and the CSV files have all."""
+
+_PART_COLORS: Final = {**{name: state for state, name in PART_OF.items()}, "queue": "offline"}
+"""The state in whose color each part of a lead time is shown."""
 
 
 def page_of(report: Report, definition: Mapping[str, Any]) -> str:
@@ -75,6 +79,7 @@ def _body(report: Report, definition: Mapping[str, Any], kind: str, *, prefix: s
             curves=battery_curves(report),
             most_curves=MAX_BATTERIES,
             states=STATES,
+            part_colors=_PART_COLORS,
             waited_for=_waited_for(report),
             most_rows=_MAX_ROWS,
         )
