@@ -193,6 +193,8 @@ async ([base, VIEW]) => {
     'faults and failures are marks of the past, from which one returns to the present'() {
       const { rewind, hear } = driven();
       hear(4, { kind: 'fault_began', fault: 'slip', name: 'wet', robot: 'wall_e' });
+      equal([4, 4], [rewind.jump(-1).t, rewind.time]);
+      rewind.leave();
       rewind.seek(2);
       equal(['fault', 4], Object.values(rewind.jump(1)).slice(0, 2).reverse());
       equal([4, null], [rewind.time, rewind.jump(1)]);

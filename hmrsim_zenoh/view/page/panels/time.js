@@ -1,137 +1,15 @@
-// The time bars: of a live simulation with pause, step and speed, and of a recording with a scrubber and marks.
+// The time bars: of a live simulation with pause, step and speed, and of a recording; both with a slider of the past.
 
 import { button, el, mark, say, showPlayButton, speedField, speedOption } from './dom.js';
 import { clockWords, lastingWords } from './phrases.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
+const PLAYBACK_SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const AS_FAST_AS_POSSIBLE = 0;
 const MEASURED = 3000; // ms over which the achieved factor is measured
+const STEP = 0.1; // seconds
 const BACK = 5; // seconds
-
-export class TimeBar {
-  constructor(app) {
-    this.app = app;
-    this.pressed = null;
-    this.samples = [];
-    this.play = button('pause', 'Pause', () => this.toggle(), { key: 'space', class: 'round primary' });
-    this.step = button('step', 'Step', () => this.stepOnce(), { key: '.', class: 'round' });
-    this.rewind = app.live.rewind;
-    this.past = new Controls(app, this.rewind, 'Time of the simulation');
-    this.now = el('button', { type: 'button', class: 'button live-button', text: 'Live', title: 'Return to the present (esc)', onclick: () => this.rewind.leave() });
-    this.time = el('output', { class: 'time', 'aria-label': 'Simulated time', 'aria-live': 'off' });
-    this.achieved = el('span', { class: 'achieved' });
-    this.speed = speedField(() => this.#choose());
-    this.#options(SPEEDS);
-    this.element.append(this.play, this.step, el('div', { class: 'time-words' }, this.time, this.achieved),
-      this.past.scrubber.element, this.now, this.speed);
-    app.live.addEventListener('time', () => this.render());
-    for (const change of ['active', 'state']) this.rewind.addEventListener(change, () => app.render());
-  }
-
-  element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
-
-  toggle() {
-    if (this.rewind.active) {
-      this.past.toggle();
-      return;
-    }
-    const paused = this.app.live.timeState?.paused;
-    this.app.orders.ask(paused ? 'resume' : 'pause', () => (paused ? this.app.commands.resume() : this.app.commands.pause()));
-  }
-
-  back() {
-    if (!this.rewind.active) this.rewind.seek(this.rewind.end - BACK);
-    else this.past.stepBy(-BACK);
-  }
-
-  jump(direction) {
-    this.past.jump(direction);
-  }
-
-  stepOnce() {
-    if (this.rewind.active) this.past.stepBy(STEP);
-    else if (!this.app.live.timeState?.paused) this.app.toasts.show('info', 'Pause the simulation first, then step.');
-    else this.app.orders.ask('make a step', () => this.app.commands.step(1));
-  }
-
-  #choose() {
-    const factor = Number(this.speed.value);
-    this.app.orders.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
-  }
-
-  #options(factors) {
-    this.speed.replaceChildren(...factors.map(speedOption), el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
-  }
-
-  render() {
-    const state = this.app.live.timeState;
-    const there = this.app.live.state === 'live' && state !== null;
-    const { active } = this.rewind;
-    for (const control of [this.play, this.step, this.speed]) control.disabled = !there && !active;
-    const now = this.app.now();
-    say(this.time, clockWords(now, 1));
-    mark(document.body, 'data-past', String(active));
-    mark(this.now, 'aria-pressed', String(!active));
-    this.past.scrubber.render(active ? this.rewind.time : this.rewind.end);
-    const [speed, other] = active ? [this.past.speed, this.speed] : [this.speed, this.past.speed];
-    if (!speed.isConnected) other.replaceWith(speed);
-    if (active) {
-      this.#renderPaused(!this.rewind.playing, 'Play');
-      say(this.achieved, `${lastingWords(this.rewind.end - now)} ago`);
-      return;
-    }
-    if (!there) {
-      say(this.achieved, '');
-      return;
-    }
-    this.#renderPaused(state.paused);
-    const lockstep = state.clock === 'lockstep';
-    this.speed.hidden = lockstep;
-    const factor = String(state.real_time_factor);
-    if (![...this.speed.options].some((option) => option.value === factor)) {
-      this.#options([...SPEEDS, state.real_time_factor].sort((a, b) => a - b));
-    }
-    if (document.activeElement !== this.speed && this.speed.value !== factor) this.speed.value = factor;
-    this.#renderAchieved(state, this.#measure(), lockstep);
-  }
-
-  #renderPaused(paused, resume = 'Resume') {
-    if (`${paused}${resume}` === this.pressed) return;
-    this.pressed = `${paused}${resume}`;
-    showPlayButton(this.play, !paused, paused ? resume : 'Pause');
-    mark(this.element, 'data-paused', String(paused));
-  }
-
-  #renderAchieved(state, factor, lockstep) {
-    const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
-    const progress = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
-    const alone = lockstep && !state.participants?.length;
-    let text = `× ${number}`;
-    if (state.paused) text = 'paused';
-    else if (lockstep) text = alone ? 'lockstep · no participants' : `lockstep · ${progress}`;
-    else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
-    else if (factor < 0.05) text = 'idle';
-    say(this.achieved, text);
-    const slow = !state.paused && !lockstep && state.real_time_factor > 0 && factor < 0.85 * state.real_time_factor;
-    mark(this.achieved, 'data-slow', String(slow && this.samples.length > 6));
-    mark(this.achieved, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
-  }
-
-  /** Return the recent simulated seconds per wall second. */
-  #measure() {
-    const [wall, now, { samples }] = [performance.now(), this.app.now(), this];
-    const { paused, real_time_factor: rate } = this.app.live.timeState;
-    if (samples.length && (now < samples[samples.length - 1][1] || rate !== this.rate || paused)) samples.length = 0;
-    this.rate = rate;
-    samples.push([wall, now]);
-    while (samples.length > 2 && samples[0][0] < wall - MEASURED) samples.shift();
-    const [first, before] = samples[0];
-    return wall > first ? ((now - before) * 1000) / (wall - first) : rate;
-  }
-}
-
-const PLAYBACK_SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
-const PARTS = 10000;
+const PARTS = 10000; // of the slider
 const MARKS = 300; // places of marks
 
 /** The slider of a timeline, with its marks; of marks close together only the last is shown. */
@@ -168,23 +46,37 @@ class Scrubber {
   }
 }
 
-/** The controls of a timeline: play, step, jump from mark to mark, and speed. */
-class Controls {
+/** What both bars have: play, time, and the slider and speed of a timeline. */
+class Bar {
   constructor(app, timeline, label) {
-    Object.assign(this, { app, timeline });
-    this.speed = speedField(() => (timeline.speed = Number(this.speed.value)));
-    this.speed.append(...PLAYBACK_SPEEDS.map(speedOption));
-    this.speed.value = String(timeline.speed);
+    Object.assign(this, { app, timeline, pressed: null });
+    this.play = button('play', 'Play', () => this.toggle(), { key: 'space', class: 'round primary' });
+    this.time = el('output', { class: 'time', 'aria-live': 'off', 'aria-label': 'Simulated time' });
+    this.note = el('span', { class: 'achieved' });
+    this.words = el('div', { class: 'time-words' }, this.time, this.note);
     this.scrubber = new Scrubber(timeline, label);
+    this.pace = speedField(() => (timeline.speed = Number(this.pace.value)));
+    this.pace.append(...PLAYBACK_SPEEDS.map(speedOption));
+    this.pace.value = String(timeline.speed);
+    timeline.addEventListener('state', () => app.render());
   }
+
+  element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
 
   toggle() {
     if (this.timeline.playing) this.timeline.pause();
     else this.timeline.play();
   }
 
-  /** Pause, and seek a time some seconds later or earlier. */
-  stepBy(seconds) {
+  stepOnce() {
+    this.#move(STEP);
+  }
+
+  back() {
+    this.#move(-BACK);
+  }
+
+  #move(seconds) {
     this.timeline.pause();
     this.timeline.seek(this.timeline.time + seconds);
   }
@@ -194,50 +86,122 @@ class Controls {
     if (found) this.app.toasts.show('info', `${clockWords(found.t, 1)} ${found.text}`);
     else this.app.toasts.show('info', direction > 0 ? 'No later mark.' : 'No earlier mark.');
   }
+
+  /** Show the time, and whether it stands; *resume* is the label of the button that lets it go on. */
+  show(time, paused, resume) {
+    say(this.time, clockWords(time, 1));
+    this.scrubber.render(time);
+    const pressed = `${paused} ${resume}`;
+    if (pressed === this.pressed) return;
+    this.pressed = pressed;
+    showPlayButton(this.play, !paused, paused ? resume : 'Pause');
+    mark(this.element, 'data-paused', String(paused));
+  }
 }
 
-const STEP = 0.1; // seconds
-
-export class Player {
+export class Player extends Bar {
   constructor(app) {
-    this.app = app;
     const { playback } = app;
-    this.pressed = null;
-    this.controls = new Controls(app, playback, 'Time in the recording');
-    this.play = button('play', 'Play', () => this.toggle(), { key: 'space', class: 'round primary' });
+    super(app, playback, 'Time in the recording');
     const previous = button('previous', 'Previous mark', () => this.jump(-1), { key: '[', class: 'round' });
     const next = button('next', 'Next mark', () => this.jump(1), { key: ']', class: 'round' });
-    this.time = el('output', { class: 'time', 'aria-live': 'off', 'aria-label': 'Time' });
-    this.whole = el('span', { class: 'achieved', text: `of ${clockWords(playback.end)}${playback.truncated ? ', truncated' : ''}` });
-    this.element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Recording' },
-      previous, this.play, next, el('div', { class: 'time-words' }, this.time, this.whole),
-      this.controls.scrubber.element, this.controls.speed);
-  }
-
-  toggle() {
-    this.controls.toggle();
-    this.render();
-  }
-
-  stepOnce() {
-    this.controls.stepBy(STEP);
-  }
-
-  back() {
-    this.controls.stepBy(-BACK);
-  }
-
-  jump(direction) {
-    this.controls.jump(direction);
+    say(this.note, `of ${clockWords(playback.end)}${playback.truncated ? ', truncated' : ''}`);
+    this.element.append(previous, this.play, next, this.words, this.scrubber.element, this.pace);
   }
 
   render() {
-    const { playback } = this.app;
-    if (playback.playing !== this.pressed) {
-      this.pressed = playback.playing;
-      showPlayButton(this.play, this.pressed, this.pressed ? 'Pause' : 'Play');
+    this.show(this.timeline.time, !this.timeline.playing, 'Play');
+  }
+}
+
+export class TimeBar extends Bar {
+  constructor(app) {
+    super(app, app.live.rewind, 'Time of the simulation');
+    this.samples = [];
+    this.step = button('step', 'Step', () => this.stepOnce(), { key: '.', class: 'round' });
+    this.present = el('button', {
+      type: 'button', class: 'button live-button', text: 'Live', title: 'Return to the present (esc)', onclick: () => this.timeline.leave(),
+    });
+    this.speed = speedField(() => this.#choose());
+    this.#options(SPEEDS);
+    this.element.append(this.play, this.step, this.words, this.scrubber.element, this.present, this.speed);
+    app.live.addEventListener('time', () => this.render());
+    this.timeline.addEventListener('active', () => app.render());
+  }
+
+  toggle() {
+    const { commands, live, orders } = this.app;
+    if (this.timeline.active) super.toggle();
+    else if (live.timeState?.paused) orders.ask('resume', () => commands.resume());
+    else orders.ask('pause', () => commands.pause());
+  }
+
+  stepOnce() {
+    const { commands, live, orders, toasts } = this.app;
+    if (this.timeline.active) super.stepOnce();
+    else if (!live.timeState?.paused) toasts.show('info', 'Pause the simulation first, then step.');
+    else orders.ask('make a step', () => commands.step(1));
+  }
+
+  #choose() {
+    const factor = Number(this.speed.value);
+    this.app.orders.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
+  }
+
+  #options(factors) {
+    this.speed.replaceChildren(...factors.map(speedOption), el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
+  }
+
+  render() {
+    const { live: { timeState: state, state: connected } } = this.app;
+    const there = connected === 'live' && state !== null;
+    const { active, time } = this.timeline;
+    for (const control of [this.play, this.step, this.speed]) control.disabled = !there && !active;
+    mark(document.body, 'data-past', String(active));
+    mark(this.present, 'aria-pressed', String(!active));
+    const [speed, other] = active ? [this.pace, this.speed] : [this.speed, this.pace];
+    if (!speed.isConnected) other.replaceWith(speed);
+    this.show(time, active ? !this.timeline.playing : state?.paused === true, active ? 'Play' : 'Resume');
+    if (active) say(this.note, `${lastingWords(this.timeline.end - time)} ago`);
+    else if (there) this.#renderLive(state);
+    else say(this.note, '');
+  }
+
+  #renderLive(state) {
+    const lockstep = state.clock === 'lockstep';
+    this.speed.hidden = lockstep;
+    const factor = String(state.real_time_factor);
+    if (![...this.speed.options].some((option) => option.value === factor)) {
+      this.#options([...SPEEDS, state.real_time_factor].sort((a, b) => a - b));
     }
-    say(this.time, clockWords(playback.time, 1));
-    this.controls.scrubber.render(playback.time);
+    if (document.activeElement !== this.speed && this.speed.value !== factor) this.speed.value = factor;
+    this.#renderAchieved(state, this.#measure(), lockstep);
+  }
+
+  #renderAchieved(state, factor, lockstep) {
+    const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
+    const progress = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
+    const alone = lockstep && !state.participants?.length;
+    let text = `× ${number}`;
+    if (state.paused) text = 'paused';
+    else if (lockstep) text = alone ? 'lockstep · no participants' : `lockstep · ${progress}`;
+    else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
+    else if (factor < 0.05) text = 'idle';
+    say(this.note, text);
+    const slow = !state.paused && !lockstep && state.real_time_factor > 0 && factor < 0.85 * state.real_time_factor;
+    mark(this.note, 'data-slow', String(slow && this.samples.length > 6));
+    mark(this.note, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
+  }
+
+  /** Return the recent simulated seconds per wall second. */
+  #measure() {
+    const [wall, now, { samples }] = [performance.now(), this.app.now(), this];
+    const { paused, real_time_factor: rate } = this.app.live.timeState;
+    if (samples.length && (now < samples[samples.length - 1][1] || rate !== this.rate || paused)) samples.length = 0;
+    this.rate = rate;
+    samples.push([wall, now]);
+    while (samples.length > 2 && samples[0][0] < wall - MEASURED) samples.shift();
+    const [first, before] = samples[0];
+    return wall > first ? ((now - before) * 1000) / (wall - first) : rate;
   }
 }

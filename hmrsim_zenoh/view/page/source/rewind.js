@@ -40,6 +40,15 @@ export class Rewind extends Timeline {
     return this.#live.live();
   }
 
+  /** @returns {number} The time that is shown. */
+  get time() {
+    return this.active ? this._past : this.end;
+  }
+
+  set time(seconds) {
+    this._past = seconds;
+  }
+
   /** @returns {number} The time of the latest sample; infinite before there is any. */
   get latest() {
     return this._keyframes.length ? (this._times.at(-1) ?? this.begin) : Infinity;
