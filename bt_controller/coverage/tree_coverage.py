@@ -231,15 +231,16 @@ class Recorder:
         """Number the nodes, and listen to those that are new."""
         self._failed.clear()
         self._by_number.clear()
+        stop, suspend = self._stop, self._suspend
         for number, (node, about, covered) in enumerate(self._counted()):
             leaf: Any = node if about.sends_goals else None
             seen = _Seen(number, about, covered, leaf)
             self._by_number.append(seen)
             if node not in self._seen:
                 # Not closures, which each run would make anew for each node.
-                node.stop = partial(self._stop, node, node.stop)  # type: ignore[method-assign]
+                node.stop = partial(stop, node, node.stop)  # type: ignore[method-assign]
                 if leaf is not None:
-                    leaf.suspend = partial(self._suspend, leaf, leaf.suspend)
+                    leaf.suspend = partial(suspend, leaf, leaf.suspend)
             self._seen[node] = seen
 
     def _stop(self, node: Behaviour, stop: Callable[[Status], None], new_status: Status = Status.INVALID) -> None:

@@ -46,14 +46,13 @@ class Judge(SelectiveSink):
         cause: Details that the label lacks, such as why the run hangs. Usually empty.
         at: When, in simulated seconds.
         reported: Values that controllers have reported, by name, with the last label under ``label``.
-        counts: How many goals have ended, by status, and how many were accepted.
     """
 
     def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
         self.label = self.cause = ""
         self.at = 0.0
         self.reported: dict[str, Any] = {}
-        self.counts: dict[str, int] = {"accepted": 0, **{status.name.lower(): 0 for status in _ENDED}}
+        self._counts: dict[GoalStatus, int] = dict.fromkeys(GoalStatus, 0)
         self._livelock = Livelock()
         self._endings = endings
         self._checks = [
@@ -68,6 +67,11 @@ class Judge(SelectiveSink):
         # Those are published, whoever wants events.
         self._topics = frozenset({Topic.EVENTS}) if kinds - {GoalChanged, RunReported} else frozenset[Topic]()
         self._end: Callable[[str], None] = lambda _reason: None
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many goals have ended, by status, and how many were accepted."""
+        return {status.name.lower(): self._counts[status] for status in _COUNTED}
 
     @property
     def topics(self) -> Collection[Topic]:
@@ -103,10 +107,11 @@ class Judge(SelectiveSink):
         return handlers.get(kind)
 
     def _note_goal(self, change: GoalChanged) -> None:
-        self._count(change.status)
-        if change.status is GoalStatus.ABORTED:
+        status = change.status
+        self._counts[status] += 1
+        if status is GoalStatus.ABORTED:
             self._note_failure(change.stamp, change, error_of(change.result) if change.result else "")
-        if change.status.terminal:
+        if self._checks and status.terminal:
             self._look(change)
 
     def _note_event(self, output: EventStamped) -> None:
@@ -135,14 +140,8 @@ class Judge(SelectiveSink):
                 self.end(label, simulator.now)
                 return
 
-    def _count(self, status: GoalStatus) -> None:
-        if status is GoalStatus.ACCEPTED:
-            self.counts["accepted"] += 1
-        elif status.terminal:
-            self.counts[status.name.lower()] += 1
 
-
-_ENDED: Final = tuple(status for status in GoalStatus if status.terminal)
+_COUNTED: Final = (GoalStatus.ACCEPTED, *(status for status in GoalStatus if status.terminal))
 
 
 def _check(condition: Ending, reported: Mapping[str, Any]) -> tuple[tuple[type, ...], Check]:
