@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
 from hmrsim.events.robots import MotionBegan
 from hmrsim.events.traffic import GaveUpWaiting, LaneClosed, LaneEvent
 from hmrsim.report.html import in_seconds
@@ -16,6 +19,8 @@ if TYPE_CHECKING:
 
 _ENDS: Final = "no further event"
 _IDLE: Final = "no robot executes a goal, and the controller sends none"
+_ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
+"""The ids of goals, which distinguish nothing."""
 _GRAVE: Final = ("warning", "error")
 _MOST_GRAVE: Final = 8
 """The maximum number of warnings among the key moments."""
@@ -132,7 +137,7 @@ class Moment(NamedTuple):
 
     Attributes:
         at: Seconds since the run began.
-        kind: ``cause``, ``difference``, ``alarm``, ``still``, ``violated`` or ``end``.
+        kind: ``cause``, ``difference``, ``alarm``, ``silent``, ``still``, ``violated`` or ``end``.
         text: What happened.
         beside: What happened in the other run instead; empty if that is not known.
         seen: The number of lines up to its event, if it has one.
@@ -145,7 +150,7 @@ class Moment(NamedTuple):
     seen: int | None = None
 
 
-_ORDER: Final = ("cause", "difference", "alarm", "still", "violated", "end")
+_ORDER: Final = ("cause", "difference", "alarm", "silent", "still", "violated", "end")
 
 
 def moments_of(
@@ -160,10 +165,10 @@ def moments_of(
     alarms = _alarms(log, () if other is None else other.log.lines)
     found += [alarm for alarm in alarms if alarm.seen != differs][:_MOST_GRAVE]
     if failing.at - log.quiet_from > max(_QUIET, failing.at * _QUIET_SHARE):
-        still = [*log.stuck, *log.awaited()][:_MOST_STILL] or [
-            "no robot executes a goal, and the controller sends none"
-        ]
+        still = [*log.stuck, *log.awaited()][:_MOST_STILL] or [_IDLE]
         found.append(Moment(log.quiet_from, "still", "; ".join(still)))
+    if other is not None and difference is not None:
+        found += [*_silent(failing, other, difference)][:_MOST_STILL]
     found += [Moment(at, "violated", text) for at, text in failing.violations[:_MOST_VIOLATED]]
     if more := failing.violations[_MOST_VIOLATED:]:
         found.append(Moment(more[0][0], "violated", f"{len(more)} more, which are among the events"))
@@ -172,11 +177,30 @@ def moments_of(
     return sorted(found, key=lambda moment: (round(moment.at, 6), _ORDER.index(moment.kind)))
 
 
+def _silent(failing: ShownRun, other: ShownRun, difference: Difference) -> Iterator[Moment]:
+    """Yield the robots that get no goal after some time, although they get more in the other run."""
+    last: dict[str, int] = {}
+    for happening in failing.log.happenings:
+        if isinstance(happening.event, (GoalAccepted, GoalStatusChanged, SendGoalRejected)):
+            last[happening.event.robot] = happening.at
+    got, beside = (_goals_from(run.log, difference.at) for run in (failing, other))
+    for robot, at in last.items():
+        since, more = in_seconds(at), beside[robot] - got[robot]
+        if more > 0 and failing.at - since > max(_QUIET, failing.at * _QUIET_SHARE):
+            yield Moment(since, "silent", f"{robot} gets no further goal; in the other run it gets {more} more")
+
+
+def _goals_from(log: RunLog, at: float) -> Counter[str]:
+    """Return how many goals each robot gets from some time on."""
+    events = (each.event for each in log.happenings if in_seconds(each.at) >= at)
+    return Counter(event.robot for event in events if isinstance(event, GoalAccepted))
+
+
 def _alarms(log: RunLog, others: Sequence[Line]) -> Iterator[Moment]:
     """Yield the first warning and error of each text that the other run has not had by then."""
     had: dict[tuple[str, str], float] = {}
     for line in others:
-        had.setdefault((line.subject, line.text), line.at)
+        had.setdefault((line.subject, _ID.sub("", line.text)), line.at)
     closed: set[tuple[float, frozenset[str]]] = set()
     for happening in log.happenings:
         if not happening.told or isinstance(happening.event, GaveUpWaiting):
@@ -190,7 +214,7 @@ def _alarms(log: RunLog, others: Sequence[Line]) -> Iterator[Moment]:
             if lane in closed:
                 continue
             closed.add(lane)
-        key = line.subject, line.text
+        key = line.subject, _ID.sub("", line.text)
         if key not in had or had[key] > line.at:
             had[key] = line.at
             yield Moment(line.at, "alarm", f"{line.subject} {line.text}".lstrip(), seen=happening.line + 1)

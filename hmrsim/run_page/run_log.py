@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
 
+from pydantic import ValidationError
+
+from hmrsim.actions import registry as actions
 from hmrsim.drawing import Drawing
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events import Event
@@ -41,7 +45,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.history.occurrence import Occurrence
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.report.model import Goal, Report
+    from hmrsim.report.model import Report
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
@@ -187,6 +191,7 @@ class RunLog:
         self._simulator: Simulator | None = None
         self._sink: ReportSink | None = None
         self._places = PlaceNames({})
+        self._targets: dict[str, str] = {}
         self._spans: dict[tuple[str, str], list[tuple[float, Any]]] = defaultdict(list)
         self._report: Report | None = None
         self._last = 0
@@ -244,8 +249,11 @@ class RunLog:
             self._story.end(stamp(self._simulator.now))
             source = Source(kind="trace", exact=True, complete=True, notes=tuple(notes_of(self._story)))
             report = report_of(ReportInput(self._story, source, {}, {"name": self.world.name}))
-            goals = tuple(goal.model_copy(update={"target": self._goal_of(goal)}) for goal in report.goals)
-            self._report = report.model_copy(update={"goals": goals})
+            targets = self._targets
+            goals = (
+                goal.model_copy(update={"target": targets.get(goal.goal_id, goal.target)}) for goal in report.goals
+            )
+            self._report = report.model_copy(update={"goals": tuple(goals)})
         return self._report
 
     @property
@@ -272,32 +280,32 @@ class RunLog:
         """Return an event as a sentence, with the names of places."""
         return f"{event.subject} {self._text(event)}".lstrip()
 
-    def _named(self, target: str, at: Point | None) -> str:
-        """Return the summary of a goal with the name of its first point; a pose that was left at the origin is none."""
-        if at is None:
-            return target
-        if at == (0.0, 0.0) and target.startswith("(0, 0), "):
-            return target.removeprefix("(0, 0), ")
-        return target.replace(f"({at[0]:g}, {at[1]:g})", self._places.of(at), 1)
+    def _target(self, event: GoalAccepted) -> str:
+        """Return what a goal asks for in a few words: fields that have no default, with the name of the first point."""
+        action, asked = actions().get(event.action), event.goal
+        if action is not None:
+            with suppress(ValidationError):
+                asked = action.goal.model_validate(asked).model_dump(mode="json", exclude_defaults=True)
+        # A pose at the origin is the default, too.
+        target, at = target_of(asked or event.goal)
+        return target if at is None else target.replace(f"({at[0]:g}, {at[1]:g})", self._places.of(at), 1)
 
     def _stuck(self) -> list[str]:
         if self._simulator is None:
             raise AssertionError
         return [*self._simulator.roster.admission.causes.stuck().values()]
 
-    def _goal_of(self, goal: Goal) -> str:
-        x, y = goal.target_x, goal.target_y
-        return self._named(goal.target, None if x is None or y is None else (x, y))
-
     def _text(self, event: Event) -> str:
-        return event.text({"goal": self._goal, "point": self._point})
+        return event.text({"goal": lambda _goal: self._target_of(event), "point": self._point})
+
+    def _target_of(self, event: Event) -> str:
+        if not isinstance(event, GoalAccepted):
+            return ""
+        target = self._targets[event.goal_id] = self._targets.get(event.goal_id) or self._target(event)
+        return target
 
     def _point(self, at: Any) -> str:
         return self._places.of((float(at[0]), float(at[1])))
-
-    def _goal(self, asked: Any) -> str:
-        target, at = target_of(asked)
-        return self._named(target, at)
 
     def _poses(self, robot: str) -> Poses:
         known = self.poses.get(robot)

@@ -41,13 +41,19 @@ def passing(check):
     return run_logged(check, Case(), Wanted())
 
 
+def planted(name):
+    """Return the check of a planted bug, a case that shows it, its outcome and its log."""
+    bug = yaml.safe_load((PLANTED / "catalogue.yaml").read_text("utf-8"))[name]
+    said = {"world": bug["world"], "controller": bug["bug"], "limits": {"simulated": 600}}
+    check = check_at(CheckFile.model_validate(said), PLANTED)
+    case = Case(tuple(Injection(each.get("fault", each)) for each in bug["shown_by"]))
+    return check, case, *run_logged(check, case, Wanted())
+
+
 @pytest.fixture(scope="session")
 def waiting():
-    """Return the check, case and outcome of a robot that queues for a charger that another one does not leave."""
-    bug = yaml.safe_load((PLANTED / "catalogue.yaml").read_text("utf-8"))["occupied_berth"]
-    said = {"world": bug["world"], "controller": bug["bug"], "limits": {"simulated": 600}}
-    check, case = check_at(CheckFile.model_validate(said), PLANTED), Case(tuple(map(Injection, bug["shown_by"])))
-    return check, case, *run_logged(check, case, Wanted())
+    """Return the check, case, outcome and log of a robot that queues for a charger that another one does not leave."""
+    return planted("occupied_berth")
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,7 @@ from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page import Cause, ShownRun
 from hmrsim.run_page.comparison import first_difference, moments_of
 from tests.porters import check_of
+from tests.unit.hmrsim.run_page.conftest import planted
 
 
 def test_the_first_difference_is_no_fault_but_its_effect(failing, passing):
@@ -80,3 +81,15 @@ def test_the_moment_from_which_nothing_happens_says_why(waiting):
     assert 31.0 == pytest.approx(still.at)
     assert "eve has queued at ward_b since 20 s for 'charger', taken by wall_e; wall_e is docked" in still.text
     assert "the tree of eve runs " in still.text
+
+
+def test_a_robot_that_gets_no_further_goal_is_a_key_moment():
+    """The robot rejects a goal while it is broken down, and the dispatcher takes it for busy from then on."""
+    check, case, outcome, log = planted("busy_stuck")
+    other, beside = run_logged(check, case.with_schedule(()), Wanted())
+    runs = ShownRun("", log, "", outcome.at), ShownRun("", beside, "", other.at)
+    moments = moments_of([], *runs, first_difference(log, beside))
+
+    assert [(6.0, "wall_e gets no further goal; in the other run it gets 12 more")] == [
+        (moment.at, moment.text) for moment in moments if moment.kind == "silent"
+    ]
