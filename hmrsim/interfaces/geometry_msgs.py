@@ -127,6 +127,13 @@ class Twist(Message):
     angular: Vector3 = Field(default_factory=Vector3)
 
 
+class TwistStamped(Message):
+    """A velocity with its frame and time."""
+
+    header: Header = Field(default_factory=Header)
+    twist: Twist = Field(default_factory=Twist)
+
+
 class TwistWithCovariance(Message):
     """A velocity and its covariance."""
 

@@ -1,12 +1,15 @@
-"""Services of hmrsim for which ROS has none: detection, faults, doors, lifts, orders, and the outcome of a run."""
+"""Services of hmrsim for which ROS has none: detection, faults, velocities, doors, lifts, orders, outcomes of runs."""
 
 from __future__ import annotations
+
+from typing import Annotated
 
 from pydantic import Field
 
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.message import Bool, Float64, Int32, Message, String, UInt32
+from hmrsim.interfaces.quantities import ANGLE, SIGNED_SPEED
 from hmrsim.interfaces.simulation_interfaces import Result
 
 
@@ -100,6 +103,22 @@ class GetFaults:
 
         result: Result = Field(default_factory=Result)
         faults: list[Fault] = Field(default_factory=list)
+
+
+class SetVelocity:
+    """Move a robot at velocities for half a second, as on the topic ``cmd_vel`` of ROS."""
+
+    class Request(Message):
+        """The robot, its speed ahead (negative: backwards) in units a second, and its turning rate in rad/s."""
+
+        robot: String = ""
+        linear: Annotated[Float64, SIGNED_SPEED] = 0.0
+        angular: Annotated[Float64, ANGLE] = 0.0
+
+    class Response(Message):
+        """The result; a robot that meets an obstacle stops before it."""
+
+        result: Result = Field(default_factory=Result)
 
 
 class SetDoorState:

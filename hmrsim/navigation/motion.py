@@ -389,9 +389,27 @@ def straight(start: Pose, end: Point, *, speed: float, acceleration: float | Non
     return Piece(start, Pose(*end, start.yaw), leg.length, seconds, leg, profile)
 
 
-def drive_of(piece: Piece) -> Drive:
-    """Return a motion of a single piece."""
-    return _Profiled([piece])
+def steered(start: Pose, speed: float, turning_rate: float, seconds: float) -> Piece:
+    """Return the motion at constant velocities for a short while; a bend is a chord, at whose end the yaw changes.
+
+    Args:
+        start: The pose at the start.
+        speed: Ahead, or backwards if it is negative; in the world's unit a second.
+        turning_rate: Radians a second.
+        seconds: The duration.
+    """
+    angle = turning_rate * seconds
+    if not speed:
+        return Piece(start, Pose(*start.point, start.yaw + angle), 0.0, seconds, turned=angle)
+    length, heading = speed * seconds, start.yaw + angle / 2
+    end = start.x + length * math.cos(heading), start.y + length * math.sin(heading)
+    leg = Leg(start.point, end, abs(length))
+    return Piece(start, Pose(*end, start.yaw + angle), abs(length), seconds, leg)
+
+
+def drive_of(*pieces: Piece) -> Drive:
+    """Return a motion of some pieces."""
+    return _Profiled(pieces)
 
 
 def _turn(made: list[Piece], pose: Pose, yaw: float, turning_rate: float | None) -> Pose:

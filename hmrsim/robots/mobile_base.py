@@ -19,7 +19,7 @@ from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.navigation.motion import Piece
+from hmrsim.navigation.motion import Piece, drive_of, steered
 from hmrsim.robots.motion import Motion
 from hmrsim.robots.vehicle_state import VehicleEvent, VehicleState, next_state
 
@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 _NANOSECOND: Final = 1e-9
 """What belongs to one instant, in seconds: commands come at whole nanoseconds, robots arrive in between."""
+
+_STEERING_STEP: Final = 0.1
+"""Seconds of the straight pieces of a robot that drives a bend at given velocities."""
 
 _NEVER_STOPPED: Final = (-1.0, 0.0)
 """When a vehicle was stopped, and at which run-up, if it never was."""
@@ -375,6 +378,40 @@ class MobileBase:
         self.halt()
         self._route = None
         yield from self._carry_out(driven, VehicleEvent.MANEUVER)
+
+    def steer(self, speed: float, turning_rate: float, seconds: float) -> str:
+        """Move at these velocities for a while, without a goal, until something is in the way or another motion begins.
+
+        Args:
+            speed: Ahead, or backwards if it is negative; no faster than the robot can, with no regard to acceleration.
+            turning_rate: Radians a second; no faster than the robot can.
+            seconds: For how long.
+
+        Returns:
+            What is in the way; or "".
+        """
+        self.halt()
+        self._route = None
+        speed = math.copysign(min(abs(speed), self.speed), speed)
+        rate = min(abs(turning_rate), self.base.turning_rate or math.inf)
+        pieces: list[Piece] = []
+        here, blocked, left = self.motion.rest, "", seconds if speed or rate else 0.0
+        while left > _NANOSECOND and not blocked:
+            step = min(left, _STEERING_STEP)
+            piece = steered(here, speed, math.copysign(rate, turning_rate), step)
+            if speed:
+                end, blocked = self.graph.reach(here.point, piece.end.point, flies=self.flies)
+            if blocked:
+                length = distance(here.point, end)
+                piece = piece.first(step * length / piece.length)
+            if piece.duration > _NANOSECOND:
+                pieces.append(piece)
+            here, left = piece.end, left - step
+        if pieces:
+            self._enter(VehicleEvent.MANEUVER)
+            self._arrived = Event(self._env)
+            self._begin(drive_of(*pieces))
+        return blocked
 
     def move_to(self, pose: Pose) -> None:
         """Stand somewhere else at once; no goal that holds the base may be running."""

@@ -34,7 +34,7 @@ _ROS_TOKENS: Final = ("NN", "MP", "MS", "SC")
 """The kinds of tokens that ROS nodes declare: all except servers, which would pose as the simulator's."""
 _ROS_LOGS: Final = ("rosout", "parameter_events")
 """The topics on which each ROS node publishes."""
-_ROS_GOALS: Final = ("goal_pose",)
+_ROS_GOALS: Final = ("goal_pose", "cmd_vel")
 """The topics of a robot by which ROS nodes drive it."""
 _ROS_PLACING: Final = ("initialpose",)
 """The topics by which they move it as a service of the world does."""

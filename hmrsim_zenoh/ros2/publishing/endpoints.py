@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.diagnostic_msgs import DiagnosticArray
-from hmrsim.interfaces.geometry_msgs import PolygonStamped, PoseStamped, PoseWithCovarianceStamped
+from hmrsim.interfaces.geometry_msgs import PolygonStamped, PoseStamped, PoseWithCovarianceStamped, Twist
 from hmrsim.interfaces.nav_msgs import OccupancyGrid, Odometry, Path
 from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.interfaces.rosgraph_msgs import Clock
@@ -53,7 +53,7 @@ CLOCK, TF = "clock", "tf"
 MAP_TOPIC, TF_STATIC, MARKERS, THINGS = "map", "tf_static", "world/markers", "world/things"
 PLAN, ROBOT_DESCRIPTION, FOOTPRINT, SCAN = "plan", "robot_description", "local_costmap/published_footprint", "scan"
 ROSOUT, DIAGNOSTICS = "rosout", "diagnostics"
-INITIAL_POSE, GOAL_POSE = "initialpose", "goal_pose"
+INITIAL_POSE, GOAL_POSE, CMD_VEL = "initialpose", "goal_pose", "cmd_vel"
 
 
 class TopicKind(NamedTuple):
@@ -92,12 +92,14 @@ TOPICS: Final[Mapping[str, TopicKind]] = MappingProxyType(
         DIAGNOSTICS: TopicKind(DiagnosticArray),
         INITIAL_POSE: TopicKind(PoseWithCovarianceStamped, LOCALIZATION, kind=Kind.SUBSCRIBER),
         GOAL_POSE: TopicKind(PoseStamped, kind=Kind.SUBSCRIBER),
+        # A TwistStamped is read, too.
+        CMD_VEL: TopicKind(Twist, kind=Kind.SUBSCRIBER),
     }
 )
 """The topics by their names below the robot's; the messages are the same in all distributions."""
 
 _OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS, ROSOUT, DIAGNOSTICS)
-_FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE)
+_FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE, CMD_VEL)
 """The topics of a robot that are for RViz and Foxglove, declared after its actions."""
 
 _KEPT: Final = 64

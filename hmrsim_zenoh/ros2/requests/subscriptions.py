@@ -1,4 +1,4 @@
-"""The topics that the simulator reads: RViz's buttons move a robot and send it a goal."""
+"""The topics that the simulator reads: RViz's buttons move a robot and send it a goal, and velocities steer it."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from pydantic import ValidationError
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
+from hmrsim.interfaces.geometry_msgs import TwistStamped
 from hmrsim.interfaces.simulation_interfaces import Result
 from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.protocol.goal import GoalResponse, Refused
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
-from hmrsim_zenoh.ros2.publishing.endpoints import FIRST, GOAL_POSE, INITIAL_POSE, TOPICS
+from hmrsim_zenoh.ros2.publishing.endpoints import CMD_VEL, FIRST, GOAL_POSE, INITIAL_POSE, TOPICS
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
+    from hmrsim_zenoh.ros2.codec.types import MessageType
     from hmrsim_zenoh.ros2.wires import RmwZenoh
 
 _log = logging.getLogger(__name__)
@@ -61,8 +63,14 @@ def _navigate(robot: str, values: Mapping[str, Any], origin: FromTopic) -> Comma
     return SendGoal(robot, FIRST, all_actions()[FIRST].goal.model_validate({"pose": values}), None, origin)
 
 
+def _steer(robot: str, values: Mapping[str, Any], origin: FromTopic) -> Command:
+    twist, service = values.get("twist", values), all_services()["set_velocity"]
+    fields = {"robot": robot, "linear": twist["linear"]["x"], "angular": twist["angular"]["z"]}
+    return CallService(service.name, service.request.model_validate(fields), origin)
+
+
 _COMMANDS: Final[Mapping[str, Callable[[str, Mapping[str, Any], FromTopic], Command]]] = MappingProxyType(
-    {INITIAL_POSE: _teleport, GOAL_POSE: _navigate}
+    {INITIAL_POSE: _teleport, GOAL_POSE: _navigate, CMD_VEL: _steer}
 )
 
 
@@ -88,15 +96,16 @@ class Subscriptions:
         max_payload: int,
     ) -> None:
         self._wire = wire
-        self._types = {topic: message_type(TOPICS[topic].message, wire.distros[0]) for topic in _COMMANDS}
+        types = [(topic, message_type(TOPICS[topic].message)) for topic in _COMMANDS]
+        types.append((CMD_VEL, message_type(TwistStamped)))
+        self._types = {(topic, type_.dds_name): type_ for topic, type_ in types}
         self._serves = serves
         self._put = put
         self._log = log
         self._max_payload = max_payload
-        self._subscribers = [self._subscribe(session, topic) for topic in _COMMANDS]
+        self._subscribers = [self._subscribe(session, topic, type_) for topic, type_ in types]
 
-    def _subscribe(self, session: zenoh.Session, topic: str) -> zenoh.Subscriber[None]:
-        type_ = self._types[topic]
+    def _subscribe(self, session: zenoh.Session, topic: str, type_: MessageType) -> zenoh.Subscriber[None]:
         key = self._wire.key(f"/*/{topic}", type_.dds_name, type_.hash)
         return session.declare_subscriber(key, zenoh.handlers.Callback(self._take))
 
@@ -110,7 +119,7 @@ class Subscriptions:
             self._log(address.name, f"payload of {len(payload)} bytes; at most {self._max_payload} are taken")
             return
         try:
-            values = self._types[topic].decode(payload)
+            values = self._types[topic, address.type].decode(payload)
             self._put(_COMMANDS[topic](robot, values, FromTopic(address.name, self._log)))
         except ValidationError as error:
             self._log(address.name, str(unreadable(error)))

@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from hmrsim.interfaces.geometry_msgs import Twist, TwistStamped
 from hmrsim.interfaces.nav_msgs import GetMap
 from hmrsim.interfaces.simulation_interfaces import DeleteEntity
 from hmrsim_zenoh.ros2.codec.types import message_type, service_type
@@ -175,3 +176,22 @@ def test_the_log_has_the_reason_why_a_button_had_no_effect(live, ros, topic):
 
     assert f"ROS 2: /wall_e/{topic}: " in text
     assert "unknown frame_id 'moon'" in text
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_velocities_steer_a_robot(live, ros, stamped):
+    """Nav2's velocities are of type Twist up to jazzy, and TwistStamped later."""
+    node = ros(live)
+    poses = listen(node, "/eve/odom", "odom")
+    poses.next()
+    zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+    twist = {"linear": {**zero, "x": -1.0}, "angular": zero}
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    node.graph.wait_for(("MS", "/eve/cmd_vel", message_type(Twist).dds_name))
+    type_ = message_type(TwistStamped if stamped else Twist)
+    gid = node.declare("MP", "/eve/cmd_vel", type_.dds_name, type_.hash)
+    key = node.key("/eve/cmd_vel", type_.dds_name, type_.hash)
+    values = {"header": header, "twist": twist} if stamped else twist
+    node.session.put(key, type_.encode(values), attachment=bytes(16) + bytes((16,)) + gid)
+
+    poses.wait(lambda messages: messages[-1]["pose"]["pose"]["position"]["x"] == pytest.approx(8.5))

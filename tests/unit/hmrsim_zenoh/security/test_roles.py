@@ -104,7 +104,7 @@ def test_a_controller_publishes_the_trees_of_its_own_robots():
 
 def test_ros_nodes_publish_goals_of_their_own_robots_and_operators_move_all():
     def may(name):
-        topics = ("eve/goal_pose", "m_o/goal_pose", "eve/initialpose")
+        topics = ("eve/goal_pose", "m_o/cmd_vel", "eve/initialpose")
         keys = (f"0/{topic}/geometry_msgs::msg::dds_::PoseStamped_/{HASH}" for topic in topics)
         return [POLICY.decide(name, "put", "ingress", key).allowed for key in keys]
 
