@@ -236,11 +236,10 @@ async ([base, VIEW, prefix = '']) => {
     'a lift carries robots from stop to stop'() {
       const left = event(1, 'lift_departed', { lift: 'lift', from: 'c', to: 'up', robots: ['eve'] });
       const model = modelOf(left);
-      const state = () => ['stop', 'to', 'carries', 'at'].map((field) => model.lifts.get('lift')[field]);
-      equal(['c', 'up', ['eve'], [10, 10]], state());
-      equal(11, model.lifts.get('lift').arrives);
+      const state = () => ['stop', 'to', 'at'].map((field) => model.lifts.get('lift')[field]);
+      equal(['c', 'up', [10, 10]], state());
       model.apply(event(11, 'lift_arrived', { lift: 'lift', stop: 'up', robots: [] }));
-      equal(['up', null, [], [110, 10]], state());
+      equal(['up', null, [110, 10]], state());
     },
     'faults do what they do, two of a kind one by one'() {
       const lost = (t, kind, name) => event(t, kind, { fault: 'messages_lost', name, robot: 'wall_e' });
@@ -270,7 +269,7 @@ async ([base, VIEW, prefix = '']) => {
       equal({ percentage: 0.6, charging: false }, model.robots.get('wall_e').battery);
       equal([[0, 1], [1, 0.5], [5, 0.6]], model.history.batteries.get('wall_e').points);
       model.apply(event(6, 'battery_empty', { robot: 'wall_e', percentage: 0, at: [1, 2] }));
-      equal(['stopped', 'empty'], [model.robots.get('wall_e').stateAt(6), model.robots.get('wall_e').batteryLevel]);
+      equal('stopped', model.robots.get('wall_e').stateAt(6));
     },
     'robots come and go'() {
       const model = modelOf(event(1, 'spawned', { entity: 'm_o', type: 'nurse', at: [3, 4] }));

@@ -104,11 +104,6 @@ export class Commands {
     return this.connection.get('_world/time/set', { real_time_factor: factor });
   }
 
-  /** Reset time, state and spawned entities. */
-  reset() {
-    return this.#service('reset_simulation', { scope: 0 }, STEP_TIMEOUT);
-  }
-
   async #service(name, request, timeout = 10) {
     const answer = await this.connection.get(`_world/${name}`, request, { timeout });
     if (answer.result?.result === DONE) return answer;

@@ -1,6 +1,5 @@
 /** How events change a model, by the part of the picture that their kind declares in `_world/view`. */
 
-import { rideSeconds } from './fixtures.js';
 import { ACCEPTED, errorOf, isActive } from './goals.js';
 import { motionsOf } from './motion.js';
 
@@ -84,11 +83,8 @@ export const CHANGES = new Map(
     'fixtures.door'(model, { door, state, locked }) {
       model.setDoor(door, locked === undefined ? { state } : { state, locked });
     },
-    'fixtures.lift'(model, { lift: name, moves, stop, from, to, robots: carries = [] }, time) {
-      model.setLift(name, (lift) => {
-        if (!moves) return { stop, to: null, departed: null, arrives: null, carries };
-        return { stop: from, to, departed: time, arrives: time + rideSeconds(lift, from, to), carries };
-      });
+    'fixtures.lift'(model, { lift, moves, stop, from, to }) {
+      model.setLift(lift, moves ? { stop: from, to } : { stop, to: null });
     },
     closed_lanes(model, { lane, closed, why = 'closed' }) {
       model.closeLane(lane, closed ? why : null);
@@ -100,7 +96,7 @@ export const CHANGES = new Map(
     faults(model, { kind: _, t: __, stamp: ___, active, ...fault }, time) {
       const known = active ? fault : model.faults.get(fault.name);
       if (!known?.name) return;
-      if (active) model.faults.set(known.name, { ...known, since: time });
+      if (active) model.faults.set(known.name, known);
       else model.faults.delete(known.name);
       model.setFaultActive(known, active, time);
     },
@@ -108,16 +104,10 @@ export const CHANGES = new Map(
       model.demand.note(event, time);
       model.touch('orders');
     },
-    participants(model, { participant, present }, time) {
-      if (present) model.participants.set(participant, time);
-      else model.participants.delete(participant);
-    },
-    planner_present(model, { present }) {
-      model.plannerPresent = present === true;
-    },
-    simulation_state(model, { state = null }) {
-      model.simulationState = state;
-    },
+    // Events of these parts are only logged.
+    participants: doNothing,
+    planner_present: doNothing,
+    simulation_state: doNothing,
     // The source also gets the scene again, as the event does not contain all changes.
     scene(model, { scope }, time) {
       if ((scope || 255) & STATE_SCOPE) model.beginAnew(time);
@@ -129,6 +119,8 @@ export const CHANGES = new Map(
     },
   }),
 );
+
+function doNothing() {}
 
 /** Return a change of the event's robot, if the robot is known. */
 function ofRobot(then) {
@@ -175,7 +167,6 @@ function changeDock(model, { robot: name, dock, state, position = 1 }) {
 
 function changeBattery(model, robot, event, time) {
   const { level, disables, enables, at, percentage = robot.battery?.percentage ?? 0 } = event;
-  if (level !== undefined) robot.batteryLevel = level;
   if (disables) robot.disable(disables, `battery ${level} at ${spot(at)}`);
   if (enables) robot.disable(enables, null);
   model.setCharge(robot, time, percentage, event.charging ?? robot.battery?.charging ?? false);

@@ -8,9 +8,6 @@
  * @property {string} stop The cabin's stop; while it moves, the stop that it has left.
  * @property {Point} at The position of the stop.
  * @property {string|null} to The destination.
- * @property {number|null} departed
- * @property {number|null} arrives
- * @property {string[]} carries The robots in it.
  * @typedef {import('./world.js').LiftSpec & LiftState} Lift
  *
  * @typedef {import('./world.js').DockSpec & {docked: string[], queue: string[]}} Dock The robots in it, and those that
@@ -24,7 +21,7 @@ export function newDoor(spec) {
 
 /** Return the initial state of a lift. */
 export function newLift(spec) {
-  return moved({ ...spec, to: null, departed: null, arrives: null, carries: [] }, { stop: spec.at });
+  return moved({ ...spec, to: null }, { stop: spec.at });
 }
 
 /** Return the initial state of a dock. */
@@ -40,7 +37,7 @@ export function moved(lift, more) {
 
 /**
  * Fixtures from a scene's tags, by kind. The tags are those of hmrsim/fixtures/.
- * @type {Record<string, (fixture: any, tags: string[], time: number) => object>}
+ * @type {Record<string, (fixture: any, tags: string[]) => object>}
  */
 export const FROM_TAGS = {
   dock: (dock, tags) => ({ ...dock, docked: after(tags, 'docked:'), queue: after(tags, 'queued:') }),
@@ -48,18 +45,12 @@ export const FROM_TAGS = {
     const state = ['open', 'opening', 'closed'].find((word) => tags.includes(word)) ?? door.state;
     return { ...door, state, locked: tags.includes('locked'), jammed: tags.includes('jammed') };
   },
-  lift(lift, tags, time) {
+  lift(lift, tags) {
     const [stop = lift.stop] = after(tags, 'at:');
     const [to = null] = after(tags, 'to:');
-    const { departed, arrives } = to !== null && to === lift.to ? lift : { departed: to && time, arrives: null };
-    return moved(lift, { stop, to, departed, arrives, carries: after(tags, 'carries:') });
+    return moved(lift, { stop, to });
   },
 };
-
-/** Return the seconds from stop to stop, including the doors' times. */
-export function rideSeconds(lift, from, to) {
-  return Math.abs(lift.stops.indexOf(to) - lift.stops.indexOf(from)) * lift.travel_time + 2 * lift.door_time;
-}
 
 function after(tags, prefix) {
   return tags.filter((tag) => tag.startsWith(prefix)).map((tag) => tag.slice(prefix.length));
@@ -73,7 +64,7 @@ export function applyFault(model, fault, begins, time) {
   if (changes === 'jammed') model.setDoor(fault.door, { jammed: all.some(({ door }) => door === fault.door) });
   const robot = model.robots.get(fault.robot);
   if (!robot) return;
-  EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, begins, time });
+  EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, time });
 }
 
 /** Update which doors are locked after a lane was closed or opened. */
@@ -98,8 +89,5 @@ const EFFECTS = new Map(Object.entries({
   sensors(robot, all) {
     const blind = (name) => all.some(({ sensor }) => (sensor ?? name) === name);
     robot.sensors = robot.sensors.map((sensor) => ({ ...sensor, blind: blind(sensor.name) }));
-  },
-  speed(robot, _all, { fault, begins }) {
-    if (robot.speed && fault.factor > 0) robot.speed *= begins ? fault.factor : 1 / fault.factor;
   },
 }));

@@ -21,15 +21,11 @@ function loadScene(model, scene) {
   const fixtures = { dock: model.docks, door: model.doors, lift: model.lifts };
   for (const { name, kind, tags = [] } of scene?.fixtures ?? []) {
     const known = fixtures[kind]?.get(name);
-    if (known) fixtures[kind].set(name, FROM_TAGS[kind](known, tags, time));
+    if (known) fixtures[kind].set(name, FROM_TAGS[kind](known, tags));
   }
   model.closedLanes = new Map();
   for (const { lane, why = '' } of scene?.closed_lanes ?? []) if (lane) model.closedLanes.set(lane.join('|'), why);
-  const before = model.faults;
-  model.faults = new Map();
-  for (const fault of scene?.faults ?? []) {
-    model.faults.set(fault.name, { ...fault, since: before.get(fault.name)?.since ?? null });
-  }
+  model.faults = new Map((scene?.faults ?? []).map((fault) => [fault.name, fault]));
   for (const dock of model.docks.values()) {
     dock.queue.forEach((name, i) => {
       const robot = model.robots.get(name);
@@ -60,7 +56,6 @@ function loadRobot(model, robot, said, time) {
   model.world.typeIndex(robot.type);
   robot.radius = said.radius ?? 0;
   robot.flies = said.flies === true;
-  robot.speed = said.speed ?? null;
   robot.connected = said.connected !== false;
   robot.dock = said.dock ?? null;
   robot.holds = said.holds ?? [];
@@ -142,7 +137,6 @@ export class Model extends State {
       this.world = new World(world);
       this.leaveWorld();
     }
-    this.participants = new Map();
     this.items = new Map();
     this.beginAnew(0);
     this.beginTime(0);
@@ -152,7 +146,6 @@ export class Model extends State {
   /** @param {object} info `_world/info`. */
   loadInfo(info) {
     this.info = info;
-    this.plannerPresent = info?.planner_present === true;
     for (const said of info?.robots ?? []) this.inform(this.robots.get(said.name), said);
     this.touch('robots');
   }

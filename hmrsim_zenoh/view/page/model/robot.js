@@ -29,7 +29,6 @@ export class Robot {
     this.type = type;
     this.radius = 0; // the radius of the footprint; 0 for none
     this.flies = false;
-    this.speed = null; // the current speed limit
     this.connected = true; // whether messages from it arrive
     this.motion = null; // the current or latest motion; null after a stop, and while it waits
     this.waits = false; // whether it is blocked on its path
@@ -43,8 +42,6 @@ export class Robot {
     this.holds = NONE; // the items that it carries
     this.ailments = WELL; // the reasons for which it is disabled, by cause
     this.battery = null;
-    /** @type {''|'low'|'critical'|'empty'} The battery level last reported. */
-    this.batteryLevel = '';
     this.sensors = NONE;
     this.detections = NONE; // the latest detections
     this.goals = NONE; // its active goals, in order of acceptance

@@ -9,14 +9,14 @@ import { Tail } from './tail.js';
 import { World } from './world.js';
 
 const EVENTS = 5000;
-const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'participants', 'trees'];
+const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'trees'];
 
 /**
  * @typedef {import('./goals.js').Goal} Goal
  * @typedef {{name: string, weight: number, at: import('./motion.js').Point|null, carrier: string|null}} Item
  * @typedef {{t: number, kind: string, [field: string]: any}} LoggedEvent An event, and its time `t`.
  * @typedef {{t: number, robots: string[], lanes: string[][]}} Deadlock
- * @typedef {{name: string, fault: string, since: number|null, robot?: string, lane?: string[], door?: string}} Fault
+ * @typedef {{name: string, fault: string, robot?: string, lane?: string[], door?: string}} Fault
  */
 
 /** The state of a model. */
@@ -36,9 +36,6 @@ export class State extends EventTarget {
     this.closedLanes = new Map(); // the reasons of closed lanes by `from|to`
     this.faults = new Map(); // the active faults
     this.deadlocks = []; // the deadlocks of which no robot has moved yet
-    this.participants = new Map(); // the participants in lockstep, with the time of joining
-    this.plannerPresent = false; // whether an external planner is connected
-    this.simulationState = null; // 0 stopped, 1 playing, 2 paused; null if unknown
     this.goalList = new Goals();
     this.demand = new Demand();
     this.trees = new Map(); // the latest message of each robot's behavior tree
@@ -59,9 +56,9 @@ export class State extends EventTarget {
 
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
-    const { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState } = this;
+    const { world, forms, texts, info, time, deadlocks } = this;
     return {
-      plain: { world, forms, texts, info, time, deadlocks, plannerPresent, simulationState },
+      plain: { world, forms, texts, info, time, deadlocks },
       robots: Array.from(this.robots.values(), (robot) => robot.saved()),
       maps: Object.fromEntries(MAPS.map((name) => [name, new Map(this[name])])),
       goals: this.goalList.saved(),
@@ -106,7 +103,6 @@ export class State extends EventTarget {
     const robot = new Robot(name, kind);
     robot.radius = base?.radius ?? 0;
     robot.flies = base?.flies === true;
-    robot.speed = base?.speed ?? null;
     if (start) robot.put(this.time, start.at[0], start.at[1], start.yaw);
     this.inform(robot, robotsOf(this.info).get(name));
     this.world.typeIndex(kind);
@@ -154,7 +150,7 @@ export class State extends EventTarget {
   }
 
   setLift(name, more) {
-    this._change(this.lifts, name, (lift) => moved(lift, more(lift)));
+    this._change(this.lifts, name, (lift) => moved(lift, more));
   }
 
   setDock(name, more) {
@@ -241,7 +237,6 @@ export class State extends EventTarget {
     robot.holds = [];
     robot.goals = [];
     robot.detections = [];
-    robot.batteryLevel = '';
     robot.script = null;
     if (robot.battery) robot.battery = { percentage: 1, charging: false };
   }
