@@ -1,9 +1,10 @@
 """The inbox of the simulation: queries and commands in order of arrival.
 
-Over Zenoh one channel has the queries of all keys, and the simulation thread drains it. As long as time is not paced,
-no Python runs in Zenoh's threads for a query: the simulation thread takes it from the channel, or blocks on the channel
-when it is idle. A channel has no wait with a timeout, so a paced simulation has a second thread that forwards queries
-to a condition variable, which has one.
+Over Zenoh one channel has the queries of all keys, and the simulation thread drains it. No Python runs in Zenoh's
+threads for a query: the simulation thread takes it from the channel, or blocks on the channel when it is idle. A
+channel has no wait with a timeout. Where time is paced, a second thread blocks on the channel in place of the
+simulation thread, forwards one query to a condition variable, and leaves the channel to the simulation thread until its
+next wait: while that thread computes, Python lets another one run only every 5 ms.
 
 Each further key expression has its own channel and a thread that always forwards its queries: the simulation thread
 can block on one channel only. Forwarding costs 0.1 ms a query where time is not paced.
@@ -16,7 +17,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from functools import partial
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, NamedTuple
 
 import zenoh
@@ -144,7 +145,10 @@ class ChannelInbox(QueryInbox):
         self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
         self._asleep = False
-        self._forwarder: threading.Thread | None = None
+        # Whether the second thread reads the channel. It reads when it gets True, and ends when it gets False.
+        self._lent = False
+        self._orders: SimpleQueue[bool] = SimpleQueue()
+        self._deputy: threading.Thread | None = None
         # Not complete: Zenoh would not query a controller that serves its trees below the same prefix.
         self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
         self._channel = self._queryable.handler
@@ -160,7 +164,7 @@ class ChannelInbox(QueryInbox):
     ) -> None:
         """Serve a further key expression until `leave`; *refuse* also answers queries after `close`."""
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
-        self._further.append((queryable, self._start_forwarder(queryable.handler, Reader(decode, refuse))))
+        self._further.append((queryable, _started(self._forward, queryable.handler, Reader(decode, refuse))))
 
     def arrived(self) -> int:
         """Return how many queries have arrived so far, including those taken."""
@@ -182,10 +186,7 @@ class ChannelInbox(QueryInbox):
         """Add a query of another queryable; by default it is decoded like those on the first key expression."""
         reader = reader or self._reader
         with self._changed:
-            taken = len(self._queries) < self._max_waiting and not self.closed
-            if taken:
-                self._queries.append((reader, query))
-                self._changed.notify()
+            taken = self._add(query, reader)
         if taken:
             self._wake()
         else:
@@ -194,12 +195,15 @@ class ChannelInbox(QueryInbox):
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
         self._prepare(None)
-        if timeout is None and self._forwarder is None:
+        if timeout is None and not self._lent:
             self._sleep()
             return
-        if self._forwarder is None:
-            self._forwarder = self._start_forwarder(self._channel, self._reader)
         with self._changed:
+            if not self._lent and not self.waiting and not self.closed:
+                self._lent = True
+                self._orders.put(True)
+                if self._deputy is None:
+                    self._deputy = _started(self._deputize)
             self._changed.wait_for(lambda: self.waiting or self.closed, timeout)
 
     def close(self) -> None:
@@ -212,8 +216,9 @@ class ChannelInbox(QueryInbox):
             self._queryable.undeclare()
         except zenoh.ZError as error:
             _log.debug("undeclaring the queryable: %s", error)
-        if self._forwarder is not None:
-            self._forwarder.join(_CLOSE_SECONDS)
+        if self._deputy is not None:
+            self._orders.put(False)
+            self._deputy.join(_CLOSE_SECONDS)
 
     def leave(self) -> None:
         """Undeclare the queryables and end all threads; after `close`."""
@@ -242,13 +247,30 @@ class ChannelInbox(QueryInbox):
             except zenoh.ZError as error:
                 _log.debug("the session was closed: %s", error)
 
-    def _start_forwarder(self, channel: Channel, reader: Reader) -> threading.Thread:
-        forwarder = threading.Thread(target=partial(self._forward, channel, reader), name="hmrsim-queries", daemon=True)
-        forwarder.start()
-        return forwarder
+    def _add(self, query: zenoh.Query, reader: Reader) -> bool:
+        """Add a query, with the lock held; return False if too many wait, or the inbox is closed."""
+        if len(self._queries) >= self._max_waiting or self.closed:
+            return False
+        self._queries.append((reader, query))
+        self._changed.notify()
+        return True
+
+    def _deputize(self) -> None:
+        """Forward the next query of the channel whenever it is lent, and refuse those after the end."""
+        while self._orders.get():
+            taken = False
+            while not taken:
+                query = _recv(self._channel)
+                if query is None:
+                    return
+                with self._changed:
+                    taken = self._add(query, self._reader)
+                    self._lent = not taken
+                if not taken:
+                    self._reader.refuse(query)
 
     def _forward(self, channel: Channel, reader: Reader) -> None:
-        """Forward queries from a channel to the condition variable until the channel is closed."""
+        """Forward queries from a further channel to the condition variable until the channel is closed."""
         while (query := _recv(channel)) is not None:
             self.put_query(query, reader)
 
@@ -258,7 +280,7 @@ class ChannelInbox(QueryInbox):
         With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
         which is near.
         """
-        if self._forwarder is not None:
+        if self._lent:
             return False
         try:
             query = self._channel.recv() if block or self.closed else self._channel.try_recv()
@@ -268,6 +290,12 @@ class ChannelInbox(QueryInbox):
         if query is not None:
             self._queries.append((self._reader, query))
         return query is not None
+
+
+def _started(run: Callable[..., None], *args: object) -> threading.Thread:
+    thread = threading.Thread(target=run, args=args, name="hmrsim-queries", daemon=True)
+    thread.start()
+    return thread
 
 
 def _recv(channel: Channel) -> zenoh.Query | None:
