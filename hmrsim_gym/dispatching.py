@@ -9,11 +9,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from hmrsim.actions import registry
 from hmrsim.geometry import distance
+from hmrsim.interfaces.geometry_msgs import Point as PointMessage
+from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
+from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import OrderState
@@ -24,6 +28,7 @@ from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
+    from hmrsim.interfaces.message import Message
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.demand import Demand, Order
     from hmrsim.simulation.simulator import Simulator
@@ -306,8 +311,12 @@ def _joined(client: Client) -> Lockstep:
     return lockstep
 
 
-Step: TypeAlias = tuple[str, Mapping[str, Any]]
-"""The name of an action, and a goal in plain values."""
+Step: TypeAlias = tuple[str, "Message"]
+"""The name of an action, and a goal."""
+
+_KEPT: Final = 4096
+"""The number of goals to drive that are kept."""
+_PICKUP, _PLACE = Pickup.Goal(), Place.Goal()
 
 
 class Errand:
@@ -344,21 +353,24 @@ class Errand:
             self._then(False)
 
 
+@lru_cache(_KEPT)
 def go(point: Point) -> Step:
     """Return the goal to drive to a point."""
-    return "navigate_to_pose", {"pose": {"pose": {"position": {"x": point[0], "y": point[1]}}}}
+    x, y = point
+    return "navigate_to_pose", NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=PointMessage(x=x, y=y))))
 
 
 def pick_up(item: str) -> Step:
     """Return the goal to pick up an item."""
-    return "pickup", {"target_name": item}
+    # Copies are not validated: large messages would take most of the time of a decision.
+    return "pickup", _PICKUP.model_copy(update={"target_name": item})
 
 
 def put_down(item: str) -> Step:
     """Return the goal to put down an item at the robot's position."""
-    return "place", {"attached_object_name": item}
+    return "place", _PLACE.model_copy(update={"attached_object_name": item})
 
 
 def dock(name: str) -> Step:
     """Return the goal to drive into a dock."""
-    return "dock_robot", {"dock_id": name}
+    return "dock_robot", DockRobot.Goal(dock_id=name)
