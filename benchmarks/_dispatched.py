@@ -27,7 +27,7 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.random_fleets.oracle import lifts
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.traffic.policies._nearness import rooms_of_waypoints
+from hmrsim.traffic.nearness import rooms_of_waypoints
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point

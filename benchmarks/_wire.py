@@ -13,7 +13,7 @@ import zenoh
 
 from benchmarks._fleet import Wanderers, loaded, plan_everything
 from benchmarks._processes import Child, child, wait_for_end
-from hmrsim.cli.trace_file import TraceFile
+from hmrsim.cli.replay import TraceFile
 from hmrsim.program.memory import collect_rarely
 from hmrsim_zenoh.hosting.host import Host
 from hmrsim_zenoh.wire.options import SessionOptions

@@ -16,7 +16,7 @@ from benchmarks._report import Row
 from benchmarks._spread import Spread
 from benchmarks._timing import Rounds, Variant, interleaved
 from benchmarks._wire import BARE, BARE_PAYLOAD, ask, served
-from hmrsim.cli.trace_file import TraceFile
+from hmrsim.cli.replay import TraceFile
 from hmrsim.program.memory import collect_rarely
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator

@@ -7,8 +7,7 @@ Start ``hmrsim run examples/battery_guard.yaml --clock lockstep`` first, then ru
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.battery_guard import BatteryGuard
-from bt_controller.behaviours.robot_actions import Dock, GoTo
+from bt_controller import BatteryGuard, Dock, GoTo
 
 
 def round_trip() -> Behaviour:

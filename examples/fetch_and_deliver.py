@@ -7,7 +7,7 @@ Start ``hmrsim run scenario1 --clock lockstep`` first, then run
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
+from bt_controller import GoTo, Pickup, Place
 
 
 def deliver() -> Behaviour:

@@ -8,7 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel, Sequence
 
-from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
+from bt_controller import GoTo, Pickup, Place
 
 
 def hand_over(robots: list[str]) -> Behaviour:

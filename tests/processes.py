@@ -122,8 +122,8 @@ def _loaded() -> dict[str, Callable[[], int]]:
     import hmrsim.cli.event_log  # noqa: PLC0415
     import hmrsim.cli.goal_text  # noqa: PLC0415
     import hmrsim.cli.names  # noqa: PLC0415
+    import hmrsim.cli.replay  # noqa: PLC0415
     import hmrsim.cli.run  # noqa: PLC0415
-    import hmrsim.cli.trace_file  # noqa: PLC0415
     from hmrsim.simulation.simulator import Simulator  # noqa: PLC0415
     from hmrsim.world_checks import load_world  # noqa: PLC0415
 

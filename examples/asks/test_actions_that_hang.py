@@ -8,7 +8,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector
 from py_trees.decorators import Timeout
 
-from bt_controller.behaviours.robot_actions import GoTo
+from bt_controller import GoTo
 from hmrsim.testing import simulation
 
 SLOW = {"type": "slip", "robot": "mocha", "factor": 0.001, "at": 0}

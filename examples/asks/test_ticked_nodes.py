@@ -7,7 +7,7 @@ https://github.com/splintered-reality/py_trees/issues/230.
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector
 
-from bt_controller.behaviours.robot_actions import GoTo
+from bt_controller import GoTo
 from hmrsim.testing import simulation
 
 

@@ -9,7 +9,7 @@ import time
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from bt_controller.behaviours.robot_actions import GoTo, Wait
+from bt_controller import GoTo, Wait
 from hmrsim.testing import simulation
 
 

@@ -14,8 +14,7 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.connection import OPERATOR, connected, in_run
-from hmrsim.cli.exits import ExitCode, Refused, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, Refused, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import indented, show, show_json, show_result, values, warn, yaml_flow, yaml_text
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import add_commands

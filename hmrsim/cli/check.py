@@ -11,8 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.options import add_json, count, jobs
+from hmrsim.cli.options import ExitCode, WrongUse, add_json, count, jobs
 from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.errors import CheckError, Problem, printable
 from hmrsim.program.command_line import Later
@@ -215,7 +214,7 @@ def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
 
 
 def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
-    from hmrsim.cli.trace_file import difference_from
+    from hmrsim.cli.replay import difference_from
     from hmrsim.fault_search.story import LONG, events_of
     from hmrsim.fault_search.summary import by_begin
 
@@ -263,7 +262,7 @@ def check_trace(args: argparse.Namespace) -> int:
 
 
 def _checked(path: Path, properties: Properties) -> Checked:
-    from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
+    from hmrsim.cli.replay import errors_of, is_recording, lines_of
     from hmrsim.cli.worlds import show_findings
     from hmrsim.properties import check_recording
     from hmrsim.properties import check_trace as check_lines

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.check import CONTROLLERS
-from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
 from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError

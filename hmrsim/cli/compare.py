@@ -9,8 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json, number_in
+from hmrsim.cli.options import ExitCode, add_json, number_in
 from hmrsim.cli.output import show, show_json, show_result, show_table, warn
 from hmrsim.errors import TraceError, printable, reason_of
 

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.options import ExitCode
 from hmrsim.cli.output import show
 from hmrsim.errors import HmrsimError
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import Refused
+from hmrsim.cli.options import Refused
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.wire.options import session_options

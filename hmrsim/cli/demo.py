@@ -13,8 +13,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json
+from hmrsim.cli.options import ExitCode, add_json
 from hmrsim.cli.output import warn
 from hmrsim.errors import HmrsimError
 from hmrsim.program.files import check_outputs
@@ -103,7 +102,7 @@ def _demo(args: argparse.Namespace) -> int:
 
 def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[str]:
     """Check the options, and return the command line of the simulator."""
-    from hmrsim.cli.trace_file import check_writable
+    from hmrsim.cli.replay import check_writable
     from hmrsim.cli.view import check_page, check_port
     from hmrsim.world.files import find
     from hmrsim.world.overlays.overlay import overlays_of

@@ -10,8 +10,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_connection_options, add_json, ros_domain_of_environment
+from hmrsim.cli.options import ExitCode, add_connection_options, add_json, ros_domain_of_environment
 from hmrsim.cli.output import show_json, show_result
 from hmrsim.errors import printable
 from hmrsim.program.command_line import Later

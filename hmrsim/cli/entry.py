@@ -140,8 +140,8 @@ def _run(argv: Sequence[str] | None) -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else _DONE
     except HmrsimError as error:
-        from hmrsim.cli import exits
+        from hmrsim.cli import options
 
-        print(exits.text_of(error), file=sys.stderr)
-        return exits.code_of(error)
+        print(options.text_of(error), file=sys.stderr)
+        return options.code_of(error)
     return code

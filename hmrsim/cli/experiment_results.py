@@ -9,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import show, show_json, show_result, show_table
 from hmrsim.errors import ResultsError, printable
 from hmrsim.experiments.repeats import note_of

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
+from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show, show_json, show_result, warn
-from hmrsim.cli.trace_file import difference_from
+from hmrsim.cli.replay import difference_from
 from hmrsim.errors import ResultsError
 from hmrsim.experiments.campaign import Campaign, Progress
 from hmrsim.experiments.checking import check_file

@@ -8,8 +8,7 @@ import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
 from hmrsim.protocol.goal import GoalStatus

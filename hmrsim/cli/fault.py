@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.cli.connection import OPERATOR, call, connected
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import columns, show, show_result, yaml_flow
 from hmrsim.diagnostics import instead, shown
 from hmrsim.program.command_line import add_commands

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 
 from pydantic import ValidationError
 
-from hmrsim.cli.exits import WrongUse
+from hmrsim.cli.options import WrongUse
 from hmrsim.diagnostics import dotted, shown
 from hmrsim.documents import yaml_text
 from hmrsim.errors import HmrsimError

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json, add_world_options, positive
+from hmrsim.cli.options import ExitCode, add_json, add_world_options, positive
 from hmrsim.cli.output import counted, show_result
 from hmrsim.errors import WorldError
 from hmrsim.program.command_line import Later, add_commands

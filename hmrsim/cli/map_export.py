@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.options import number_in
+from hmrsim.cli.options import ExitCode, WrongUse, number_in
 from hmrsim.cli.output import check_target, show, show_result, warn, write_whole
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import Drawing, Overlay, Weak

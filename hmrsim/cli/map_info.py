@@ -9,7 +9,7 @@ from dataclasses import asdict
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.options import ExitCode
 from hmrsim.cli.output import columns, counted, show_result
 from hmrsim.cli.worlds import policy_line, read_world
 from hmrsim.documents.document import read_text

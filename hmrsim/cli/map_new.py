@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.options import add_json
+from hmrsim.cli.options import ExitCode, WrongUse, add_json
 from hmrsim.cli.output import check_target, columns, show, show_result, warn, write_whole
 from hmrsim.settings.option import MAX_COUNT, shortened
 

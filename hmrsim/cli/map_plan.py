@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse
 from hmrsim.cli.output import columns, show_result
 from hmrsim.cli.worlds import read_world
 from hmrsim.diagnostics import instead

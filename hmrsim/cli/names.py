@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.actions import registry
 from hmrsim.cli.connection import Info, connected
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import show_result
 from hmrsim.diagnostics import instead
 from hmrsim.protocol.goal import WORLD

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import WrongUse
+from hmrsim.cli.options import WrongUse
 from hmrsim.errors import printable
 from hmrsim.program.files import unwritable
 

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.connection import connected
 from hmrsim.cli.event_log import text_of
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_connection_options, add_json, positive
+from hmrsim.cli.options import ExitCode, add_connection_options, add_json, positive
 from hmrsim.cli.output import show_json, warn
 from hmrsim.errors import printable
 from hmrsim.events import Severity

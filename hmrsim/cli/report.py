@@ -10,8 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.options import add_json, count
+from hmrsim.cli.options import ExitCode, WrongUse, add_json, count
 from hmrsim.cli.output import show, show_table, warn
 from hmrsim.errors import TraceError, printable
 from hmrsim.program.files import STDOUT, check_outputs, unwritable, write_text
@@ -148,7 +147,7 @@ def _read(path: Path, section: int | None) -> list[ReportInput]:
     Raises:
         TraceError: It can't be read, is neither a trace nor a recording, or has no such section.
     """
-    from hmrsim.cli.trace_file import errors_of, is_recording, lines_of
+    from hmrsim.cli.replay import errors_of, is_recording, lines_of
     from hmrsim.report import of_recording, of_trace
     from hmrsim_zenoh.recording import open_recording
 

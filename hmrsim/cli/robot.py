@@ -8,8 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.connection import connected
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, add_connection_options, add_json
 from hmrsim.cli.output import columns, show_result
 from hmrsim.program.command_line import add_commands
 from hmrsim.protocol.goal import GoalStatus

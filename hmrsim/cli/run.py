@@ -16,8 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json, add_world_argument, ros_domain_of_environment
+from hmrsim.cli.options import ExitCode, add_json, add_world_argument, ros_domain_of_environment
 from hmrsim.cli.output import show_result, warn
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.files import check_outputs
@@ -111,7 +110,7 @@ class _Resolved:
 
 def _run(args: argparse.Namespace) -> int:
     from hmrsim import plugins
-    from hmrsim.cli.trace_file import TraceFile
+    from hmrsim.cli.replay import TraceFile
     from hmrsim.cli.view import check_page, check_port, viewed
     from hmrsim.cli.worlds import FirstFindings, read_world, show_warnings
     from hmrsim.program.memory import Heap

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim.cli.exits import ExitCode, WrongUse
-from hmrsim.cli.options import ros_domain_of_environment
+from hmrsim.cli.options import ExitCode, WrongUse, ros_domain_of_environment
 from hmrsim.cli.output import columns, show_result
 from hmrsim.cli.security import VARIABLE
 from hmrsim.settings.arguments import read_settings, reader_of

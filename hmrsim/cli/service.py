@@ -11,8 +11,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import OPERATOR, connected, look_for_simulator
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import show, show_result, yaml_text
 from hmrsim.diagnostics import instead, shown
 from hmrsim.errors import HmrsimError

@@ -8,8 +8,7 @@ import time
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json, add_world_options
+from hmrsim.cli.options import ExitCode, add_json, add_world_options
 from hmrsim.cli.output import show, show_json, show_table, warn
 from hmrsim.program.files import check_outputs
 from hmrsim.program.log_options import add_log_options, log_level, logging_to_stderr
@@ -50,7 +49,7 @@ examples:
 def _simulate(args: argparse.Namespace) -> int:
     from hmrsim import plugins
     from hmrsim.cli.event_log import EventLog, GoalCounter
-    from hmrsim.cli.trace_file import TraceFile
+    from hmrsim.cli.replay import TraceFile
     from hmrsim.cli.worlds import policy_line, read_world, show_warnings
     from hmrsim.program.memory import collect_rarely
     from hmrsim.simulation.scripts import ScriptState

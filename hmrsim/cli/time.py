@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import OPERATOR, call, connected
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, add_connection_options, add_json
 from hmrsim.cli.output import show_result
 from hmrsim.program.command_line import add_commands
 

@@ -14,8 +14,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import connected, look_for_simulator
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse
-from hmrsim.cli.options import add_connection_options, add_json, count
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json, count
 from hmrsim.cli.output import show, show_json, show_result, warn, yaml_text
 from hmrsim.diagnostics import instead
 from hmrsim.program.command_line import add_commands

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
-from hmrsim.cli.exits import ExitCode
-from hmrsim.cli.options import add_json
+from hmrsim.cli.options import ExitCode, add_json
 from hmrsim.cli.output import show_result
 from hmrsim.errors import reason_of
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
@@ -210,7 +209,7 @@ def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) 
         endpoints: The endpoints of the simulator.
         options: The options of the simulator's session.
     """
-    from hmrsim_zenoh.wire.endpoints import from_here
+    from hmrsim_zenoh.wire.options import from_here
 
     if view is None:
         yield None

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from hmrsim.components import Component
-from hmrsim.components._sensor import Sensor, SensorSettings
+from hmrsim.components import Component, Sensor, SensorSettings
 from hmrsim.geometry import SAME_PLACE, distance, heading, turn
 
 if TYPE_CHECKING:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hmrsim.components import Component
-from hmrsim.components._sensor import Sensor, SensorSettings
+from hmrsim.components import Component, Sensor, SensorSettings
 
 
 class ProximitySettings(SensorSettings):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from hmrsim.components._sensor import Sensor
+from hmrsim.components import Sensor
 from hmrsim.faults import Case, FaultType, Name, Spell
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hmrsim.random_fleets.layers import Layer
 from hmrsim.random_fleets.relaxation import Relaxation
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.random_fleets.places import Move, Places

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.geometry import SAME_PLACE, Obstacles, Point, crosses, distance, foot, gap
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.nearness import touch
 from hmrsim.world.model import Waypoint
 
 if TYPE_CHECKING:

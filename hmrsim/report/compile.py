@@ -27,7 +27,7 @@ from hmrsim.report.goals import count_waits
 from hmrsim.report.html import as_text, in_seconds, rounded, times
 
 if TYPE_CHECKING:
-    from hmrsim.history.faults import Fault
+    from hmrsim.history.history import Fault
     from hmrsim.report.goals import GoalRecord, WaitRecord
     from hmrsim.report.model import Source
     from hmrsim.report.robots import Track

@@ -12,7 +12,7 @@ from hmrsim.events.robots import BATTERIES, BatteryEvent, MotionBegan, Stopped
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.events.traffic import WentOn
 from hmrsim.history.facilities import Docks, Doors, Lanes, Lifts
-from hmrsim.history.faults import Faults
+from hmrsim.history.history import Faults
 from hmrsim.history.items import Orders
 from hmrsim.history.motion import Motion, motion_in
 from hmrsim.history.occurrence import (

@@ -6,7 +6,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hmrsim.components._sensor import Sensor
+from hmrsim.components import Sensor
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.geometry import Pose, distance, turn
 from hmrsim.interfaces.vision_msgs import Detection3DArray

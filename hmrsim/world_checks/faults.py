@@ -10,8 +10,8 @@ from pydantic import ValidationError
 
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
+from hmrsim.components import SensorSettings
 from hmrsim.components import registry as components
-from hmrsim.components._sensor import SensorSettings
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest

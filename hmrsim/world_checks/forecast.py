@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
 from hmrsim.topology.bottlenecks import SingleTracks
+from hmrsim.traffic.nearness import rooms_of_waypoints
 from hmrsim.traffic.policies import settings_of
-from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.network import nearest

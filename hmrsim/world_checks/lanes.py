@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, instead, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
+from hmrsim.traffic.nearness import near_slots
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.policies._nearness import near_slots
 from hmrsim.world.model import PlainLanes
 from hmrsim.world.network import Pairs
 from hmrsim.world.segments import SegmentGrid, cells_around

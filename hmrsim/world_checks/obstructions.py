@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hmrsim.diagnostics import Finding, listed, warning
 from hmrsim.geometry import METER, SAME_PLACE, Obstacles, distance
+from hmrsim.traffic.nearness import rooms_of_waypoints, touch
 from hmrsim.traffic.policies import settings_of
-from hmrsim.traffic.policies._nearness import rooms_of_waypoints, touch
 from hmrsim.traffic.policies.priority import PrioritySettings
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY

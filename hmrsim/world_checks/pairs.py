@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import Finding
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.traffic.nearness import comparisons, widest
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.policies._nearness import comparisons, widest
 from hmrsim.world_checks.lanes import known_lanes, lane_ends
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from hmrsim.diagnostics import Finding, instead, shown, warning
 from hmrsim.documents.validation import explain
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.goals.script_orders import read_order
+from hmrsim.traffic.nearness import rooms_of_waypoints
 from hmrsim.traffic.policies import registry as policies
-from hmrsim.traffic.policies._nearness import rooms_of_waypoints
 from hmrsim.traffic.policies.reserve import ReserveSettings
 from hmrsim.world.model import DEFAULT_POLICY
 from hmrsim.world.network import nearest

@@ -12,7 +12,7 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
-from hmrsim_zenoh.wire.endpoints import DEFAULT_ENDPOINT
+from hmrsim_zenoh.wire.options import DEFAULT_ENDPOINT
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash

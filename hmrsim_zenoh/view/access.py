@@ -22,7 +22,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from hmrsim_zenoh.wire.endpoints import is_loopback
+from hmrsim_zenoh.wire.options import is_loopback
 
 if TYPE_CHECKING:
     import asyncio

@@ -28,7 +28,7 @@ from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.view.access import Gate, NamedProtocol
 from hmrsim_zenoh.view.sources import MAX_PAGES
 from hmrsim_zenoh.wire.enclave import AUTHORITY, CERTIFICATE, KEY
-from hmrsim_zenoh.wire.endpoints import is_loopback
+from hmrsim_zenoh.wire.options import is_loopback
 
 if TYPE_CHECKING:
     from contextlib import AbstractAsyncContextManager

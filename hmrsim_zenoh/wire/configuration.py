@@ -13,7 +13,7 @@ from hmrsim.errors import reason_of
 from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.enclave import PROTOCOLS
-from hmrsim_zenoh.wire.endpoints import address_of, is_loopback
+from hmrsim_zenoh.wire.options import address_of, is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

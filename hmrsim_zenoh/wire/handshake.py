@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.wire.enclave import AUTHORITY, CERTIFICATE, KEY
-from hmrsim_zenoh.wire.endpoints import address_of
+from hmrsim_zenoh.wire.options import address_of
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.wire.enclave import Enclave

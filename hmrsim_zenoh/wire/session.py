@@ -16,9 +16,8 @@ import zenoh
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.configuration import base_config, first_line
 from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
-from hmrsim_zenoh.wire.endpoints import check_endpoint, with_port
 from hmrsim_zenoh.wire.handshake import why_denied
-from hmrsim_zenoh.wire.options import SessionOptions
+from hmrsim_zenoh.wire.options import SessionOptions, check_endpoint, with_port
 
 _log = logging.getLogger(__name__)
 

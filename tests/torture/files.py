@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Final
 
 import bt_controller.cli
 from hmrsim.cli import main as hmrsim
-from hmrsim.cli.trace_file import lines_of
+from hmrsim.cli.replay import lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.properties import Monitor, check_properties, check_recording, check_trace, properties_of, read_properties

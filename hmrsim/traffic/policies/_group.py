@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.navigation.cache import Memo
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.traffic.admission import Admission

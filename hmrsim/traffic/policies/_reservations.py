@@ -12,12 +12,12 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.nearness import touch
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.navigation.route import Leg
-    from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.nearness import Near
     from hmrsim.traffic.rules import Vehicle
 
 _NOTHING: Final[Mapping[Vehicle, Sequence[int]]] = MappingProxyType({})

@@ -11,7 +11,7 @@ from hmrsim.traffic.rules import by_rank
 if TYPE_CHECKING:
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.admission import Admission
-    from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.nearness import Near
     from hmrsim.traffic.policies._reservations import Slots
     from hmrsim.traffic.policies._ways import Way, Ways
     from hmrsim.traffic.rules import Vehicle

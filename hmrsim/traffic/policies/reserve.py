@@ -21,8 +21,8 @@ from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
+from hmrsim.traffic.nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies import Policy, Settings
-from hmrsim.traffic.policies._nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
 from hmrsim.traffic.rules import by_rank
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
     from hmrsim.traffic.admission import Admission
-    from hmrsim.traffic.policies._nearness import Near
+    from hmrsim.traffic.nearness import Near
     from hmrsim.traffic.rules import Vehicle
     from hmrsim.world.model import World
 

@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.cli import main
-from hmrsim.cli.exits import ExitCode
+from hmrsim.cli.options import ExitCode
 from hmrsim.explanations import explanations
 from hmrsim.faults import registry as faults
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes

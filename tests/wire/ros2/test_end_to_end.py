@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from hmrsim.actions import registry
-from hmrsim.cli.trace_file import TraceFile
+from hmrsim.cli.replay import TraceFile
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait

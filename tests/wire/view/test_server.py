@@ -17,7 +17,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim_zenoh.errors import BadOptions, PortTaken
 from hmrsim_zenoh.view.server import ViewServer
 from hmrsim_zenoh.view.sources import Recorded
-from hmrsim_zenoh.wire.endpoints import is_loopback
+from hmrsim_zenoh.wire.options import is_loopback
 from tests.wire.view.pages import fetched, opened, viewed
 
 

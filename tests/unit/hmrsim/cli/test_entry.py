@@ -10,7 +10,7 @@ import pytest
 
 from hmrsim import __version__
 from hmrsim.cli import main
-from hmrsim.cli.exits import ExitCode, UnknownName, WrongUse, code_of, text_of
+from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, code_of, text_of
 from hmrsim.errors import HmrsimError, Problem, WorldError
 from hmrsim.program import command_line
 from hmrsim_zenoh.errors import (

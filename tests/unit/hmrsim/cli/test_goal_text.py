@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.exits import WrongUse
 from hmrsim.cli.goal_text import one_line, read_goal, read_yaml, without_defaults
+from hmrsim.cli.options import WrongUse
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup

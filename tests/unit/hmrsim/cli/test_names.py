@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.exits import UnknownName, WrongUse
 from hmrsim.cli.names import Service, actions, find_action, find_topic, services, topics
+from hmrsim.cli.options import UnknownName, WrongUse
 from hmrsim_zenoh.wire.keys import Keys
 
 INFO = {

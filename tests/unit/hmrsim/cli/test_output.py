@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from hmrsim.cli.exits import UnknownName, WrongUse
+from hmrsim.cli.options import UnknownName, WrongUse
 from hmrsim.cli.output import show_json, yaml_text
 from hmrsim.cli.topic import field_of, field_path
 

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from hmrsim.cli import main, trace_file
-from hmrsim.cli.trace_file import TraceFile
+from hmrsim.cli import main, replay
+from hmrsim.cli.replay import TraceFile
 from hmrsim.events.traffic import LaneOpened
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.settings.run import RunSettings
@@ -124,7 +124,7 @@ def test_an_unwritable_trace_is_wrong_use(tmp_path, capsys):
 
 
 def test_a_line_without_end_is_not_read_into_memory(trace, capsys, monkeypatch):
-    monkeypatch.setattr(trace_file, "_MAX_CHARACTERS", 100)
+    monkeypatch.setattr(replay, "_MAX_CHARACTERS", 100)
 
     assert 2 == main(["replay", str(trace)])
     assert f"hmrsim: {trace}: line 1 has more than 100 characters\n" == capsys.readouterr().err

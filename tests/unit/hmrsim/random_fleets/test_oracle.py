@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.random_fleets.oracle import orders_of, reaches, solve
 from hmrsim.random_fleets.places import Places
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.traffic.policies._nearness import touch
+from hmrsim.traffic.nearness import touch
 from hmrsim.world.model import World
 from tests.profiles import examples
 

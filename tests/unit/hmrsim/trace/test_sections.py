@@ -7,7 +7,7 @@ import json
 import pytest
 
 from hmrsim.cli import main
-from hmrsim.cli.trace_file import difference_from
+from hmrsim.cli.replay import difference_from
 from hmrsim.errors import TraceError
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal

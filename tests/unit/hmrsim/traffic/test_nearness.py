@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hmrsim.geometry import gap
 from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.topics import Topic
-from hmrsim.traffic.policies._nearness import near_slots
+from hmrsim.traffic.nearness import near_slots
 from tests.profiles import examples
 from tests.simulation import simulate
 from tests.unit.hmrsim.traffic.runs import end, go, under

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from hmrsim.traffic.policies import _nearness
-from hmrsim.traffic.policies._nearness import comparisons, near_slots
+from hmrsim.traffic import nearness
+from hmrsim.traffic.nearness import comparisons, near_slots
 from hmrsim.world_checks import load_world
 from hmrsim.world_checks.loading import world_of
 from hmrsim.world_checks.pairs import MAX_PAIRS, check_pairs
@@ -117,9 +117,9 @@ def test_files_have_no_such_limit():
 
 def test_the_estimate_equals_the_number_of_comparisons(monkeypatch):
     compared: list[int] = []
-    compare = _nearness._compare
+    compare = nearness._compare
     monkeypatch.setattr(
-        _nearness,
+        nearness,
         "_compare",
         lambda shapes, *rest: (compared.append(len(shapes) * (len(shapes) - 1) // 2), compare(shapes, *rest)),
     )
