@@ -114,8 +114,7 @@ class _Minimal:
         began, number, over = time.process_time(), 0, False
         observation, _ = self._env.reset(seed=seed)
         while not over:
-            choices = observation[:, 0]
-            observation, _, _, over, _ = self._env.step(int(choices[choices > 0.0].argmin()) if choices.any() else 0)
+            observation, _, _, over, _ = self._env.step(nearest(observation))
             number += 1
         return number, time.process_time() - began
 
