@@ -353,7 +353,10 @@ class Pacing:
                 simulator.advance(max(target, simulator.now))
 
     def _take_commands(self, most: int = _COMMANDS_AT_ONCE) -> int:
-        """Submit at most so many commands of the inbox; return how many there were."""
+        """Submit at most so many commands of the inbox; return how many there were.
+
+        Those after a reset wait: before them, lockstep has to begin anew.
+        """
         for taken in range(most):
             command = self._inbox.poll()
             if command is None:
@@ -361,6 +364,8 @@ class Pacing:
             if self._retention is not None:
                 self._retention.apply(self._simulator)
             self.submit(command)
+            if self._generation != self._simulator.generation:
+                return taken + 1
         return most
 
     def _take_waiting(self, target: float) -> None:

@@ -11,9 +11,10 @@ import pytest
 from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import Advance, GetResult, Inbox, SendGoal
+from hmrsim.interfaces.simulation_interfaces import ResetSimulation
+from hmrsim.protocol.commands import Advance, CallService, GetResult, Inbox, SendGoal
 from hmrsim.protocol.outputs import EventStamped
-from hmrsim.protocol.time import Join, TokenSeen
+from hmrsim.protocol.time import Join, ReadTime, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing import pacing, result_retention
@@ -298,3 +299,23 @@ def test_no_participant_is_dropped_for_the_time_that_the_simulator_was_stopped(m
     watchdog._run()
 
     assert [*range(101, 104), *range(168, 173)] == looks
+
+
+def test_a_request_that_comes_with_a_reset_finds_lockstep_begun_anew():
+    class Immediate(Inbox):
+        def wait(self, timeout):
+            """Return at once."""
+
+    run, inbox = simulate(), Immediate()
+    pace = Pacing(run.simulator, inbox, None, RunSettings(clock="lockstep"))
+    for command in (Join("nurse", "joined"), Advance("nurse", 0, 3.0, reply_to="granted")):
+        inbox.put(command)
+    pace.run_until_idle()
+    assert 1 == pace.lockstep.epoch
+
+    inbox.put(CallService("reset_simulation", ResetSimulation.Request(), "reset"))
+    inbox.put(ReadTime("time"))
+    pace.run_until_idle()
+
+    (state,) = run.log.answers("time")
+    assert (0, 0.0) == (state.epoch, state.now)
