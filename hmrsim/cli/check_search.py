@@ -24,7 +24,7 @@ from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.story import passes
 from hmrsim.program.files import write_text
 from hmrsim.trials.batches import factory_of
-from hmrsim.trials.trial import TIMEOUT
+from hmrsim.trials.trial import DIED, TIMEOUT
 from hmrsim.world.overlays.overlay import setting
 
 if TYPE_CHECKING:
@@ -93,7 +93,11 @@ def _write_page(path: Path, check: Check, summary: Summary) -> None:
     if not summary.findings:
         warn(f"--page {path}: not written, since no failure was found")
         return
-    case = summary.findings[0].case
+    # A run that kills its process would end this command, too.
+    case = next((each.case for each in summary.findings if each.outcome.ending != DIED), None)
+    if case is None:
+        warn(f"--page {path}: not written, since the controller kills the process of its run")
+        return
     outcome, log = run_logged(check, case, VERDICTS)
     write_text("--page", path, failure_page(check, case, outcome, log))
     warn(f"page: {path}")

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from hmrsim.cli.check import check_trace
+from hmrsim.cli.check_search import _write_page
 from hmrsim.cli.entry import main
 from hmrsim.errors import PropertyError, TraceError
 from hmrsim.testing import simulation
@@ -362,3 +363,11 @@ def test_a_trace_has_no_such_page(capsys):
     assert check("--trace", "run.jsonl", "--page", "a.html") == 2
 
     assert "--page a.html: a trace has no run beside it; `hmrsim report` shows it" in capsys.readouterr().err
+
+
+def test_a_run_that_kills_its_process_has_no_page(folder, capsys):
+    """To repeat it would end the command, too."""
+    finding = Namespace(case=None, outcome=Namespace(ending="died"))
+    _write_page(folder / "a.html", None, Namespace(findings=[finding]))
+
+    assert "not written, since the controller kills the process of its run" in capsys.readouterr().err
