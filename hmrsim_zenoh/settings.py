@@ -97,11 +97,11 @@ class Ros2Settings(Settings):
         ),
     ] = None
     ros_distro: Annotated[
-        tuple[Literal["jazzy", "kilted", "lyrical"], ...],
+        tuple[Literal["jazzy", "kilted", "lyrical", "rolling"], ...],
         Option(
             "use only the types of this distribution, because type hashes differ between distributions; repeatable",
             group="ROS 2",
-            default_text="with --ros2 those of all: jazzy, kilted, lyrical",
+            default_text="with --ros2 those of all: jazzy, kilted, lyrical, rolling",
         ),
     ] = ()
     ros2dds: Annotated[

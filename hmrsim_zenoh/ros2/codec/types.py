@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
 
-DISTROS: Final = ("jazzy", "kilted", "lyrical")
+DISTROS: Final = ("jazzy", "kilted", "lyrical", "rolling")
 """The supported distributions, oldest first."""
 
 OURS: Final = "kilted"
@@ -144,6 +144,10 @@ _DIFFERENCES: Final[Mapping[str, Mapping[str, Difference]]] = MappingProxyType(
 )
 
 
+_SAME_AS: Final = {"rolling": "lyrical"}
+"""Distributions whose types are all those of another one."""
+
+
 @cache
 def structure_in(distro: str, ours: Structure) -> Structure:
     """Return a type in a distribution: the same object if it does not differ.
@@ -153,6 +157,8 @@ def structure_in(distro: str, ours: Structure) -> Structure:
     """
     if distro not in DISTROS:
         raise ValueError(f"no distribution {distro!r}; there are {', '.join(DISTROS)}")
+    if distro in _SAME_AS:
+        return structure_in(_SAME_AS[distro], ours)
     difference = _DIFFERENCES[distro].get(ours.name, Difference())
     fields = tuple(_fields(distro, ours, difference))
     return ours if fields == ours.fields else Structure(difference.name or ours.name, fields)

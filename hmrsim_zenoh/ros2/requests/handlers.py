@@ -40,7 +40,7 @@ _log = logging.getLogger(__name__)
 
 _REJECTED: Final = CancelGoalService.Response.ERROR_REJECTED
 _UNKNOWN: Final = CancelGoalService.Response.ERROR_UNKNOWN_GOAL_ID
-_REJECT_EARLY: Final = frozenset({"lyrical"})
+_REJECT_EARLY: Final = frozenset({"lyrical", "rolling"})
 """The distributions whose Nav2 rejects some goals that earlier ones accept and abort."""
 _STAMP: Final = 1
 """The stamp of rejected goals in nanoseconds: ROS reads 0 as "unset"."""

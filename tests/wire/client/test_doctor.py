@@ -183,7 +183,7 @@ def test_many_clients_of_a_node_are_grouped_and_abridged():
 def test_a_client_of_humble_is_reported_with_both_hashes_and_advice():
     assert (
         f"/nav is incompatible with {SEND}: its hash is {NO_HASH} (humble), the server's {HASH} "
-        "(jazzy, kilted, lyrical); humble is not supported; use jazzy, kilted or lyrical"
+        "(jazzy, kilted, lyrical, rolling); humble is not supported; use jazzy, kilted, lyrical or rolling"
     ) == text(ros(client(hash_=NO_HASH)))
 
 

@@ -104,7 +104,8 @@ def test_a_client_of_another_distribution_is_reported_with_a_remedy(network):
     (told,) = network.warned(1)
     assert (
         f"ROS domain 7: client /nav_client is incompatible with {NAME}: its hash is {JAZZY} (jazzy), the server's "
-        f"{KILTED} (kilted, lyrical); start `hmrsim run --ros2` with --ros-distro jazzy, or without --ros-distro"
+        f"{KILTED} (kilted, lyrical, rolling); start `hmrsim run --ros2` with --ros-distro jazzy, or without "
+        "--ros-distro"
     ) == told
 
 
@@ -209,7 +210,7 @@ def test_a_client_without_a_token_is_reported_at_its_first_request(network):
 
     (told,) = network.warned(1)
     assert f"{OTHER} (of an unknown distribution)" in told
-    assert told.endswith("build the client's workspace against nav2_msgs of kilted or lyrical")
+    assert told.endswith("build the client's workspace against nav2_msgs of kilted, lyrical or rolling")
 
 
 def test_the_id_of_a_client_that_goes_is_the_hash_of_its_declared_token(network):
@@ -295,23 +296,23 @@ def test_thousands_of_invented_sessions_do_not_fill_the_log(network):
 
 
 def test_distributions_can_share_a_type():
-    assert {JAZZY: ("jazzy",), KILTED: ("kilted", "lyrical")} == known()[TYPE]
+    assert {JAZZY: ("jazzy",), KILTED: ("kilted", "lyrical", "rolling")} == known()[TYPE]
 
 
 def test_a_distribution_is_served_if_all_its_types_are():
     feedback = "nav2_msgs::action::dds_::NavigateThroughPoses_FeedbackMessage_"
     (kilteds,) = (hash_ for hash_, distros in known()[feedback].items() if distros == ("kilted",))
 
-    assert ("kilted", "lyrical") == distros_of({(TYPE, KILTED)})
+    assert ("kilted", "lyrical", "rolling") == distros_of({(TYPE, KILTED)})
     assert ("kilted",) == distros_of({(TYPE, KILTED), (feedback, kilteds), ("x", "y")})
     assert () == distros_of({("x", "y")})
 
 
 def test_humble_is_not_served():
     """Its keys have no hash."""
-    assert (
-        "humble is not supported; use jazzy, kilted or lyrical" == difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
-    )
+    remedy = difference((TYPE, NO_HASH), [(TYPE, JAZZY)]).remedy
+
+    assert "humble is not supported; use jazzy, kilted, lyrical or rolling" == remedy
 
 
 @pytest.mark.parametrize(

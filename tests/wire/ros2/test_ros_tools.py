@@ -58,7 +58,7 @@ class BasicNavigator:
         return self._result.result(0)["status"]
 
 
-@pytest.fixture(params=["jazzy", "kilted", "lyrical"])
+@pytest.fixture(params=["jazzy", "kilted", "lyrical", "rolling"])
 def navigator(request, serve, ros):
     """Return Nav2's client of one robot, for each distribution; a lane takes half a second."""
     return BasicNavigator(ros(serve(real_time_factor=8.0), request.param), "wall_e")

@@ -31,7 +31,7 @@ DISTROS = ("--ros-distro", "lyrical", "--ros-distro", "jazzy", "--ros-distro", "
     ("words", "domain", "expected"),
     [
         ((), None, ()),
-        (("--ros2",), None, (RmwZenoh(0, ("jazzy", "kilted", "lyrical")),)),
+        (("--ros2",), None, (RmwZenoh(0, ("jazzy", "kilted", "lyrical", "rolling")),)),
         (("--ros2",), "7", (RmwZenoh(7),)),
         (("--ros2", "--ros-domain-id", "8"), "7", (RmwZenoh(8),)),
         (("--ros2", "--ros2dds", *DISTROS), None, (RmwZenoh(0, ("lyrical", "jazzy")), Ros2Dds("lyrical"))),
@@ -72,7 +72,7 @@ def test_variables_of_ros_runs_are_ignored_in_other_runs(monkeypatch):
         (("--ros-domain-id", "3"), "hmrsim: --ros-domain-id is for --ros2; add that\n"),
         (("--ros-domain-id", "3", "--ros2dds"), "hmrsim: --ros-domain-id is for --ros2; add that\n"),
         (("--ros-distro", "jazzy"), "hmrsim: --ros-distro is for --ros2 and --ros2dds; add one of them\n"),
-        (("--ros2", "--ros-distro", "foxy"), "no ros-distro 'foxy'; there are jazzy, kilted, lyrical"),
+        (("--ros2", "--ros-distro", "foxy"), "no ros-distro 'foxy'; there are jazzy, kilted, lyrical, rolling"),
         (
             ("--ros2", "--ros-domain-id", "233"),
             "--ros-domain-id: '233' is not a domain id; expected a whole number from 0 to 232",

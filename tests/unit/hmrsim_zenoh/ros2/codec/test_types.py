@@ -138,7 +138,7 @@ def test_distinct_types(part: str, expected: int) -> None:
 
 def test_unknown_distribution() -> None:
     """The error lists the supported distributions."""
-    with pytest.raises(ValueError, match="no distribution 'humble'; there are jazzy, kilted, lyrical"):
+    with pytest.raises(ValueError, match="no distribution 'humble'; there are jazzy, kilted, lyrical, rolling"):
         message_type(Time, "humble")
 
 
