@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -54,20 +53,6 @@ _Route = tuple[Callable[..., "list[AnyCommand]"], tuple[Any, ...]]
 """The method of `Requests` that decodes the queries on a key, and its arguments after the query."""
 
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
-
-
-@dataclass(frozen=True, slots=True)
-class _Latched:
-    """A latched key and the topic whose latest value it holds."""
-
-    key: zenoh.KeyExpr
-    topic: Topic
-    robot: str = ""
-    action: str = ""
-
-    def reading(self, reply_to: PendingReply) -> AnyCommand:
-        """Return the command that reads it."""
-        return ReadTime(reply_to) if self.topic is Topic.TIME else Read(self.topic, self.robot, self.action, reply_to)
 
 
 class Requests:
@@ -260,7 +245,7 @@ class Requests:
         """Return one reading for each latched key that a key expression matches; wildcards serve readings only."""
         wanted = zenoh.KeyExpr(pattern)
         fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
-        latched = [item for item in self._latched if wanted.intersects(item.key)]
+        latched = [(key, reading) for key, reading in self._latched if wanted.intersects(key)]
         if not fixed and not latched and (query.payload is not None or any(map(wanted.intersects, self._goals))):
             raise UnreadableError("a request is for one robot and one action; name them, without wildcards")
         if fixed or latched:
@@ -270,27 +255,30 @@ class Requests:
             query.reply(self._keys.world(topic), payload(), encoding=mime)
         if not latched:
             query.drop()
-        shared = SharedQuery(query)
-        return [item.reading(PendingReply(shared.add_share(), str(item.key))) for item in latched]
+        shared = SharedQuery(query, len(latched))
+        return [reading._replace(reply_to=PendingReply(shared, str(key))) for key, reading in latched]
 
     @cached_property
-    def _latched(self) -> list[_Latched]:
-        """All latched keys whose latest value is read in the simulation."""
+    def _latched(self) -> list[tuple[zenoh.KeyExpr, Read | ReadTime]]:
+        """All latched keys whose latest value is read in the simulation, and the commands that read it."""
         keys = self._keys
-        topics = {**_WORLD_TOPICS, Topic.TIME.value: Topic.TIME}
-        found = [_Latched(zenoh.KeyExpr(keys.world(name)), topic) for name, topic in topics.items()]
         of_world = [name for name, action in self._actions.items() if action.of_world]
-        for robot in self._serves:
-            found += [
-                _Latched(zenoh.KeyExpr(keys.topic(robot, name)), topic, robot) for name, topic in ROBOT_TOPICS.items()
-            ]
-        for robot, actions in {**self._serves, WORLD: of_world}.items():
-            found += [
-                _Latched(zenoh.KeyExpr(keys.action(*alias, Verb.STATUS)), Topic.STATUS, robot, action)
+        found: list[tuple[str, Read | ReadTime]] = [
+            *((keys.world(name), Read(topic)) for name, topic in _WORLD_TOPICS.items()),
+            (keys.world(Topic.TIME.value), ReadTime()),
+            *(
+                (keys.topic(robot, name), Read(topic, robot))
+                for robot in self._serves
+                for name, topic in ROBOT_TOPICS.items()
+            ),
+            *(
+                (keys.action(*alias, Verb.STATUS), Read(Topic.STATUS, robot, action))
+                for robot, actions in {**self._serves, WORLD: of_world}.items()
                 for action in actions
                 for alias in keys.names(robot, action)
-            ]
-        return found
+            ),
+        ]
+        return [(zenoh.KeyExpr(key), reading) for key, reading in found]
 
     def _check_reading(self, query: zenoh.Query) -> None:
         if query.payload:

@@ -48,34 +48,28 @@ ENDED: Final = "the simulation has ended"
 
 
 class SharedQuery:
-    """A query with several answers, which is dropped after the last one."""
+    """A query with several answers, with the interface of a query; it is dropped after the last one.
 
-    def __init__(self, query: zenoh.Query) -> None:
-        self.query = query
-        self.open = 0
+    Args:
+        answers: How many there are.
+    """
 
-    def add_share(self) -> _Share:
-        """Return the part of the query for one more answer."""
-        self.open += 1
-        return _Share(self)
-
-
-class _Share:
-    """The part of a shared query for one answer, with the interface of a query."""
-
-    def __init__(self, shared: SharedQuery) -> None:
-        self._shared = shared
+    def __init__(self, query: zenoh.Query, answers: int) -> None:
+        self._query = query
+        self._open = answers
 
     def reply(self, key: str, payload: bytes, *, encoding: str, attachment: bytes | None = None) -> None:
-        self._shared.query.reply(key, payload, encoding=encoding, attachment=attachment)
+        """Send one of the answers."""
+        self._query.reply(key, payload, encoding=encoding, attachment=attachment)
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
         """Ignore the error: a query with wildcards gets the values that exist."""
 
     def drop(self) -> None:
-        self._shared.open -= 1
-        if not self._shared.open:
-            self._shared.query.drop()
+        """Count one of the answers."""
+        self._open -= 1
+        if not self._open:
+            self._query.drop()
 
 
 @dataclass(slots=True, eq=False)
@@ -83,12 +77,12 @@ class PendingReply:
     """A query that awaits its answer.
 
     Attributes:
-        query: Zenoh's query, or a part of one with several answers.
+        query: Zenoh's query, or one that is shared with other answers.
         key: The concrete key of the reply.
         action: The action that the query is for, if any.
     """
 
-    query: zenoh.Query | _Share
+    query: zenoh.Query | SharedQuery
     key: str
     action: AnyAction | None = None
 

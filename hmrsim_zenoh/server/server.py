@@ -10,7 +10,7 @@ import logging
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
@@ -25,13 +25,11 @@ from hmrsim.protocol.outputs import (
     EventStamped,
     FeedbackSent,
     GoalChanged,
-    GoalTold,
     OrdersChanged,
     PlanWanted,
     RosterChanged,
     Sampled,
     StatusChanged,
-    TimeRestarted,
 )
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import TimeState
@@ -123,6 +121,7 @@ class Server(SelectiveSink):
             publisher=self._publisher,
             policy=description.policy,
         )
+        self._requests = self._read_by(keys, serves=description.serves)
         self.inbox = inbox(
             session,
             servers_own(keys.everything()),
@@ -148,10 +147,6 @@ class Server(SelectiveSink):
             TimeState: self._emit_time,
             RosterChanged: self._mark_roster,
             OrdersChanged: lambda _output: self._put_fixed("demand"),
-            # For participants in lockstep: other clients get the status and the answers.
-            GoalTold: lambda _output: None,
-            # Clients learn of it from the clock and from the event that follows.
-            TimeRestarted: lambda _output: None,
             PlanWanted: self.planner.ask,
         }
         self._on_roster = on_roster
@@ -165,17 +160,11 @@ class Server(SelectiveSink):
             servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
         )
 
-    @cached_property
-    def _requests(self) -> Requests:
-        """The decoder of queries, which is made for the first one: clients of this process send none."""
-        return self._read_by(self.keys, serves=self._description.serves)
-
     def follow(self) -> None:
         """Serve the current robots and publish the latched topics to their subscribers."""
         serves = self._description.serves
         before, self.keys = self.keys, replace(self.keys, aliases=self._description.aliases)
-        if "_requests" in self.__dict__:
-            self._requests = self._read_by(self.keys, serves=serves)
+        self._requests = self._read_by(self.keys, serves=serves)
         there, renamed = {*serves, WORLD}, before.aliases != self.keys.aliases
         self._goal_keys.clear()
         self._publisher.forget(lambda key: renamed or self.keys.owner(key) not in there)
