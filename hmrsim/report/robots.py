@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from hmrsim.events import traffic as events
@@ -42,7 +42,7 @@ class Track:
     The caller changes its attributes; `settle` then records the resulting state.
 
     Attributes:
-        aside: The robot for which it has made room during its goal, empty for itself; None if it has not.
+        aside: What it waits for where it has made room during its goal; None if it has not.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Track:
     coming: Sequence[Motion] = ()
     wait: WaitRecord | None = None
     queued: WaitRecord | None = None
-    aside: str | None = None
+    aside: WaitRecord | None = None
     stood: list[WaitRecord] = field(default_factory=list)
     condition: Condition = field(default_factory=Condition)
     running: dict[str, GoalRecord] = field(default_factory=dict)
@@ -130,9 +130,12 @@ class Track:
                 self.stand_aside(ended, motion.end, self.aside)
             self.settle(ended)
 
-    def stand_aside(self, at: int, where: Point, by: str) -> None:
-        """Record that it waits where it has made room, for another robot or for its turn."""
-        self.wait = WaitRecord(self.name, at, "way", (by,) if by else (), at=where, goal=self.goal)
+    def stand_aside(self, at: int, where: Point, wait: WaitRecord) -> None:
+        """Record that it waits where it has made room: in the queue of a dock, for another robot, or for its turn."""
+        if wait.kind == "dock":
+            self.queued = replace(wait, began=at, ended=None, until="")
+        else:
+            self.wait = replace(wait, began=at, at=where, since=at)
 
     def halt(self, at: int, where: Point | None = None) -> None:
         """End the current segment; *where* is the robot's point then, if that is known."""
@@ -322,7 +325,11 @@ class Waiting:
     def _end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:
         track = self._robot_log.track(event.robot, at)
         track.stand_no_more(at, event.kind)
-        track.aside = event.by if isinstance(event, events.MadeRoom) else None
+        track.aside = None
+        if isinstance(event, events.MadeRoom):
+            # A robot that queues for a dock keeps its place.
+            by = (event.by,) if event.by else ()
+            track.aside = track.queued or WaitRecord(track.name, at, "way", by, goal=track.goal)
         if isinstance(event, events.Rerouted) and track.goal is not None:
             track.goal.reroutes += 1
         track.settle(at)

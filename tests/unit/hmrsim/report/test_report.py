@@ -261,3 +261,27 @@ def test_a_robot_that_has_made_room_waits_for_the_other_one(report):
     assert ["busy", "waiting"] == later[:2]
     assert "busy" not in later[1:]
     assert ("first",) in [wait.robots for wait in found.waits if wait.robot == "later"]
+
+
+def test_a_robot_that_makes_room_in_a_queue_stays_in_it(report):
+    """Queues stands at the crossing, which passes needs, and moves on to the bay."""
+    world = {
+        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
+        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        "docks": {"charger": {"at": [20, 4], "staging": [20, 0], "type": "charger"}},
+        "robot_types": {
+            "cart": {"base": {"speed": 1, "radius": 0.4}, "components": {"battery": {"capacity": 100}}},
+        },
+        "traffic": {"policy": "priority"},
+        "robots": {
+            "docked": {"type": "cart", "at": "charger"},
+            "queues": {"type": "cart", "at": "middle", "script": ["Dock charger"]},
+            "passes": {"type": "cart", "at": "west", "script": ["Wait 5", "Go east"]},
+        },
+    }
+    found = report(world)
+
+    waits = [(wait.kind, wait.why) for wait in found.waits if wait.robot == "queues"]
+    (robot,) = [robot for robot in found.robots if robot.name == "queues"]
+    assert (1, [("dock", "charger")] * 2) == (found.events["made_room"], waits)
+    assert robot.queued == found.summary.sim_time - 4.0
