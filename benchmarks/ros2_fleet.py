@@ -22,8 +22,7 @@ QUICK: dict[str, Any] = {"fleets": (1, 10), "idle": 0.5}
 
 _QUIET = 1.0
 """Seconds without a new token after which there are no more."""
-_DRIVE = "/navigate_to_pose/_action/"
-_PARTS_OF_ACTION = 5
+_NODE = "bt_navigator"
 _MAX_THREADS = 39
 _LIMITS = {"seen": 3.0, "first": 1.0, "idle": 5.0}
 
@@ -45,7 +44,7 @@ def _fleet(robots: int, idle: float, side: int) -> list[Row]:
             with open_session(endpoint) as session:
                 graph = _Observer(session)
                 first = graph.result_of(session, "wait") - ready
-                seen = graph.when_driving(robots) - ready
+                seen = graph.when_all(robots) - ready
                 tokens = graph.settled()
             began = time.perf_counter()
             with open_session(endpoint) as late:
@@ -58,7 +57,7 @@ def _fleet(robots: int, idle: float, side: int) -> list[Row]:
     fleet = f"{robots:,} robot{'s' * (robots > 1)}"
     return [
         Row(f"{fleet}: tokens that nothing asked for", tokens, "tokens"),
-        Row(f"{fleet}: navigate_to_pose of all is seen after the start in", seen, "s", at_most=limit.get("seen")),
+        Row(f"{fleet}: {_NODE} of all is seen after the start in", seen, "s", at_most=limit.get("seen")),
         Row(f"{fleet}: first result after the start in", first, "s", at_most=limit.get("first")),
         Row(f"{fleet}: a node that comes later has its first result in", later, "s", at_most=limit.get("first")),
         Row(f"{fleet}: processor time while idle", used, "% of a core", at_most=limit.get("idle")),
@@ -72,7 +71,7 @@ class _Observer:
     def __init__(self, session: zenoh.Session) -> None:
         self._changed = threading.Condition()
         self._seen: set[tuple[Kind, str]] = set()
-        self._drives = 0
+        self._nodes = 0
         self._count, self._last = 0, time.perf_counter()
         handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(self._take, indirect=False)
         self._subscriber = session.liveliness().declare_subscriber(keys.all_tokens(0), handler, history=True)
@@ -83,9 +82,11 @@ class _Observer:
             return
         with self._changed:
             self._count, self._last = self._count + 1, time.perf_counter()
+            if token.endpoint is None and token.node.name == _NODE:
+                self._nodes += 1
+                self._changed.notify_all()
             if token.endpoint is not None and (what := (token.endpoint.kind, token.endpoint.name)) not in self._seen:
                 self._seen.add(what)
-                self._drives += _DRIVE in token.endpoint.name
                 self._changed.notify_all()
 
     def result_of(self, session: zenoh.Session, action: str) -> float:
@@ -97,9 +98,9 @@ class _Observer:
         goals.one_by_one()
         return time.perf_counter()
 
-    def when_driving(self, robots: int) -> float:
-        """Wait until navigate_to_pose of all robots can be used, and return the time."""
-        self._wait(lambda: self._drives >= _PARTS_OF_ACTION * robots)
+    def when_all(self, robots: int) -> float:
+        """Wait until a node of each robot is seen, and return the time."""
+        self._wait(lambda: self._nodes >= robots)
         return self._last
 
     def _wait(self, until: Callable[[], bool]) -> None:
