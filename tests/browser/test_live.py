@@ -87,10 +87,12 @@ def test_a_running_simulation_is_rewound_and_returns_to_the_present(viewed, ask,
     until(page, "[...hmrsim.model.goals.values()].some((goal) => goal.status === 4)")
     there = page.evaluate(_POSE)
 
+    go.click()
     page.get_by_label("Time of the simulation").fill("0")
     until(page, "document.body.dataset.past === 'true'")
     assert (home, 0) == (page.evaluate(_POSE), page.evaluate("hmrsim.model.goals.size"))
     expect(go).to_be_disabled()
+    expect(page.locator("#map")).not_to_have_class("aiming")
     expect(page.locator(".achieved")).to_contain_text("ago")
 
     page.get_by_label("Speed").select_option("20")

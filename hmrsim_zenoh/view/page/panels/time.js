@@ -126,7 +126,7 @@ export class TimeBar extends Bar {
     this.#options(SPEEDS);
     this.element.append(this.play, this.step, this.words, this.scrubber.element, this.present, this.speed);
     app.live.addEventListener('time', () => this.render());
-    this.timeline.addEventListener('active', () => app.render());
+    this.timeline.addEventListener('active', () => (app.aim(null), app.render()));
   }
 
   toggle() {
