@@ -172,6 +172,7 @@ class SimulatorFeatures(Message):
     WORLD_UNLOADING: ClassVar[int] = 43
     WORLD_INFO_GETTING: ClassVar[int] = 44
     AVAILABLE_WORLDS: ClassVar[int] = 45
+    SPAWNING_ENTITIES: ClassVar[int] = 50
 
     features: list[UInt16] = Field(default_factory=list)
     spawn_formats: list[String] = Field(default_factory=list)
@@ -193,8 +194,14 @@ class GetSpawnables:
         spawnables: list[Spawnable] = Field(default_factory=list)
 
 
-class SpawnEntity:
-    """Put a robot or an item into the world."""
+class SpawnEntity(Message):
+    """Put a robot or an item into the world: the service, and as a message one request of `SpawnEntities`."""
+
+    name: String = ""
+    allow_renaming: Bool = False
+    entity_resource: Resource = Field(default_factory=Resource)
+    entity_namespace: String = ""
+    initial_pose: PoseStamped = Field(default_factory=PoseStamped)
 
     class Request(Message):
         """The entity's name, URI and initial pose."""
@@ -221,6 +228,30 @@ class SpawnEntity:
 
         result: Result = Field(default_factory=Result)
         entity_name: String = ""
+
+
+class SpawnResult(Message):
+    """The result of one request of `SpawnEntities`, with the codes of `SpawnEntity`."""
+
+    result: Result = Field(default_factory=Result)
+    entity_name: String = ""
+
+
+class SpawnEntities:
+    """Put several robots and items into the world."""
+
+    class Request(Message):
+        """The requests."""
+
+        spawn_requests: list[SpawnEntity] = Field(default_factory=list)
+
+    class Response(Message):
+        """The result of all requests, and of each."""
+
+        ENTITIES_SPAWN_FAILED: ClassVar[int] = 150
+
+        result: Result = Field(default_factory=Result)
+        results: list[SpawnResult] = Field(default_factory=list)
 
 
 class DeleteEntity:

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.interfaces.simulation_interfaces import GetSpawnables, Result, SimulatorFeatures, Spawnable, SpawnEntity
+from hmrsim.interfaces.simulation_interfaces import (
+    GetSpawnables,
+    Result,
+    SimulatorFeatures,
+    Spawnable,
+    SpawnEntities,
+    SpawnEntity,
+    SpawnResult,
+)
 from hmrsim.services import OK, RequestFailed, Service, failed
 from hmrsim.services._entities import BadPose, check_placement, read_pose
 from hmrsim.world.model import BUILT_IN_TYPES, ROS_NAME, RobotSpec
@@ -81,6 +89,31 @@ def _spawn_entity(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEn
     return _Response(result=OK, entity_name=name)
 
 
+def _spawn_entities(simulator: Simulator, request: SpawnEntities.Request) -> SpawnEntities.Response:
+    results = []
+    for one in request.spawn_requests:
+        resource = one.entity_resource
+        response = _spawn_entity(
+            simulator,
+            SpawnEntity.Request(
+                name=one.name,
+                allow_renaming=one.allow_renaming,
+                uri=resource.uri,
+                resource_string=resource.resource_string,
+                entity_namespace=one.entity_namespace,
+                initial_pose=one.initial_pose,
+            ),
+        )
+        results.append(SpawnResult(result=response.result, entity_name=response.entity_name))
+    flaws = [
+        f"spawn_requests.{number}: {one.result.error_message}"
+        for number, one in enumerate(results)
+        if one.result.result != Result.RESULT_OK
+    ]
+    code = SpawnEntities.Response.ENTITIES_SPAWN_FAILED
+    return SpawnEntities.Response(result=failed("; ".join(flaws), code) if flaws else OK, results=results)
+
+
 def _base_of(simulator: Simulator, kind: _Spawnable, pose: Pose) -> Base | None:
     if kind.robot_type is None:
         return None
@@ -151,5 +184,22 @@ SERVICES = (
         changes_world=True,
         features=(SimulatorFeatures.SPAWNING,),
         example={"name": "helper", "uri": "robot_type:fetcher", "initial_pose": {"pose": {"position": {"x": 4.0}}}},
+    ),
+    Service(
+        name="spawn_entities",
+        request=SpawnEntities.Request,
+        response=SpawnEntities.Response,
+        serve=_spawn_entities,
+        changes_world=True,
+        features=(SimulatorFeatures.SPAWNING_ENTITIES,),
+        example={
+            "spawn_requests": [
+                {
+                    "name": "helper",
+                    "entity_resource": {"uri": "robot_type:fetcher"},
+                    "initial_pose": {"pose": {"position": {"x": 4.0}}},
+                }
+            ]
+        },
     ),
 )

@@ -59,7 +59,7 @@ _BUSY = "too many requests are waiting; try again later"
 _LOG = "log"
 """The key of the events that a trace contains, and of what goals ask for. They are few where robots only drive."""
 
-_CHANGES_ROSTER: Final = re.compile(r"/(spawn|delete)_entity(/|$)")
+_CHANGES_ROSTER: Final = re.compile(r"/(spawn_entity|spawn_entities|delete_entity)(/|$)")
 """Finds the services that add and remove robots, in the keys of each wire."""
 
 _OF_GOALS: Final[tuple[Topic | str, ...]] = (Topic.STATUS, Topic.FEEDBACK, Topic.EVENTS, Topic.MOTION, _LOG)

@@ -278,3 +278,25 @@ class TestMove:
         assert why in result.error_message
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
         assert "EXECUTING" == run.log.changes(GOAL)[-1][1]
+
+
+def test_several_entities_are_spawned_at_once():
+    """Each request has its own result, and one that fails does not affect the others."""
+    run = simulate(SMALL_WORLD)
+    pose = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
+    requests = [
+        {"name": "bob", "entity_resource": {"uri": "robot_type:nurse"}, "initial_pose": pose},
+        {"name": "box", "entity_resource": {"uri": "unicorn"}},
+        {"allow_renaming": True, "entity_resource": {"uri": "item"}, "initial_pose": pose},
+    ]
+    answer = run.ask("spawn_entities", {"spawn_requests": requests})
+
+    assert ["bob", "", "item_1"] == [one.entity_name for one in answer.results]
+    assert [OK, 103, OK] == [one.result.result for one in answer.results]
+    assert 150 == answer.result.result
+    assert answer.result.error_message.startswith("spawn_requests.1: nothing to spawn of uri 'unicorn'")
+    assert {"bob", "item_1"} <= {*run.simulator.robots, *run.simulator.items}
+
+
+def test_no_requests_spawn_nothing():
+    assert OK == simulate(SMALL_WORLD).ask("spawn_entities").result.result

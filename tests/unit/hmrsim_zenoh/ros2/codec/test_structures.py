@@ -101,6 +101,16 @@ SEEN = [
         "87d0ded1bfddb40a74d0bedb963fdd592fbedb14d0057d597850404b73c338af",
     ),
     (
+        "kilted",
+        "simulation_interfaces/msg/SpawnEntity",
+        "94a349a865ccf673c18c080520299c88c3d8d5f4842ecf1482d6c997ac4b69f9",
+    ),
+    (
+        "kilted",
+        "simulation_interfaces/msg/SpawnResult",
+        "dbc277304b6c24bfb2a631cea8f52e2b005d583ec0a6c86b11613f5ce6486da1",
+    ),
+    (
         "lyrical",
         "simulation_interfaces/msg/Spawnable",
         "8675aa686f0df1ed7874a6ec210fdce1ac1c07f4e49fc26ec7fb6fe729f6772e",
