@@ -106,8 +106,6 @@ def with_port(endpoint: str) -> str:
     return f"{match['protocol']}/{address['host']}:{port}{match['rest'] or ''}"
 
 
-__all__ = ["Mode", "SessionOptions", "add_session_options", "seconds", "session_options"]
-
 Mode = Literal["peer", "client", "router"]
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_controller.core.node import PortError
-from bt_controller.nodes.controls.parallel import Parallel, ParallelAll
-from bt_controller.nodes.controls.sequences import Sequence
+from bt_controller.nodes.controls.sequences import Parallel, ParallelAll, Sequence
 
 
 @pytest.fixture

@@ -8,8 +8,7 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes.controls.nav2 import PipelineSequence
-from bt_controller.nodes.controls.parallel import Parallel
-from bt_controller.nodes.controls.sequences import ReactiveFallback
+from bt_controller.nodes.controls.sequences import Parallel, ReactiveFallback
 from bt_controller.nodes.decorators.gates import SingleTrigger
 from bt_controller.nodes.decorators.nav2 import (
     DistanceController,
