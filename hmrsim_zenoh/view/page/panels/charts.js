@@ -8,6 +8,7 @@ import uPlot from '../vendor/uplot/uPlot.esm.js';
 
 const HEIGHT = 180; // css pixels
 const MAX_LINES = 8;
+const BETWEEN = 450; // ms from one drawing to the next, as each takes longer than a frame with many robots
 const TICKS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 36000, 86400];
 /** From the bottom of the stack to its top. */
 const STACK = [...STATES].reverse();
@@ -27,14 +28,19 @@ export class ChartsPanel {
       el('h3', { text: 'Robots by state' }), this.states, this.legend,
       el('h3', { text: 'Batteries' }), this.note, this.batteries, this.lines, this.topics.element);
     this.plots = new Map(); // the plots and their parameters by element
+    this.next = 0;
   }
 
   /** @param {boolean} seen Whether the panel is open. */
   seen(seen) {
+    this.next = 0;
     this.topics.seen(seen);
   }
 
   render() {
+    const wall = performance.now();
+    if (wall < this.next) return;
+    this.next = wall + BETWEEN;
     const now = this.app.now();
     this.#drawStates(now);
     this.#drawBatteries(now);
