@@ -230,12 +230,14 @@ class CausalOrder:
             yield line._replace(sim_time=self._last or None)
 
     def _next(self, now: float) -> int | None:
-        """Return the index of the first line whose turn it is; None if all have to wait."""
+        """Return the index of the first line whose turn it is, else of one that has waited long enough, else None."""
+        late: int | None = None
         for i, (arrival, line) in enumerate(self._waiting):
-            its_turn = not line.robot or line.source == self._turns.get(line.robot, "tree")
-            if its_turn or arrival + self._patience <= now:
+            if not line.robot or line.source == self._turns.get(line.robot, "tree"):
                 return i
-        return None
+            if late is None and arrival + self._patience <= now:
+                late = i
+        return late
 
 
 _STYLES: Final = {"world": "cyan", "tree": "yellow"}

@@ -14,6 +14,8 @@ from hmrsim.events.robots import (
     BatteryRevived,
     ChargingBegan,
     ChargingEnded,
+    Docked,
+    DockQueued,
     MotionBegan,
     Stopped,
 )
@@ -116,6 +118,7 @@ class Robot:
 
     Attributes:
         present: Whether it exists.
+        queues: Whether it is in the queue of a dock, where it stays if it makes room.
         aside: Whether it has made room for another robot during a goal that still runs.
         running: The ids of its running goals.
         arrives: Rings at the end of its motion; None while it stands.
@@ -125,6 +128,7 @@ class Robot:
     present: bool = True
     condition: Condition = field(default_factory=Condition)
     waits: bool = False
+    queues: bool = False
     aside: bool = False
     running: dict[str, None] = field(default_factory=dict)
     arrives: Alarm | None = None
@@ -144,6 +148,8 @@ class Robots(Part):
         timeline.on(Waiting, lambda _at, event: self._stand(event.robot, waits=True))
         for goes_on in (WentOn, Rerouted, MadeRoom):
             timeline.on(goes_on, self._go_on)
+        timeline.on(DockQueued, lambda _at, event: self._queue(event.robot, queues=True))
+        timeline.on(Docked, lambda _at, event: self._queue(event.robot, queues=False))
         for kind in (BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded, FaultBegan, FaultEnded):
             timeline.on(kind, self._apply)
         timeline.on(Teleported, lambda _at, event: self._stand(event.entity, waits=False))
@@ -162,7 +168,7 @@ class Robots(Part):
             self._halt(robot)
             robot.condition.clear()
             robot.running.clear()
-            robot.waits = robot.aside = False
+            robot.waits = robot.queues = robot.aside = False
             self._settle(name, robot, present=name in self._world.robots)
 
     def _halt(self, robot: Robot) -> None:
@@ -180,8 +186,13 @@ class Robots(Part):
     def _go_on(self, _at: int, event: WentOn | Rerouted | MadeRoom) -> None:
         robot = self._robots.get(event.robot)
         if robot is not None:
-            robot.waits, robot.aside = False, isinstance(event, MadeRoom)
+            robot.waits, robot.aside = False, isinstance(event, MadeRoom) and not robot.queues
             self._settle(event.robot, robot)
+
+    def _queue(self, name: str, *, queues: bool) -> None:
+        robot = self._robots.get(name)
+        if robot is not None:
+            robot.queues = queues
 
     def _move(self, at: int, event: MotionBegan) -> None:
         robot = self._robots.get(event.robot)
@@ -202,7 +213,8 @@ class Robots(Part):
         robot = self._robots.get(goal.robot)
         if robot is not None:
             _set(robot.running, goal.goal_id, applies=goal.status < GoalStatus.SUCCEEDED)
-            robot.aside = robot.aside and goal.status < GoalStatus.SUCCEEDED
+            if goal.status >= GoalStatus.SUCCEEDED:
+                robot.queues = robot.aside = False
             self._settle(goal.robot, robot)
 
     def _apply(self, _at: int, event: FaultBegan | FaultEnded | BatteryEvent) -> None:

@@ -304,7 +304,7 @@ class Run:
             ValueError: There is no such state.
         """
         if state not in {None, "open"}:
-            known_name("state of an order", str(state), ["open", *OrderState])
+            known_name("state of an order", str(state), ["open", *(each.value for each in OrderState)])
         demand = self.simulator.demand
         found = sorted([*demand.closed, *demand.open.values()], key=lambda order: order.placed)
         return [order for order in found if state in {None, order.state} or (state == "open" and order.state.open)]

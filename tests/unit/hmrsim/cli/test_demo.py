@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 
 import pytest
 
@@ -167,6 +168,16 @@ def tell():
 def test_lines_are_in_causal_order(lines, tell):
     reported = [line.text for line in tell(*lines)]
 
+    assert ["begun", "accepted", "SUCCEEDED", "done", "begun again"] == reported
+
+
+def test_at_the_end_the_lines_that_still_wait_are_in_causal_order():
+    """A mission may end before any of the world's lines has come."""
+    turns = CausalOrder(patience=0.5, hold=0.0)
+    for line in (BEGUN, DONE, AGAIN, ACCEPTED, SUCCEEDED):
+        turns.add(line, 10.0)
+
+    reported = [line.text for line in turns.ready(math.inf)]
     assert ["begun", "accepted", "SUCCEEDED", "done", "begun again"] == reported
 
 
