@@ -144,6 +144,8 @@ def test_space_pauses_whatever_has_the_focus(hospital, role, focus):
     _, show = hospital
     page = show("?panel=robots")
     control = page.get_by_role(role, name=focus, exact=True)
+    # The controls of time are disabled until the page has heard of the simulator.
+    expect(control).to_be_enabled()
     control.focus()
 
     page.keyboard.press("Space")
