@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from hmrsim.actions import registry as all_actions
+from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.message import Message, complete
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.goal import Refused, parse_goal_id
@@ -91,16 +92,13 @@ class LocalCommands(SelectiveSink):
         # Requests that change nothing are exempt, as a client simply repeats them.
         disturbed = losses.active and not isinstance(command, (ReadInfo, ReadTime))
         pending.may_be_lost = disturbed and losses.watching
-        if self._inbox.closed:
-            delivery.deliver(pending.take, None if self._left else _for_client(after_the_end(command)))
-        elif isinstance(command, ReadInfo):
-            delivery.deliver(pending.take, self._description.info_values())
-        else:
-            try:
-                command = self._checked(command, pending, "goal_info.goal_id", "goal_id")
-            except UnreadableError as error:
-                delivery.deliver(pending.take, _error(error))
+        try:
+            if isinstance(command, ReadInfo):
+                delivery.deliver(
+                    pending.take, self._refusal(command) if self._inbox.closed else self._description.info_values()
+                )
             else:
+                command = self._checked(command, pending, "goal_info.goal_id", "goal_id")
                 if self._server is None and self._description.plans_externally:
                     self._open_keys()
                 if self._server is not None:
@@ -109,6 +107,11 @@ class LocalCommands(SelectiveSink):
                 self._inbox.put(command)
                 if disturbed and losses.comes_twice():
                     self._inbox.put(command._replace(reply_to=None))
+        except UnreadableError as error:
+            delivery.deliver(pending.take, _error(error))
+        except SimulationStopped:
+            # Another thread may have ended the run just now.
+            delivery.deliver(pending.take, self._refusal(command))
         delivery.settle(resume=True)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
@@ -123,6 +126,10 @@ class LocalCommands(SelectiveSink):
                 answer = _for_client(answer)
             lost = pending.may_be_lost and self._losses.lost()
             self._delivery.deliver(pending.take, None if lost else answer)
+
+    def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
+        """Return the answer to a command after the end of the run; None once the host has stopped."""
+        return None if self._left else _for_client(after_the_end(command))
 
     def _follow_roster(self, _changed: RosterChanged) -> None:
         self._description.forget()
@@ -186,7 +193,7 @@ class LocalCommands(SelectiveSink):
             _complete(goal)
         else:
             goal = read_goal(action.goal, goal)
-        if goal is command.goal and pending is None and name is command.action:
+        if goal is command.goal and pending is None and (robot, name) == (command.robot, command.action):
             return command
         return SendGoal(robot, name, goal, command.goal_id, pending)
 

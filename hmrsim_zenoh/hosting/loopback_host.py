@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
@@ -117,9 +118,12 @@ class LoopbackHost:
     def exchange(self) -> Exchange:
         """The declarations of all sessions; the first use begins to serve keys."""
         if self._exchange is None:
-            self._exchange = Exchange(self.delivery)
-            if not self._stopped:
-                self._serve_keys()
+            # Not while another thread runs the simulation, to which a sink is added.
+            with self.delivery.lock:
+                if self._exchange is None:
+                    self._exchange = Exchange(self.delivery)
+                    if not self._stopped:
+                        self._serve_keys()
         return self._exchange
 
     def open_session(self, waits: Callable[[], bool] | None = None) -> zenoh.Session:
@@ -139,7 +143,7 @@ class LoopbackHost:
 
     def announce(self, name: str, *, alive: bool) -> None:
         """Report that a participant has come or gone."""
-        if not self._inbox.closed:
+        with suppress(SimulationStopped):
             self._inbox.put(TokenSeen(name, alive=alive))
 
     def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
@@ -189,7 +193,7 @@ class LoopbackHost:
             self._commands.finish(self.pacing.submit, self.simulator.answer)
             if self._tokens is not None:
                 self._tokens.undeclare()
-            for on_change in self._followers:
+            for on_change in list(self._followers):
                 self.delivery.deliver(on_change, False)
 
     def _serve_keys(self) -> None:

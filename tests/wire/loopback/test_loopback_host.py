@@ -8,6 +8,7 @@ import threading
 import pytest
 
 from hmrsim.actions import registry
+from hmrsim.errors import SimulationStopped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.settings.run import RunSettings
@@ -117,6 +118,27 @@ class TestReading:
         for ask in (client.info, client.places.load):
             with pytest.raises((SimulatorGone, SimulatorNotFound, Unreachable)):
                 ask()
+
+    def test_a_request_that_comes_as_another_thread_ends_the_run_is_refused(self, host, client, monkeypatch):
+        def put(_command):
+            raise SimulationStopped("the simulation has ended")
+
+        monkeypatch.setattr(host._inbox, "put", put)
+        with pytest.raises(RequestError, match="the simulation has ended"):
+            client.places.load()
+
+    def test_keys_are_served_once_for_all_threads(self, host):
+        """The first use of a key waits while another thread runs the simulation."""
+        found = []
+        with host.delivery.lock:
+            threads = [threading.Thread(target=lambda: found.append(host.exchange)) for _ in range(2)]
+            for thread in threads:
+                thread.start()
+            assert [] == found
+        for thread in threads:
+            thread.join(PATIENCE)
+
+        assert [host.exchange] * 2 == found
 
     def test_closing_the_session_closes_the_client(self, host):
         for ask in (Client.info, lambda client: client.places.load(), lambda client: client.get("hmrsim/_world/info")):
