@@ -417,6 +417,7 @@ def test_a_canceled_goal_is_canceling_and_then_canceled(simulator, wait_client, 
     goal.wait_accepted(PATIENCE)
     goal.cancel()
     watched.wait(lambda seen: GoalStatus.CANCELING in seen)
+    simulator.wait_for(Verb.GET_RESULT)
     simulator.release(simulator.end(CANCELED), verb=Verb.GET_RESULT)
 
     goal.result(PATIENCE)
