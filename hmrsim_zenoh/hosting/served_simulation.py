@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import zenoh
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.inbox import QueryInbox
-    from hmrsim_zenoh.server.interest import Interest
     from hmrsim_zenoh.server.losses import Losses
     from hmrsim_zenoh.server.world_info import Sessions
     from hmrsim_zenoh.wire.keys import Keys
@@ -56,16 +54,12 @@ class Wiring:
     Attributes:
         session: An open session.
         keys: How keys are spelled there.
-        inbox: The kind of the inbox of queries.
-        interest: The kind of the detection of subscribers.
         sessions: The connected sessions, if the simulator is secured.
         wires: The ROS 2 wires to serve beside the JSON wire.
     """
 
     session: zenoh.Session
     keys: Keys
-    inbox: type[QueryInbox] = ChannelInbox
-    interest: type[Interest[Any]] = SubscriberWatch
     sessions: Sessions | None = None
     wires: Sequence[Wire] = ()
 
@@ -200,8 +194,8 @@ class ServedSimulation:
             submit=simulator.submit,
             on_roster=self._follow,
             settings=settings,
-            inbox=self._wiring.inbox,
-            interest=self._wiring.interest,
+            inbox=ChannelInbox,
+            interest=SubscriberWatch,
         )
         self._servers.append(self.server)
         if self._wiring.wires:
