@@ -229,9 +229,8 @@ class GoalExchange(GoalHandle[R, F], Generic[R, F]):
         """End with a result; return the error if it can't be read."""
         result: R | None = None
         if self._read_result or answer.status is not GoalStatus.SUCCEEDED:
-            kind = self._target.action.result
             try:
-                result = answer.result if isinstance(answer.result, kind) else message_of(kind, answer.result)
+                result = message_of(self._target.action.result, answer.result)
             except UnreadableError as error:
                 return error
         if self._end(answer.status, result, answer.cause):

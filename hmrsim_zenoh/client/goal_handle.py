@@ -184,8 +184,7 @@ class GoalHandle(ABC, Generic[R, F]):
             self._accepted = True
             # A duplicate may have got further; if it has ended, get_result reports the status with the result.
             self._raise_status(GoalStatus.ACCEPTED if status.terminal else status)
-            if self._changed is not None or self._on_change is not None:
-                self._note_change()
+            self._note_change()
         if self._mail:
             self._deliver()
         return True
@@ -219,8 +218,7 @@ class GoalHandle(ABC, Generic[R, F]):
             self._status = status
             self._result = result
             self._done = True
-            if self._changed is not None or self._on_change is not None:
-                self._note_change()
+            self._note_change()
         if self._mail:
             self._deliver()
         return True

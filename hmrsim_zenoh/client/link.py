@@ -102,8 +102,7 @@ class Link:
             self.presence.start()
         with self._lock:
             # Closing fails only the goals that are tracked by then.
-            if self._closed or self.queries.broken:
-                self.check_open()
+            self.check_open()
             self._goals[goal] = None
 
     def leave(self, goal: Failing) -> None:
