@@ -466,16 +466,23 @@ class Dispatcher:
         self._ended[goal.server.robot.name].pop(goal, None)
 
     def stop(
-        self, reason: str, robot: str | None = None, *, cause: str = Cause.ENDED, stuck: Mapping[str, str] | None = None
+        self,
+        reason: str,
+        robot: str | None = None,
+        *,
+        cause: str = Cause.ENDED,
+        stuck: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
         """Abort every active goal of one robot or of all, with the reason and the cause.
 
-        *stuck* says why robots did not go on, by name; it follows the reason.
+        *stuck* returns why robots did not go on, by name; that follows the reason.
         """
-        for goal in list(self.servers.active(robot)):
+        goals = list(self.servers.active(robot))
+        reasons = stuck() if goals else {}
+        for goal in goals:
             # Its feedback may be the call that failed, and the other goals must end, too.
             goal.sample = None
-            why = stuck.get(goal.server.robot.name) if stuck else None
+            why = reasons.get(goal.server.robot.name)
             text = f"{reason}; {why}" if why else reason
             self._halt(goal, GoalEvent.ABORT, goal.server.action.codes.unknown, text, cause)
         self.updates.flush(robot)

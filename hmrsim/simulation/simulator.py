@@ -405,7 +405,7 @@ class Simulator:
         # After the stop, changes of subscriptions are no longer received.
         self.interest.refresh()
         self.gate.halt(reason)
-        self.dispatcher.stop(reason, stuck=self.roster.admission.causes.stuck())
+        self.dispatcher.stop(reason, stuck=self.roster.admission.causes.stuck)
         # The interrupts stop the robots.
         self.env.take_urgent()
 
