@@ -70,6 +70,7 @@ class Lockstep(SelectiveSink):
         granting: Whether time is being granted just now.
         lost: Which participant was dropped last, and why; empty if none was.
         ended: Why the run has ended; empty while it goes on.
+        nearly_over: From here on, in simulated seconds, `over` has to be asked.
     """
 
     def __init__(self, simulator: Simulator, *, awaited: int | Collection[str] = 1, until: float = math.inf) -> None:
@@ -81,6 +82,7 @@ class Lockstep(SelectiveSink):
         self._env = simulator.env
         self._gate = simulator.gate
         self._end = until
+        self.nearly_over = until - _NEAR
         self.ended = ""
         self._participants = Participants(awaited)
         self._conditions = Conditions(simulator, self._on_condition_met)
@@ -136,7 +138,7 @@ class Lockstep(SelectiveSink):
     def over(self) -> bool:
         """Return whether the simulated time has reached the end of the run."""
         now = self._env.now
-        return now >= self._end - _NEAR and stamp(now) >= stamp(self._end)
+        return now >= self.nearly_over and stamp(now) >= stamp(self._end)
 
     @property
     def _next(self) -> int:
@@ -402,7 +404,7 @@ class Lockstep(SelectiveSink):
         self.granting = False
         self.epoch += 1
         self._participants.arrive(self._env.now, wall)
-        if self._env.now >= self._end - _NEAR and self.over:
+        if self._env.now >= self.nearly_over and self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
         if "feedback" in self._kinds:

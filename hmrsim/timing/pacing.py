@@ -10,8 +10,10 @@ import logging
 import math
 import os
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import wall_time
@@ -51,6 +53,9 @@ _COMMANDS_AT_ONCE = 16
 _EVENTS_OF_A_GRANT = 64
 """Likewise while time is granted, when all participants wait for the grant anyway."""
 
+_yield_core: Callable[[], object] = getattr(os, "sched_yield", partial(time.sleep, 0))
+"""Lets another thread run; Windows has no function for that alone."""
+
 _EVENTS_OF_A_ROUND = 64
 """Events that are processed as fast as possible, with a poll after each, before the limits are read again."""
 
@@ -66,9 +71,6 @@ _MAX_WAIT = 0.25
 
 _MAX_LATENESS = 0.1
 """Wall seconds that an event, or the end of a wait, may be late before simulated time stops catching up."""
-
-_NEAR = 1e-8
-"""Simulated seconds; times that are further apart have different stamps."""
 
 _LOOKS = 5
 """Checks for a stalled participant within its timeout."""
@@ -112,8 +114,6 @@ class Pacing:
         self._inbox = inbox
         self._retention = retention
         self._duration = settings.duration
-        # From here on it is looked more closely whether the run is over.
-        self._nearly_over = settings.duration - _NEAR
         self._participant_timeout = settings.participant_timeout
         self._end_on_loss = settings.on_participant_loss == "end"
         self._on_lag = on_lag
@@ -269,7 +269,7 @@ class Pacing:
         """Begin a grant, end the run, or take a step of the preparations; return whether commands come next."""
         lockstep = self.lockstep
         # Checked here first, as it is asked for each grant.
-        if self._simulator.env.now >= self._nearly_over and lockstep.over:
+        if self._simulator.env.now >= lockstep.nearly_over and lockstep.over:
             self._over = True
             return True
         if lockstep.ready:
@@ -283,7 +283,7 @@ class Pacing:
         # A bounded number of commands, then of events, so that neither delays the other for long.
         if self._take_commands():
             # Else the thread that sends the answers may wait for this core until all events are processed.
-            os.sched_yield()
+            _yield_core()
         elif simulator.next_event == math.inf:
             self._stand()
             return
