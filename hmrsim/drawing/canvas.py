@@ -113,8 +113,8 @@ def extent(world: World) -> Box | None:
 
 def _points(world: World) -> Iterator[Point]:
     yield from world.points.values()
-    for wall in world.walls:
-        yield from wall if isinstance(wall, tuple) else wall.solid
+    for outline in world.outlines:
+        yield from outline
     named = (world.places, world.docks, world.robots, world.items)
     yield from (world.point(thing.at) for things in named for thing in things.values())
     for door in world.doors.values():

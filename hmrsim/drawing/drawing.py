@@ -125,14 +125,12 @@ class Drawing(Canvas):
 
     def _solids(self) -> Iterator[str]:
         look: Attributes = {"fill": self.colors["solid"], "stroke": self.colors["wall"], "stroke_width": 1}
-        for wall in self.world.walls:
-            if not isinstance(wall, tuple):
-                yield element("path", d=path(map(self.frame.at, wall.solid), closed=True), **look)
+        for solid in self.world.solids:
+            yield element("path", d=path(map(self.frame.at, solid), closed=True), **look)
 
     def _walls(self) -> Iterator[str]:
-        for wall in self.world.walls:
-            if isinstance(wall, tuple):
-                yield element("path", d=path(map(self.frame.at, wall)))
+        for wall in self.world.polylines:
+            yield element("path", d=path(map(self.frame.at, wall)))
 
     def _waypoints(self) -> Iterator[str]:
         for name, point in self.world.points.items():
@@ -256,8 +254,8 @@ def _lines(canvas: Canvas) -> Iterator[tuple[str, str]]:
         yield element("path", d=path(ends), **look), "lane"
     if any(lane.one_way for lane in world.lanes):
         yield element("path", d=path(ends) + marks.chevron(*ends, 6.0), **look), "one-way lane"
-    if any(isinstance(wall, tuple) for wall in world.walls):
+    if world.polylines:
         yield element("path", d=path(ends), stroke=colors["wall"], stroke_width=2.5), "wall"
-    if any(not isinstance(wall, tuple) for wall in world.walls):
+    if world.solids:
         filled: Attributes = {"fill": colors["solid"], "stroke": colors["wall"], "stroke_width": 1}
         yield element("rect", x=2, y=-6, width=14, height=12, **filled), "solid"

@@ -135,9 +135,8 @@ def names(drawing: Canvas) -> str:
     for name in labeled:
         (x, y), half = name.at, name.radius
         labels.block((x - half, y - half, x + half, y + half))
-    for wall in drawing.world.walls:
-        points = [frame.at(point) for point in (wall if isinstance(wall, tuple) else (*wall.solid, wall.solid[0]))]
-        for a, b in pairwise(points):
+    for outline in drawing.world.outlines:
+        for a, b in pairwise(map(frame.at, outline)):
             labels.avoid(a, b)
     for lane in drawing.world.lanes:
         a, b = (frame.at(drawing.world.points[end]) for end in (lane.from_, lane.to))

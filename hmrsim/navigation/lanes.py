@@ -148,8 +148,7 @@ class Lanes:
 
     def __init__(self, world: World) -> None:
         self._bounds = world.bounds
-        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
-        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
+        walls, solids = world.polylines, world.solids
         doors = [door.at for door in world.doors.values()]
         self._walls = Obstacles(walls, solids)
         # A door off the lanes is a wall for a later position: whether it will be open then is not known.

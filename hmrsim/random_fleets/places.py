@@ -82,8 +82,8 @@ class Places:
     def __init__(self, world: World, points: list[Point]) -> None:
         self._world = world
         self._obstacles = Obstacles(
-            [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
-            [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+            [*world.polylines, *(door.at for door in world.doors.values())],
+            world.solids,
         )
         self._reach = _widest(world)
         self._tracks = [*self._find_tracks()]

@@ -556,6 +556,21 @@ class World(Model):
         """The coordinates of each waypoint, by name."""
         return {name: at.at if isinstance(at, Waypoint) else at for name, at in self.waypoints.items()}
 
+    @property
+    def polylines(self) -> list[Sequence[Point]]:
+        """The walls that are not solid."""
+        return [wall for wall in self.walls if isinstance(wall, tuple)]
+
+    @property
+    def solids(self) -> list[Sequence[Point]]:
+        """The corners of the solid walls."""
+        return [wall.solid for wall in self.walls if isinstance(wall, Solid)]
+
+    @property
+    def outlines(self) -> list[Sequence[Point]]:
+        """All walls as polylines, in order; those of solids are closed."""
+        return [(*wall.solid, wall.solid[0]) if isinstance(wall, Solid) else wall for wall in self.walls]
+
     @cached_property
     def ways(self) -> tuple[Way, ...]:
         """Lanes in each direction in which they can be driven, and rides in lifts, by the waypoints where they begin.

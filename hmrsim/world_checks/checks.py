@@ -179,7 +179,7 @@ def _check_robot_types(world: World) -> Iterator[Finding]:
 def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
     if not world.robots:
         return
-    solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
+    solids = Obstacles([], world.solids)
     lanes = _OnLane(world)
     types = {**world.robot_types, **BUILT_IN_TYPES}
     for name, robot in world.robots.items():

@@ -75,8 +75,7 @@ class _Ways:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
-        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
+        solids, walls = world.solids, world.polylines
         self._obstacles = Obstacles(walls, solids)
         outlines = [*walls, *((*outline, outline[0]) for outline in solids)]
         self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])

@@ -167,10 +167,8 @@ class _Obstructions:
 
     @cached_property
     def _obstacles(self) -> Obstacles:
-        walls = self._world.walls
-        outlines = [wall for wall in walls if isinstance(wall, tuple)]
         doors = [door.at for door in self._world.doors.values()]
-        return Obstacles([*outlines, *doors], [wall.solid for wall in walls if not isinstance(wall, tuple)])
+        return Obstacles([*self._world.polylines, *doors], self._world.solids)
 
     def check_starts(self) -> Iterator[Finding]:
         """Yield the robots that start in the way of orders and don't make room.

@@ -53,7 +53,7 @@ def check_pairs(world: World) -> Iterator[Finding]:
 
 
 def _sides(world: World) -> int:
-    return sum(len(wall) - 1 if isinstance(wall, tuple) else len(wall.solid) for wall in world.walls)
+    return sum(len(outline) - 1 for outline in world.outlines)
 
 
 def _settings(world: World) -> int:
@@ -83,7 +83,7 @@ def _beside(world: World) -> list[Point]:
 
 def _inside(world: World) -> int:
     """Return the number of robots that start inside an obstacle, where they must be on a lane."""
-    solids = Obstacles([], [wall.solid for wall in world.walls if not isinstance(wall, tuple)])
+    solids = Obstacles([], world.solids)
     return sum(map(solids.occupy, _starting(world)))
 
 
@@ -100,8 +100,8 @@ def _hidden(world: World) -> int:
     """Return the cost of finding a visible lane for each dock beside the lanes, or a number above the limit."""
     sides = _sides(world) + len(world.doors)
     obstacles = Obstacles(
-        [*(wall for wall in world.walls if isinstance(wall, tuple)), *(door.at for door in world.doors.values())],
-        [wall.solid for wall in world.walls if not isinstance(wall, tuple)],
+        [*world.polylines, *(door.at for door in world.doors.values())],
+        world.solids,
     )
     count, lanes = 0, lane_ends(world)
     for point in _beside(world) if sides else ():

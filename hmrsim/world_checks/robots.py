@@ -154,8 +154,7 @@ class _Sight:
     """Lines of sight to the lanes of a world, past its obstacles."""
 
     def __init__(self, world: World, lanes: list[tuple[Point, Point]]) -> None:
-        solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
-        walls = [wall for wall in world.walls if isinstance(wall, tuple)]
+        solids, walls = world.solids, world.polylines
         # Away from the lanes, the planner treats doors as walls.
         doors = [door.at for door in world.doors.values()]
         self._obstacles = Obstacles([*walls, *doors], solids)

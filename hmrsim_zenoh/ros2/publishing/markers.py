@@ -18,7 +18,7 @@ from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.events.traffic import LaneClosed, LaneOpened
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.visualization_msgs import Marker
-from hmrsim.world.model import Solid, World
+from hmrsim.world.model import World
 from hmrsim.world_checks.resolved import type_order
 
 if TYPE_CHECKING:
@@ -252,8 +252,7 @@ class WorldMarkers:
     def _draw_ground(self, builder: MarkerBuilder) -> None:
         points = self._world.points
         builder.lines("lanes", [(points[lane.from_], points[lane.to]) for lane in self._world.lanes], 0.04, "lane")
-        walls = [wall.solid + wall.solid[:1] if isinstance(wall, Solid) else wall for wall in self._world.walls]
-        builder.lines("walls", walls, 0.1, "wall", z=0.1)
+        builder.lines("walls", self._world.outlines, 0.1, "wall", z=0.1)
 
     def _draw_robot(self, builder: MarkerBuilder, robot: Mapping[str, Any], painted: Mapping[str, float]) -> None:
         frame = f"{robot['name']}/base_link"

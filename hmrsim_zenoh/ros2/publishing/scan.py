@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.geometry import METER
 from hmrsim.interfaces.message import unbuilt
 from hmrsim.interfaces.sensor_msgs import LaserScan
-from hmrsim.world.model import Solid
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Pose
@@ -31,8 +30,7 @@ class Scanner:
         self.world = world
         meter = METER[world.units]
         self._range, self._least = _RANGE * meter, _LEAST_RANGE * meter
-        outlines = [(*wall.solid, wall.solid[0]) if isinstance(wall, Solid) else wall for wall in world.walls]
-        self._segments = [(*a, *b) for outline in outlines for a, b in pairwise(outline)]
+        self._segments = [(*a, *b) for outline in world.outlines for a, b in pairwise(outline)]
 
     def ranges(self, pose: Pose) -> list[float]:
         """Return the distances along all rays, from behind the robot counterclockwise, in the world's unit."""

@@ -75,8 +75,7 @@ def grid_of(world: World) -> Grid:
         resolution *= 2.0
     width, height = (max(1, math.ceil(length / resolution)) for length in (x1 - x0, y1 - y0))
     cells = bytearray(width * height)
-    for wall in world.walls:
-        outline = (*wall.solid, wall.solid[0]) if isinstance(wall, Solid) else wall
+    for wall, outline in zip(world.walls, world.outlines, strict=True):
         points = [((x - x0) / resolution, (y - y0) / resolution) for x, y in outline]
         for start, end in _inner(points, width, height) if isinstance(wall, Solid) else ():
             cells[start:end] = bytes((_OCCUPIED,)) * (end - start)
@@ -88,7 +87,7 @@ def grid_of(world: World) -> Grid:
 
 def _extent(world: World, margin: float) -> tuple[float, float, float, float]:
     points: list[Point] = [*world.points.values(), *(place.at for place in world.places.values())]
-    points += [point for wall in world.walls for point in (wall.solid if isinstance(wall, Solid) else wall)]
+    points += [point for outline in world.outlines for point in outline]
     points += [world.point(robot.at) for robot in world.robots.values()]
     xs, ys = zip(*(points or [(0.0, 0.0)]), strict=True)
     return min(xs) - margin, min(ys) - margin, max(xs) + margin, max(ys) + margin
