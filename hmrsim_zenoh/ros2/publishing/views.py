@@ -15,6 +15,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.geometry import METER, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.goal import WORLD
+from hmrsim.world.derived import Derived
 from hmrsim.world.model import Solid
 from hmrsim_zenoh.ros2.publishing.markers import MAP, MarkerBuilder, xyz
 
@@ -66,8 +67,7 @@ class Grid(NamedTuple):
         return len(self.cells) // self.width
 
 
-def grid_of(world: World) -> Grid:
-    """Return the walls of a world as cells; doors are not walls."""
+def _grid(world: World) -> Grid:
     meter = METER[world.units]
     x0, y0, x1, y1 = world.bounds or _extent(world, _MARGIN * meter)
     resolution = _RESOLUTION * meter
@@ -83,6 +83,10 @@ def grid_of(world: World) -> Grid:
             if 0 <= column < width and 0 <= row < height:
                 cells[row * width + column] = _OCCUPIED
     return Grid(x0, y0, resolution, width, bytes(cells))
+
+
+grid_of: Final = Derived(_grid)
+"""Returns the walls of a world as cells; doors are not walls."""
 
 
 def _extent(world: World, margin: float) -> tuple[float, float, float, float]:
