@@ -31,7 +31,7 @@ from hmrsim_zenoh.recording.writer import (
 from hmrsim_zenoh.ros2.codec.structures import definition
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
-from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata
+from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata, static_frames
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
@@ -214,9 +214,10 @@ class Recorder:
         self._go_to(nanoseconds_of(scene["stamp"]))
         self._add_json(WORLD_TOPIC, world_definition_schema, definition)
         self._add_json(INFO, INFO_SCHEMA, info)
-        self._markers.load(World.model_validate(definition))
-        if static := self._markers.frames(self.time.now):
-            self._add("/tf_static", TFMessage, static)
+        world = World.model_validate(definition)
+        self._markers.load(world)
+        if static := static_frames(world.units, self.time.now):
+            self._add("/tf_static", TFMessage, {"transforms": static})
         self.scene(scene)
 
     def scene(self, scene: dict[str, Any]) -> None:

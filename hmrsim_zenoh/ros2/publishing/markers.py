@@ -24,11 +24,13 @@ from hmrsim.world_checks.resolved import type_order
 if TYPE_CHECKING:
     from hmrsim.events import Event
 
-if TYPE_CHECKING:
     Point = Sequence[float]
 
-MAP: Final = "map"
-"""The frame of static objects."""
+MAP, BASE = "map", "base_link"
+"""The frames of static objects, and of a robot below its name."""
+
+UP: Final = {"m": 1.0, "px": -1.0}
+"""The direction of z, by the unit of the world: with y down, the frame is upside down."""
 
 _FLAT: Final = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _HALF_ROUND: Final = {"x": 1.0, "y": 0.0, "z": 0.0, "w": 0.0}
@@ -57,12 +59,6 @@ class MarkerBuilder:
     def message(self) -> dict[str, Any]:
         """Return all markers as a MarkerArray."""
         return {"markers": self._markers}
-
-    def upside_down(self, outer: str, inner: str) -> dict[str, Any]:
-        """Return a TFMessage in which the inner frame is upside down in the outer one."""
-        transform = {"translation": xyz(), "rotation": _HALF_ROUND}
-        header = {"stamp": self._stamp, "frame_id": outer}
-        return {"transforms": [{"header": header, "child_frame_id": inner, "transform": transform}]}
 
     def at(
         self,
@@ -156,6 +152,20 @@ _DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: 
 """The state of a door after each event."""
 
 
+def static_frames(units: str, time: int) -> list[dict[str, Any]]:
+    """Return the transform in which ``map`` is upside down in ``world``; none in a world in meters.
+
+    Args:
+        units: The unit of the world.
+        time: The stamp in nanoseconds.
+    """
+    if units == "m":
+        return []
+    header = {"stamp": values_of(time), "frame_id": _WORLD}
+    transform = {"translation": xyz(), "rotation": _HALF_ROUND}
+    return [{"header": header, "child_frame_id": MAP, "transform": transform}]
+
+
 def frames_metadata(units: str) -> dict[str, str]:
     """Return the metadata of the frames of a world in these units."""
     if units == "m":
@@ -202,12 +212,6 @@ class WorldMarkers:
                 return False
         return True
 
-    def frames(self, time: int) -> dict[str, Any] | None:
-        """Return the static transforms; None if there is only one frame."""
-        if self._world.units == "m":
-            return None
-        return MarkerBuilder(time).upside_down(_WORLD, MAP)
-
     def markers(self, time: int) -> dict[str, Any]:
         """Return the static objects and the robots' bodies."""
         builder = self._builder(time)
@@ -233,7 +237,7 @@ class WorldMarkers:
         builder = self._builder(time)
         for name, item in self._items.items():
             carrier = item["carrier"]
-            at, frame = ((0.0, 0.0), f"{carrier}/base_link") if carrier else (item["at"], MAP)
+            at, frame = ((0.0, 0.0), f"{carrier}/{BASE}") if carrier else (item["at"], MAP)
             builder.at("items", Marker.SPHERE, at, 0.25, "item", z=0.5 if carrier else 0.1, frame=frame)
             if not carrier:
                 builder.text("items", name, at)
@@ -247,7 +251,7 @@ class WorldMarkers:
 
     def _builder(self, time: int) -> MarkerBuilder:
         units = self._world.units
-        return MarkerBuilder(time, unit=_UNIT[units], up=1.0 if units == "m" else -1.0)
+        return MarkerBuilder(time, unit=_UNIT[units], up=UP[units])
 
     def _draw_ground(self, builder: MarkerBuilder) -> None:
         points = self._world.points
@@ -255,7 +259,7 @@ class WorldMarkers:
         builder.lines("walls", self._world.outlines, 0.1, "wall", z=0.1)
 
     def _draw_robot(self, builder: MarkerBuilder, robot: Mapping[str, Any], painted: Mapping[str, float]) -> None:
-        frame = f"{robot['name']}/base_link"
+        frame = f"{robot['name']}/{BASE}"
         across = 2 * robot["radius"] / builder.unit if robot["radius"] else 0.6
         center = (0.0, 0.0)
         builder.at("robots", Marker.CYLINDER, center, across, painted, z=0.1, high=0.2, frame=frame)

@@ -30,8 +30,10 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
+from hmrsim_zenoh.ros2.publishing.markers import BASE
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers
 from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
+from hmrsim_zenoh.ros2.publishing.views import FOOTPRINT_FRAME
 from hmrsim_zenoh.server.interest import SubscriberWatch
 
 if TYPE_CHECKING:
@@ -52,7 +54,6 @@ _PLAIN: Final = {Topic.CLOCK: CLOCK, Topic.BATTERY_STATE: BATTERY_STATE, Topic.D
 OF_ODOM: Final = (ODOM, TF, ROBOT_TF, AMCL_POSE)
 """The topics that derive from odometry."""
 
-_BASE, _FOOTPRINT = "base_link", "base_footprint"
 _NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
 
 
@@ -74,9 +75,9 @@ def tf_of_all(odom: Odometry) -> TFMessage:
 
 def tf_of_robot(odom: Odometry) -> TFMessage:
     """Return a robot's transforms for its own topic, with Nav2's frames, which lack the robot's name."""
-    held = Header.model_construct(stamp=odom.header.stamp, frame_id=_FOOTPRINT)
-    base = TransformStamped.model_construct(header=held, child_frame_id=_BASE, transform=_NONE)
-    return TFMessage.model_construct(transforms=[_base(odom, _FOOTPRINT), base])
+    held = Header.model_construct(stamp=odom.header.stamp, frame_id=FOOTPRINT_FRAME)
+    base = TransformStamped.model_construct(header=held, child_frame_id=BASE, transform=_NONE)
+    return TFMessage.model_construct(transforms=[_base(odom, FOOTPRINT_FRAME), base])
 
 
 def _base(odom: Odometry, child: str) -> TransformStamped:

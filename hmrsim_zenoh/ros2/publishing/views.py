@@ -17,7 +17,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.derived import Derived
 from hmrsim.world.model import Solid
-from hmrsim_zenoh.ros2.publishing.markers import MAP, MarkerBuilder, xyz
+from hmrsim_zenoh.ros2.publishing.markers import BASE, MAP, UP, static_frames, xyz
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
-BASE, FOOTPRINT, SCAN_FRAME, ODOM_FRAME = "base_link", "base_footprint", "base_scan", "odom"
+FOOTPRINT_FRAME, SCAN_FRAME, ODOM_FRAME = "base_footprint", "base_scan", "odom"
 
 _OCCUPIED: Final = 100
 """The value of an occupied cell in a map; 0 is free."""
@@ -157,7 +157,7 @@ def _about_z(yaw: float) -> dict[str, float]:
 
 def urdf(simulator: Simulator, name: str) -> dict[str, Any]:
     """Return a robot's model as a String: a cylinder of its footprint and an arrow-like bar that shows its front."""
-    robot, up = simulator.roster.robots[name], _up(simulator.world)
+    robot, up = simulator.roster.robots[name], UP[simulator.world.units]
     meter = METER[simulator.world.units]
     radius, height = robot.radius or _RADIUS * meter, _HEIGHT * meter
     body = f'<cylinder radius="{radius:g}" length="{height:g}"/>'
@@ -184,10 +184,6 @@ def urdf(simulator: Simulator, name: str) -> dict[str, Any]:
     return {"data": text}
 
 
-def _up(world: World) -> float:
-    return 1.0 if world.units == "m" else -1.0
-
-
 def static_transforms(simulator: Simulator, name: str) -> dict[str, Any]:
     """Return the fixed frames as a TFMessage.
 
@@ -197,7 +193,7 @@ def static_transforms(simulator: Simulator, name: str) -> dict[str, Any]:
             have them. `WORLD` for all robots, whose frames have their names.
     """
     world, now = simulator.world, stamp(simulator.now)
-    height = _up(world) * _SCAN_HEIGHT * METER[world.units]
+    height = UP[world.units] * _SCAN_HEIGHT * METER[world.units]
 
     def fixed(parent: str, child: str, z: float = 0.0) -> dict[str, Any]:
         transform = {"translation": xyz(z=z), "rotation": _about_z(0.0)}
@@ -210,9 +206,9 @@ def static_transforms(simulator: Simulator, name: str) -> dict[str, Any]:
     if name != WORLD:
         own = [fixed(BASE, f"{name}/{BASE}"), fixed(BASE, SCAN_FRAME, height)]
         return {"transforms": [*of_robot(name, ""), *own]}
-    transforms = [] if world.units == "m" else MarkerBuilder(now).upside_down("world", MAP)["transforms"]
+    transforms = static_frames(world.units, now)
     for robot in simulator.roster.robots:
-        transforms += [*of_robot(robot, f"{robot}/"), fixed(f"{robot}/{BASE}", f"{robot}/{FOOTPRINT}")]
+        transforms += [*of_robot(robot, f"{robot}/"), fixed(f"{robot}/{BASE}", f"{robot}/{FOOTPRINT_FRAME}")]
     return {"transforms": transforms}
 
 
