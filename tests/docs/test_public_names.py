@@ -31,7 +31,6 @@ def used_in(text):
 
 @pytest.mark.parametrize("package", PAGES)
 def test_every_name_of_a_package_is_used_in_an_example(package):
-    """The example is on the page of the package, and more than its import."""
     pytest.importorskip("scipy", reason="needs the extra experiments")
     pytest.importorskip("gymnasium", reason="needs the extra gym")
     names = set(importlib.import_module(package).__all__)

@@ -88,6 +88,5 @@ def test_a_block_that_needs_a_missing_program_is_skipped(do):
 
 
 def test_dots_stand_for_anything():
-    """They match within a line and across lines."""
     assert fits("a ... c\n...\ne", "a b c\nd\nd\ne")
     assert not fits("a.c", "abc")

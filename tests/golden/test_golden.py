@@ -26,7 +26,6 @@ def test_a_golden_run_is_unchanged(name):
 
 @pytest.mark.parametrize("name", _cases.WITHIN)
 def test_a_golden_run_is_the_same_within_one_process(name):
-    """There is no Zenoh and no thread of the simulation."""
     assert _cases.known()[name] == _cases.digests(_cases.made(name, _cases.WITHIN))
 
 

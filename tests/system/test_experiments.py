@@ -126,7 +126,6 @@ def test_a_run_that_crashes_hangs_leaks_or_floods_affects_no_other(experiment):
 
 
 def test_any_command_is_a_controller(experiment):
-    """Its row has its end, its output and its exit code."""
     treatments = {
         "script": {"command": f"{sys.executable} controllers.py", "set": {"GREETING": "hello"}},
         "same": {"python": "controllers.py:go"},
@@ -154,7 +153,6 @@ def test_any_command_is_a_controller(experiment):
 
 
 def test_a_study_from_its_file_to_its_comparison(experiment, tmp_path):
-    """Check, run, status, show, run again, export and compare."""
     treatments = {"near": {"python": "controllers.py:go(x=5)"}, "far": {"python": "controllers.py:go(x=10)"}}
     experiment("study", treatments=treatments, replications=30, keep={"traces": "all"})
 

@@ -33,7 +33,6 @@ def _is_office(node):
 
 
 def test_a_fleet_delivers_everything_the_same_each_time(deliver):
-    """A robot breaks down on its route and another takes over; one has to charge first."""
     code, news, end, trace = deliver("--robots", "all")
     again = deliver("--robots", "all")
     told = "; ".join(message for _, message in news)
@@ -53,7 +52,6 @@ def test_another_seed_orders_the_tasks_differently(deliver):
 
 
 def test_a_task_that_no_robot_can_do_is_given_up(deliver):
-    """Couriers carry no trays, so the tree fails and reports the remaining tasks."""
     code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
 
     assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])

@@ -84,7 +84,6 @@ def happened(trace, kind):
 
 @pytest.mark.parametrize(("controllers", "runs"), [(1, 2), (2, 3), (3, 2)])
 def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
-    """Controllers compute for random times, in any order, on an idle or a busy core, with any hash seed."""
     traces = [perturbed(number, controllers, busy=number == runs - 1) for number in range(runs)]
     hashes = {hashlib.sha256(trace.read_bytes()).hexdigest() for trace in traces}
     code, outcome = replayed(traces[0])
@@ -95,7 +94,6 @@ def test_every_run_has_the_same_trace(perturbed, replayed, controllers, runs):
 
 
 def test_time_continues_without_a_killed_participant(lockstep, control, replayed):
-    """The trace has the reason, and it replays."""
     simulator, endpoint, trace = lockstep("--participants", "ann,bob")
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -109,7 +107,6 @@ def test_time_continues_without_a_killed_participant(lockstep, control, replayed
 
 
 def test_a_stalled_participant_is_dropped_and_may_join_again(lockstep, control):
-    """Its next request is refused with the reason."""
     simulator, endpoint, trace = lockstep("--participants", 2, "--participant-timeout", 5)
     ann, bob = control(endpoint, "ann", ROBOTS[:2], "--stall", 3), control(endpoint, "bob", ROBOTS[2:])
     ann.line_with("thinking")
@@ -160,7 +157,6 @@ def test_time_waits_until_all_have_joined(lockstep, control, barrier):
 
 
 def test_the_trace_of_a_killed_simulator_replays(lockstep, control, replayed):
-    """It ends where the simulator was last idle."""
     simulator, endpoint, trace = lockstep()
     ann = control(endpoint, "ann", ROBOTS, "--stall", 8)
     ann.line_with("thinking")

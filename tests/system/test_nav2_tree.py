@@ -141,7 +141,6 @@ def test_a_lane_that_closes_ahead_is_avoided(driven):
 
 
 def test_a_closed_lane_without_a_detour_is_awaited(navigate):
-    """In six seconds the tree stops the robot, clears, turns and waits."""
     code, _, trace = navigate(closing(CORRIDOR, "join", "end", at=3, until=9))
     recoveries = [action for action, status in ends(trace) if action in ("spin", "wait", "back_up") and status == 4]
 
@@ -176,7 +175,6 @@ def test_an_unreachable_goal_is_a_failure_with_the_code_on_the_blackboard(driven
 
 
 def test_a_robot_that_stays_in_the_way_is_a_failure(driven):
-    """Patience runs on although the path is planned each second."""
     robots = {"r": {"at": "start"}, "s": {"at": "join", "script": ["Wait 1000"]}}
     status, _, board = driven({**CORRIDOR, "robots": robots, "traffic": {"policy": "reserve", "patience": 10}})
 
@@ -185,7 +183,6 @@ def test_a_robot_that_stays_in_the_way_is_a_failure(driven):
 
 
 def test_two_runs_have_the_same_trace(navigate, tmp_path):
-    """The runs have recoveries and different hash seeds."""
     traces = []
     for seed in ("1", "2"):
         navigate(closing(CORRIDOR, "join", "end", at=3, until=9), PYTHONHASHSEED=seed)

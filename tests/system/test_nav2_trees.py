@@ -80,7 +80,6 @@ def run(tree, world, robot, values, *, until=300.0):
 @pytest.mark.parametrize("world", WORLDS)
 @pytest.mark.parametrize("tree", THEIRS, ids=lambda file: file.stem)
 def test_nav2s_trees_drive_to_success(tree, world):
-    """A tree that never ends is stopped."""
     make, robot, values = WORLDS[world]
     status, _, _ = run(tree, make(), robot, values)
 

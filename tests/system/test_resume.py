@@ -122,7 +122,6 @@ def ends(simulator, trace):
     ],
 )
 def test_a_killed_controller_repeats_no_step(ward, live, clock, lives, tick):
-    """It is killed any number of times, during a goal, after it, or before it is sent."""
     simulator, endpoint, trace = ward(clock)
     codes = live(endpoint, lives, tick, "--resume")
 
@@ -156,7 +155,6 @@ def test_a_finished_mission_is_repeated_only_under_another_name(ward, live):
 
 
 def test_two_controllers_with_one_mission_do_each_step_once(ward, start, tmp_path):
-    """Each follows the goals of the other."""
     simulator, endpoint, trace = ward("realtime")
     (tmp_path / "lives").write_text("0 0")
     command = ("bt-controller", "run", "errands:errand", "--robot", "wall_e", "--resume")

@@ -67,7 +67,6 @@ def fetch(client):
 
 @pytest.mark.parametrize("orders", [OURS, ORIGINALS], ids=["our names", "the original's names"])
 def test_the_four_commands_succeed_on_our_world(serve, command, orders):
-    """The last remaining distance is exactly 0."""
     _, endpoint = serve("scenario1", "--real-time-factor", "10")
 
     for distances in follow(command, endpoint, orders):

@@ -21,7 +21,6 @@ def start_tree(start):
 
 
 def test_the_tree_goes_through_its_four_stages(serve, command):
-    """Sent, driving with a falling distance, arrived, and confirmed by the check."""
     _, endpoint = serve("scenario2", "--real-time-factor", "2")
     code, out, err = command(
         "bt-controller", "run", "bt_controller.examples:go_to_pose", "--robot", "wall_e", endpoint=endpoint

@@ -80,7 +80,6 @@ def test_the_bill_of_materials_lists_the_installed_packages(installed):
 
 
 def test_the_health_check_tells_whether_the_entry_point_runs(installed, tmp_path):
-    """A free port replaces that of the image."""
     words = [*containerfile.words_of("ENTRYPOINT"), *containerfile.words_of("CMD")]
     program, *arguments = [word.replace("0.0.0.0:7447", "127.0.0.1:0") for word in words]
     check, *options = containerfile.words_of("HEALTHCHECK")
@@ -113,7 +112,6 @@ def test_shipped_worlds_are_found_by_name(installed, tmp_path):
 
 
 def test_an_action_of_another_package_is_served(installed, tmp_path):
-    """Its entry point adds it to the list of actions and to the schemas."""
     (tmp_path / "dance.py").write_text(
         '"""Dance."""\n'
         "from dataclasses import replace\n"

@@ -101,7 +101,6 @@ def test_each_row_of_a_benchmark_has_its_name_and_a_nonzero_figure(name, monkeyp
 
 @pytest.mark.parametrize("name", TINY)
 def test_a_benchmark_has_a_quick_form_and_a_place_in_the_docs(name):
-    """`--quick` passes arguments that the benchmark accepts, and `--write` finds the place of its table."""
     module = importlib.import_module(f"benchmarks.{name}")
     document = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text()
 
@@ -141,7 +140,6 @@ def test_a_goal_within_one_process_takes_no_more_calls():
     ],
 )
 def test_a_row_meets_its_target(row, met):
-    """A value's target is compared with the value, and a ratio's with the ratio."""
     assert met is row.met
 
 
@@ -161,7 +159,6 @@ def test_a_ratio_is_of_the_same_round():
 
 
 def test_variants_take_turns():
-    """The first call of each variant does not count."""
     called = []
 
     took = interleaved([Variant(name, partial(called.append, name)) for name in "ab"], 6)

@@ -40,7 +40,6 @@ def test_the_whole_fleet_succeeds_and_the_totals_come_last(told):
 
 
 def test_demo_prints_cause_before_effect(told):
-    """The lines about one robot from the tree and from the world are ordered, and its times never decrease."""
     traffic = ("undocked ", "waits", "takes ", "moves ")
     said = [line for line in told[0][:-1] if line["robot"] == "wall_e"]
     lines = [line for line in said if not line["text"].startswith(traffic)]
@@ -67,7 +66,6 @@ def test_demo_passes_on_the_log_of_its_processes(told):
 
 
 def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path):
-    """In lockstep it has the same trace as any other run of the demo."""
     trace = tmp_path / "run.jsonl"
     code = main(["demo", "--clock", "lockstep", "--trace", str(trace)])
 
@@ -84,7 +82,6 @@ def test_demo_without_a_terminal_prints_lines_and_a_table(told, capsys, tmp_path
 
 
 def test_the_mission_has_obstacles(told):
-    """Two robots avoid a corridor full of people, and others wait for doors and for each other."""
     lines = [json.loads(line) for line in told[-1].read_text().splitlines()]
     happened = [line for line in lines if "stamp" in line]
 

@@ -127,7 +127,6 @@ def test_a_token_of_unknown_format_is_only_reported(doctor, router, text):
 
 
 def test_two_simulators_with_one_prefix_are_reported(doctor):
-    """Neither is taken for the other's planner."""
     with served_world() as options, open_client(options) as session, Client(options) as client:
         key = "hmrsim/_world/info"
         info = client.get(key)

@@ -22,7 +22,6 @@ sys.exit(main(["simulate", sys.argv[1]]))
 
 
 def test_ctrl_c_ends_a_simulation_with_130():
-    """It prints nothing, even in the middle of a robot's action."""
     done = subprocess.run([sys.executable, "-c", INTERRUPTED, "zoo/door"], capture_output=True, text=True, check=False)
 
     assert (130, "", "traffic policy: priority\n") == (done.returncode, done.stdout, done.stderr)
@@ -52,7 +51,6 @@ def test_ctrl_c_during_imports_exits_with_130_without_a_traceback():
 
 
 def test_a_closed_pipe_is_not_a_failure():
-    """``hmrsim … | head -1`` ends without an error."""
     program = "from hmrsim.cli import main; raise SystemExit(main(['map', 'validate', 'nosuch', '--json']))"
 
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

@@ -120,7 +120,6 @@ def test_a_signal_ends_a_simulator_whose_stderr_is_full(start, number):
 
 
 def test_a_trace_and_a_recording_need_two_files(tmp_path, capsys):
-    """The two names may be different names of one file."""
     code = main(["run", "scenario1", "--trace", str(tmp_path / "a"), "--record", str(tmp_path / "b" / ".." / "a")])
 
     assert (2, True) == (code, "--trace and --record are both" in capsys.readouterr().err)

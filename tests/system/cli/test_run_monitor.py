@@ -71,7 +71,6 @@ def test_checks_of_trace_and_recording_find_the_violation(run, tmp_path, capsys)
 
 
 def test_reports_of_trace_and_recording_are_equal(run, tmp_path, capsys):
-    """Only the trace has sections."""
     run({})
     capsys.readouterr()
     told = []

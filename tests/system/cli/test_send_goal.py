@@ -182,7 +182,6 @@ def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, capsys):
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), SimulatorNotFound("no simulator answers")])
 def test_a_missing_simulator_exits_with_3(client, error, capsys):
-    """It may disappear during the goal."""
     client.then = lambda goal: goal.fail(error)
     code = send("{}")
 

@@ -88,7 +88,6 @@ def test_a_rejected_goal_is_a_successful_call(call, verb):
 
 
 def test_the_type_may_be_given(call):
-    """The syntax is that of `ros2 service call`."""
     code, out, _ = call(GET_RESULT, "nav2_msgs/action/Wait_GetResult", f"{{goal_id: {'a' * 32}}}", "--json")
 
     assert (0, 0) == (code, json.loads(out)["status"])

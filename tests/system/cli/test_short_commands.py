@@ -46,7 +46,6 @@ def test_a_fault_is_injected_listed_and_cleared_by_name_or_type(run):
 
 
 def test_why_a_robot_stands_is_explained(run):
-    """A robot without a goal waits for its controller, and one with a fault for the end of the fault."""
     code, idle, _ = run("explain", "--robot", "wall_e")
     run("fault", "inject", "breakdown", "robot=wall_e", "duration=100000")
     broken = json.loads(run("explain", "--robot", "wall_e", "--json")[1])

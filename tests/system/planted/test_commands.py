@@ -48,7 +48,6 @@ def test_the_schedule_of_a_planted_bug_shows_it(name):
 
 @pytest.mark.parametrize(("fault", "ending"), [((), "succeeded"), (({"type": "goals_rejected"},), "failed")])
 def test_a_shell_script_may_send_goals_with_the_command_line_alone(tmp_path, fault, ending):
-    """`hmrsim action send-goal` takes part in lockstep, and its exit code is the goal's outcome."""
     script = tmp_path / "rounds.sh"
     goal = "hmrsim action send-goal /ann/wait '{time: {sec: 30}}'"
     script.write_text(f"#!/bin/sh\nset -e\n{goal}\n{goal}\n", encoding="utf-8")

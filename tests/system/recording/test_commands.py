@@ -159,7 +159,6 @@ def test_a_deleted_recording_is_reported_in_one_line(simulator, tmp_path):
 
 
 def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
-    """The duration is in simulated seconds."""
     path = tmp_path / "run.mcap"
     _, endpoint = simulator("--real-time-factor", "10")
     code, _, err = end(recorder(path, endpoint, "--duration", "5"))

@@ -130,7 +130,6 @@ def attachments():
 @examples(400)
 @given(data=st.data())
 def test_every_request_is_answered_once(ros, data):
-    """The one reply is complete and not an error, whatever the payload and the attachment."""
     service = data.draw(st.sampled_from(SERVICES))
     payload = data.draw(st.one_of(st.binary(max_size=300), spoiled(service[2])))
     attached = data.draw(attachments())
@@ -150,7 +149,6 @@ def test_requests_of_megabytes_are_answered(ros, size):
 
 @pytest.mark.parametrize("action", ["pickup", "navigate_through_poses", "follow_waypoints"])
 def test_impossible_lengths_allocate_no_memory(running, ros, action):
-    """The goal claims a list of 2^32-1 items in every place."""
     service = services(action)[0]
     before = running.resident
     for at in range(20, min(len(service[2]), 400), 4):
@@ -221,7 +219,6 @@ def test_random_bytes_published_by_others_are_ignored(ros):
 
 
 def test_waiters_for_results_are_bounded(running, ros):
-    """Thousands of clients request the result of one goal, and leave before it."""
     goal = ros.action("/cart/wait").wait().send({"time": {"sec": 10_000_000}})
     before = running.resident
     with RosClient(running.endpoint, node="crowd") as crowd:

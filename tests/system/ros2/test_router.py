@@ -114,7 +114,6 @@ def test_two_ros_nodes_find_each_other_by_the_simulator(options):
 
 @pytest.mark.usefixtures("router")
 def test_a_simulator_joins_a_running_router(options, caplog):
-    """One line reports that it listens elsewhere."""
     with caplog.at_level(logging.INFO), simulator(options) as there:
         (endpoint,) = there.endpoints
 
@@ -140,7 +139,6 @@ def test_a_tool_finds_a_simulator_that_has_joined(options):
 
 
 def test_a_second_simulator_joins_the_first(options):
-    """A ROS node finds both."""
     first, _ = open_server(options, join=True)
     with first, simulator(options) as second, ros_node(options) as node:
         assert [first.zid()] == second.session.info.routers_zid()
@@ -187,7 +185,6 @@ def test_a_second_simulator_of_the_same_prefix_is_refused(options):
 
 
 def test_simulators_in_several_domains_share_a_network(options, caplog):
-    """The later one has another prefix, and both are driven by nodes of their domains."""
     with (
         served_world(options=options, wires=(RmwZenoh(domain=3),), real_time_factor=0),
         served_world(options=options, wires=(RmwZenoh(domain=4),), real_time_factor=0),
@@ -210,7 +207,6 @@ def test_a_second_simulator_of_the_same_domain_is_refused(options):
 
 
 def test_a_simulator_takes_the_place_of_a_router_that_ends(options, caplog):
-    """A ROS node that comes later finds the simulator at the router's endpoint."""
     router, _ = open_server(options, join=True)
     with served_world(options=options, wires=(RmwZenoh(),), real_time_factor=0):
         router.close()

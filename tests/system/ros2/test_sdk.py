@@ -44,7 +44,6 @@ def test_services_are_discovered_with_their_types(told):
 
 @pytest.mark.parametrize(("step", "code"), [("to the medicine", 0), ("grab", 1), ("to the patient", 0), ("drop", 1)])
 def test_each_step_succeeds(told, step, code):
-    """Pickup and place have MoveIt's code."""
     assert {"accepted": True, "stamped": True, "status": SUCCEEDED, "error_code": code} == told[step]
 
 
@@ -56,7 +55,6 @@ def test_the_remaining_distance_falls_to_zero(told):
 
 
 def test_status_is_received(told):
-    """ROS need not publish the acceptance."""
     assert told["status"]["of_the_drive"] in ([2, SUCCEEDED], [1, 2, SUCCEEDED])
 
 

@@ -20,7 +20,6 @@ class TestFromConstant:
     """The same goal each time."""
 
     def test_it_sends_its_goal(self, client, equip):
-        """By the name of the action."""
         equip(FromConstant("Wait", "wait", GOAL)).tick_once()
 
         assert [GOAL] == [goal.goal for goal in client.goals]
@@ -36,7 +35,6 @@ class TestFromConstant:
         assert "feedback: 2 s to go" == leaf.feedback_message
 
     def test_a_goal_of_another_action_is_refused_when_the_tree_is_built(self):
-        """Not when it is ticked."""
         with pytest.raises(TypeError, match="'Wait': wait takes nav2_msgs/action/Wait_Goal, got Goal"):
             FromConstant("Wait", "wait", moveit_msgs.Pickup.Goal(target_name="cup"))
 
@@ -45,7 +43,6 @@ class TestFromBlackboard:
     """A goal that another behavior has put there."""
 
     def test_it_sends_what_is_there(self, client, equip):
-        """At the moment at which it begins."""
         leaf = equip(FromBlackboard("Wait", "wait", "next"))
         Blackboard.set("next", GOAL)
         leaf.tick_once()
@@ -53,7 +50,6 @@ class TestFromBlackboard:
         assert [GOAL] == [goal.goal for goal in client.goals]
 
     def test_without_a_goal_it_fails(self, client, equip):
-        """A leaf without a goal sends no request."""
         leaf = equip(FromBlackboard("Wait", "wait", "next"))
         leaf.tick_once()
 
@@ -77,7 +73,6 @@ class TestFromBlackboard:
     ],
 )
 def test_short_leaves_send_the_goal_that_they_are_named_after(client, equip, leaf, name, goal):
-    """One word for each step of a mission."""
     made = equip(leaf())
     made.tick_once()
 
@@ -85,7 +80,6 @@ def test_short_leaves_send_the_goal_that_they_are_named_after(client, equip, lea
 
 
 def test_a_place_that_is_not_there_is_an_error_before_the_first_tick(equip):
-    """It says what there is."""
     with pytest.raises(NotServed, match="'Go to kitchn': no place 'kitchn'; there are kitchen"):
         equip(GoTo("kitchn"))
 

@@ -150,7 +150,6 @@ def play(client, lows, mission=None, **robots):
 
 
 def test_a_mission_without_interruption_needs_no_charging(client):
-    """The guard is not noticed while the battery is full."""
     guard, world, ticks = play(client, ())
 
     assert (Status.SUCCESS, [1, 2, 3, 4, 5, 6], 10) == (guard.status, world.done, ticks)
@@ -158,7 +157,6 @@ def test_a_mission_without_interruption_needs_no_charging(client):
 
 @pytest.mark.parametrize(("late", "meanwhile"), [*product((0, 1, 3), (False, True))])
 def test_a_mission_interrupted_at_any_tick_does_each_step_once(client, late, meanwhile):
-    """The steps are the same if cancels are answered at once or late, or if the goal succeeds meanwhile."""
     for tick in range(10):
         guard, world, _ = play(client, {tick}, late=late, meanwhile=meanwhile)
 
@@ -185,14 +183,12 @@ def test_a_mission_interrupted_again_and_again_does_each_step_once(client, lows,
 
 
 def test_the_way_back_is_in_the_tree_from_the_start():
-    """So that pictures and logs have it."""
     guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE))
 
     assert ["Wait 1 s", "Wait 99 s", "Go back"] == [child.name for child in guard.children]
 
 
 def test_charging_in_an_earlier_life_does_not_count(client):
-    """The battery is low again; what the mission has done counts as ever."""
     battery = Battery()
     guard = BatteryGuard("Guard", Sequence("Twice", memory=True, children=[leaf(1), leaf(2)]), leaf(CHARGE))
     for node in guard.iterate():
@@ -278,7 +274,6 @@ def test_charging_that_fails_fails_the_guard_and_leaves_nothing_running(client):
 
 
 def test_an_interrupt_while_charging_cancels_that(client):
-    """And the mission is at its beginning again."""
     battery = Battery()
     battery.percentage = 0.1
     guard = guarded(client, leaf(1), battery)
@@ -328,7 +323,6 @@ def test_time_stands_still_for_the_mission(client):
 
 
 def test_in_lockstep_time_stops_for_the_levels_that_a_guard_waits_for(client):
-    """In the mission for a low battery, on the charger for a full one, or for the end of the charge."""
     battery = Battery()
     battery.stops = True
     guard = guarded(client, leaf(1), battery)
@@ -358,7 +352,6 @@ def test_in_lockstep_time_stops_for_the_levels_that_a_guard_waits_for(client):
 
 
 def test_counts_of_decorators_are_kept(client):
-    """Three times are three times, charged in between."""
     guard, world, _ = play(client, {3}, Repeat("Thrice", leaf(1), num_success=3))
 
     assert (Status.SUCCESS, [1, CHARGE, BACK, 1, 1]) == (guard.status, world.done)
@@ -366,7 +359,6 @@ def test_counts_of_decorators_are_kept(client):
 
 @pytest.mark.parametrize(("below", "until"), [(0.5, 0.4), (-0.1, 0.9), (0.2, 1.1)])
 def test_shares_that_make_no_sense_are_an_error(client, below, until):
-    """The error comes before the first tick."""
     guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE), below=below, until=until)
     with pytest.raises(PortError, match=r"Guard: port 'below': .* are not as 0 <= below < until <= 1"):
         guard.setup(client=client, robot="wall_e", topics=Battery())
@@ -389,7 +381,6 @@ def test_a_robot_that_can_not_get_back_fails_the_guard(client):
 
 
 def test_a_battery_that_is_low_on_the_way_back_is_charged_again(client):
-    """Then the robot drives back to where the mission was interrupted, not to where it got."""
     battery = Battery()
     guard = guarded(client, leaf(1), battery)
     for percentage, end in (
@@ -408,7 +399,6 @@ def test_a_battery_that_is_low_on_the_way_back_is_charged_again(client):
 
 
 def test_a_mission_that_does_not_get_on_between_charges_fails(client):
-    """A full battery is not enough for its step, however often it is charged."""
     battery = Battery()
     guard = guarded(client, NavToPoseActionClient("Far", pose_goal(500.0, 0.0)), battery)
     while guard.status in (Status.INVALID, Status.RUNNING):
@@ -426,7 +416,6 @@ def test_a_mission_that_does_not_get_on_between_charges_fails(client):
 
 
 def test_a_drive_that_was_interrupted_is_gone_on_with_from_the_charger(client):
-    """There is no use in going back first."""
     battery = Battery()
     guard = guarded(client, NavToPoseActionClient("Go", pose_goal(5.0, 5.0)), battery)
     for percentage, end in ((1.0, "accept"), (0.1, "end_canceled"), (0.1, "succeed"), (1.0, "accept")):

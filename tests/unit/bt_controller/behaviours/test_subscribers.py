@@ -44,7 +44,6 @@ def ticked(leaf):
     ],
 )
 def test_a_topic_that_there_is_not_is_refused_when_the_tree_is_built(make):
-    """The error says which there are."""
     with pytest.raises(ValueError, match="'C': no topic 'odor'; there are battery_state, detections, odom"):
         make()
 
@@ -57,7 +56,6 @@ def test_a_topic_that_there_is_not_is_refused_when_the_tree_is_built(make):
     ],
 )
 def test_a_field_that_there_is_not_is_refused_when_the_tree_is_built(make):
-    """Not when a message comes."""
     with pytest.raises(ValueError, match=r"'C': nav_msgs/msg/Odometry has no field 'pose.pose.x'"):
         make()
 
@@ -66,7 +64,6 @@ class TestCheckData:
     """A field of a message, compared with a value."""
 
     def test_it_waits_until_the_comparison_holds(self, topics, equip):
-        """As a guard at the beginning of a sequence."""
         leaf = equip(subscribers.CheckData("Past", "odom", "pose.pose.position.x", 2.0, operator.gt))
         statuses = []
         for x in (1.0, 3.0):
@@ -77,7 +74,6 @@ class TestCheckData:
         assert "'pose.pose.position.x' comparison succeeded [v: 3.0][e: 2.0]" == leaf.feedback_message
 
     def test_it_may_fail_instead_of_waiting(self, topics, equip):
-        """As a choice of a selector."""
         leaf = equip(subscribers.CheckData("At", "odom", "pose.pose.position.x", 2.0, fail_if_bad_comparison=True))
         topics.messages["odom"] = at(1.0)
 
@@ -85,7 +81,6 @@ class TestCheckData:
 
     @pytest.mark.parametrize(("fails", "expected"), [(True, Status.FAILURE), (False, Status.RUNNING)])
     def test_a_message_that_is_too_old_is_none(self, topics, equip, fails, expected):
-        """With a clearing policy it wants a newer one than its beginning."""
         policy = ClearingPolicy.ON_INITIALISE
         leaf = equip(
             subscribers.CheckData(
@@ -98,7 +93,6 @@ class TestCheckData:
 
 
 def test_wait_for_data_waits_for_the_next_message(topics, equip):
-    """Messages from before the initialise don't count."""
     leaf = equip(subscribers.WaitForData("Wait", "odom"))
     topics.messages["odom"] = at(1.0)
     before = ticked(leaf)
@@ -108,7 +102,6 @@ def test_wait_for_data_waits_for_the_next_message(topics, equip):
 
 
 def test_wait_for_data_may_wait_for_a_message_since_its_last_success(topics, equip):
-    """As with a button that may be pressed at any time."""
     leaf = equip(subscribers.WaitForData("Wait", "odom", clearing_policy=ClearingPolicy.ON_SUCCESS))
     topics.messages["odom"] = at(1.0)
 
@@ -116,7 +109,6 @@ def test_wait_for_data_may_wait_for_a_message_since_its_last_success(topics, equ
 
 
 def test_a_message_goes_to_the_blackboard_whole_or_in_parts(topics, equip):
-    """Each key gets its field, or the whole message."""
     leaf = equip(subscribers.ToBlackboard("B", "odom", {"odometry": None, "x": "pose.pose.position.x"}))
     topics.messages["odom"] = at(7.0)
 
@@ -125,14 +117,12 @@ def test_a_message_goes_to_the_blackboard_whole_or_in_parts(topics, equip):
 
 
 def test_variables_have_a_value_before_the_first_message(equip):
-    """A reader that looks too early gets this value."""
     equip(subscribers.ToBlackboard("B", "odom", "odometry", initialise_variables={"odometry": "none"}))
 
     assert "none" == Blackboard.get("odometry")
 
 
 def test_an_event_is_on_the_blackboard_for_one_tick(topics, equip):
-    """The entry is true only in the tick after a message has come."""
     leaf = equip(subscribers.EventToBlackboard("E", "odom", "moved"))
     topics.messages["odom"] = at(1.0)
     seen = []
@@ -144,7 +134,6 @@ def test_an_event_is_on_the_blackboard_for_one_tick(topics, equip):
 
 
 def test_the_warning_of_a_low_battery_does_not_flicker(topics, equip):
-    """Given below 30 %, taken back above 35 %."""
     leaf = equip(battery.ToBlackboard(threshold=30.0))
     warnings = [Blackboard.get("battery_low_warning")]
     for percentage in (0.31, 0.29, 0.34, 0.36, 0.31):
@@ -166,14 +155,12 @@ def test_the_warning_of_a_low_battery_does_not_flicker(topics, equip):
     ],
 )
 def test_charging_is_waited_for_while_it_goes_on(topics, equip, percentage, status, expected):
-    """A robot without a charger would wait for ever."""
     topics.messages["battery_state"] = BatteryState(percentage=percentage, power_supply_status=status)
 
     assert expected == ticked(equip(battery.WaitUntilCharged(0.9)))
 
 
 def test_in_lockstep_time_stops_when_a_charge_is_reached_or_ends(topics, equip):
-    """So that it need not be polled."""
     topics.stops = True
     leaf = equip(battery.WaitUntilCharged(0.9))
 
@@ -209,14 +196,12 @@ SEEN = Detection3DArray(
 
 @pytest.mark.parametrize(("entity", "expected"), [("eve", True), ("robot", True), ("wall_e", False)])
 def test_what_is_seen_is_a_condition(topics, equip, entity, expected):
-    """By its name, or by its class."""
     topics.messages["detections"] = SEEN
 
     assert (Status.SUCCESS if expected else Status.FAILURE) == ticked(equip(detections.IsDetected(entity)))
 
 
 def test_detections_go_to_the_blackboard(topics, equip):
-    """As the message that they are."""
     topics.messages["detections"] = SEEN
     equip(detections.ToBlackboard()).tick_once()
 
@@ -224,13 +209,11 @@ def test_detections_go_to_the_blackboard(topics, equip):
 
 
 def test_places_go_to_the_blackboard(equip):
-    """As poses, for goals that are made of them."""
     equip(places.ToBlackboard("Places", {"target": "kitchen"})).tick_once()
 
     assert pose_at(3.0, 4.0) == Blackboard.get("target")
 
 
 def test_a_place_that_is_not_there_is_an_error_before_the_first_tick(equip):
-    """It says what there is."""
     with pytest.raises(NotServed, match="'Places': no place 'attic'; there are kitchen"):
         equip(places.ToBlackboard("Places", {"target": "attic"}))

@@ -12,7 +12,6 @@ from bt_controller.nodes import registry
 
 
 def test_all_nodes_are_listed(capsys):
-    """By kind, each with what it does."""
     assert 0 == main(["nodes"])
 
     out = capsys.readouterr().out
@@ -23,7 +22,6 @@ def test_all_nodes_are_listed(capsys):
 
 
 def test_a_node_is_listed_with_its_ports(capsys):
-    """A port has its kind, default and description."""
     assert 0 == main(["nodes", "RecoveryNode"])
 
     out = capsys.readouterr().out
@@ -32,7 +30,6 @@ def test_a_node_is_listed_with_its_ports(capsys):
 
 
 def test_scripts_are_listed_as_ports_are(capsys):
-    """A script is an attribute like any other in the file, and is listed as one."""
     main(["nodes", "Script", "--json"])
 
     (script,) = json.loads(capsys.readouterr().out)["Script"]["ports"]
@@ -40,14 +37,12 @@ def test_scripts_are_listed_as_ports_are(capsys):
 
 
 def test_an_unknown_node_is_an_error(capsys):
-    """It says what was probably meant."""
     assert 2 == main(["nodes", "RecoverNode"])
 
     assert "bt-controller: no node 'RecoverNode'; did you mean 'RecoveryNode'?\n" == capsys.readouterr().err
 
 
 def test_editors_get_a_model_of_all_nodes(capsys):
-    """As BehaviorTree.CPP's files have it."""
     main(["nodes", "--xml"])
 
     model = ET.fromstring(capsys.readouterr().out).find("TreeNodesModel")
@@ -57,7 +52,6 @@ def test_editors_get_a_model_of_all_nodes(capsys):
 
 
 def test_two_forms_at_once_are_refused(capsys):
-    """JSON and XML exclude each other."""
     with pytest.raises(SystemExit, match="2"):
         main(["nodes", "--json", "--xml"])
 

@@ -24,7 +24,6 @@ def seen(tmp_path):
 
 
 def test_a_table_says_what_never_happened(seen, capsys):
-    """A dash is for what can't happen."""
     assert 0 == main(["coverage", seen])
 
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -35,21 +34,18 @@ def test_a_table_says_what_never_happened(seen, capsys):
 
 
 def test_files_are_counted_together(seen, capsys):
-    """A file that is named twice counts twice."""
     main(["coverage", seen, seen])
 
     assert "in 2 runs of the tree" in capsys.readouterr().out
 
 
 def test_only_what_is_missing_is_shown_if_wanted(seen, capsys):
-    """The other nodes are left out."""
     main(["coverage", seen, "--missing"])
 
     assert ["C"] == [line.split()[0] for line in capsys.readouterr().out.splitlines()[2:]]
 
 
 def test_programs_get_the_same_as_json(seen, capsys):
-    """With what never happened, in words."""
     main(["coverage", seen, "--json"])
 
     (tree,) = json.loads(capsys.readouterr().out)["trees"]
@@ -58,7 +54,6 @@ def test_programs_get_the_same_as_json(seen, capsys):
 
 
 def test_a_tracefile_has_its_outline_beside_it(seen, tmp_path):
-    """As the tree is no file."""
     main(["coverage", seen, "-o", str(tmp_path / "seen.info")])
 
     outline = tmp_path / "seen.outline.txt"
@@ -67,7 +62,6 @@ def test_a_tracefile_has_its_outline_beside_it(seen, tmp_path):
 
 
 def test_several_files_become_one(seen, tmp_path):
-    """Nothing but it is left."""
     main(["coverage", seen, seen, "-o", str(tmp_path / "both.json")])
 
     assert {"seen.json", "both.json"} == {path.name for path in tmp_path.iterdir()}
@@ -75,7 +69,6 @@ def test_several_files_become_one(seen, tmp_path):
 
 
 def test_a_file_that_is_no_coverage_is_an_error(tmp_path, capsys):
-    """The message names the file."""
     (tmp_path / "other.json").write_text("{}", encoding="utf-8")
 
     assert 2 == main(["coverage", str(tmp_path / "other.json")])
@@ -83,7 +76,6 @@ def test_a_file_that_is_no_coverage_is_an_error(tmp_path, capsys):
 
 
 def test_an_ending_that_says_no_format_is_an_error(seen, capsys):
-    """The ending is checked before any file is read."""
     assert 2 == main(["coverage", seen, "-o", "seen.html"])
 
     assert "--output seen.html does not say a format; expected a name that ends with" in capsys.readouterr().err

@@ -37,17 +37,14 @@ def blocked(number, *, twice):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_what_blocks_is_given_up(number, code):
-    """The end is asked for, waited for, and brought about."""
     assert blocked(number, twice=False) == (code, "stop\ngive up\n")
 
 
 def test_a_second_signal_does_not_wait():
-    """However patient the watch is."""
     assert blocked(signal.SIGINT, twice=True) == (130, "stop\ngive up\n")
 
 
 def test_the_handlers_are_put_back():
-    """Afterwards signals are what they were before."""
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     with on_interrupt(lambda: None, lambda: None) as numbers:
         pass
@@ -69,7 +66,6 @@ def test_other_signals_are_not_meant():
 
 
 def test_ctrl_c_while_modules_load_is_130():
-    """No traceback, and no death by the signal: the console script catches it before anything is imported."""
     program = (
         "import os, signal, sys; from bt_controller.__main__ import main; "
         "sys.addaudithook(lambda event, _: event == 'import' and os.kill(os.getpid(), signal.SIGINT)); "

@@ -42,25 +42,20 @@ class TestSetup:
     """Action, robot and goal are looked up before the first tick."""
 
     def test_an_action_of_no_name_is_refused_when_the_tree_is_built(self):
-        """A misspelled action is an error in the tree, which is found without a simulator."""
         with pytest.raises(ValueError, match=r"no action 'wiat'; did you mean 'wait'\?"):
             ActionLeaf("Wait", "wiat", WAIT)
 
     def test_an_unknown_robot_is_an_error_that_names_the_robots(self, client):
-        """A missing robot is reported before the first tick."""
         with pytest.raises(NotServed, match="no robot 'marvin'; there are eve, wall_e"):
             ActionLeaf("Wait", "wait", WAIT).setup(client=client, robot="marvin")
 
     def test_an_action_that_the_robot_lacks_is_an_error(self, client):
-        """Robots differ: eve can't pick anything up."""
         with pytest.raises(
             NotServed, match="has no action 'pickup', which needs the component 'claw'; there are navigate_to_pose"
         ):
             ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="x")).setup(client=client, robot="eve")
 
     def test_a_goal_in_plain_values_may_name_a_place(self, simulation):
-        """As on the command line; one that does not exist is an error before the first tick."""
-
         def to(place):
             return simulation(
                 "cafe", tree=lambda: ActionLeaf("Go", "navigate_to_pose", {"pose": place}), robots=["chai"]
@@ -74,12 +69,10 @@ class TestSetup:
 
     @pytest.mark.parametrize("target", [7, (1.0,), None])
     def test_a_target_that_is_none(self, target):
-        """When the tree is built."""
         with pytest.raises(TypeError, match=r"GoTo takes the name of a place, \(x, y\) or \(x, y, yaw\), got "):
             GoTo(target)
 
     def test_a_dock_that_does_not_exist_is_an_error(self, simulation, tmp_path):
-        """Before the first tick, in Python and in XML."""
         with pytest.raises(NotServed, match=r"'Dock at chrger_1': no place 'chrger_1'; did you mean 'charger_1'\?"):
             simulation("cafe", tree=lambda: Dock("chrger_1"), robots=["mocha"]).to_the_end()
         tree = tmp_path / "dock.xml"
@@ -102,7 +95,6 @@ class TestSetup:
         assert "tiem: extra inputs are not permitted, got 3" in str(error.value)
 
     def test_a_leaf_may_name_another_robot_than_the_trees(self, client):
-        """A tree may ask a helper."""
         leaf = ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal(), robot="eve")
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -111,7 +103,6 @@ class TestSetup:
 
     @pytest.mark.parametrize("name", ["wall_e/navigate_to_pose", "navigate_to_pose/wall_e", "/wall_e/navigate_to_pose"])
     def test_a_full_name_or_its_alias_means_the_same_action(self, client, name):
-        """The world's remap table gives actions further names."""
         leaf = ActionLeaf("Go", name, NavigateToPose.Goal())
         leaf.setup(client=client, robot="eve")
         leaf.tick_once()
@@ -119,7 +110,6 @@ class TestSetup:
         assert (client.goals[0].robot, client.goals[0].action.name) == ("wall_e", "navigate_to_pose")
 
     def test_a_tick_without_setup_is_a_mistake(self):
-        """A tree is set up before its first tick."""
         with pytest.raises(RuntimeError, match="'Wait' was ticked before it was set up"):
             ActionLeaf("Wait", "wait", WAIT).tick_once()
 
@@ -128,7 +118,6 @@ class TestInitialise:
     """The leaf sends its goal upon initialise."""
 
     def test_the_goal_is_sent_once_however_often_the_leaf_is_ticked(self, client, leaf):
-        """Only the first tick sends."""
         leaf.tick_once()
         leaf.tick_once()
 
@@ -136,7 +125,6 @@ class TestInitialise:
         assert (leaf.status, leaf.feedback_message) == (Status.RUNNING, "sent goal request")
 
     def test_a_leaf_that_is_ticked_again_after_its_end_sends_again(self, client, leaf):
-        """A new round of activity is a new goal."""
         leaf.tick_once()
         client.goals[0].succeed()
         leaf.tick_once()
@@ -146,7 +134,6 @@ class TestInitialise:
         assert leaf.status is Status.RUNNING
 
     def test_the_goal_may_come_from_a_function(self, client):
-        """The function is called anew each time."""
         leaf = ActionLeaf("Wait", "wait", lambda: WAIT)
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -154,7 +141,6 @@ class TestInitialise:
         assert client.goals[0].goal == WAIT
 
     def test_the_goal_may_come_from_the_blackboard(self, client):
-        """Another behavior has put it there."""
         leaf = ActionLeaf("Wait", "wait", "next_goal")
         leaf.setup(client=client, robot="wall_e")
         Blackboard.set("next_goal", WAIT)
@@ -164,7 +150,6 @@ class TestInitialise:
 
     @pytest.mark.parametrize("source", ["next_goal", lambda: None])
     def test_without_a_goal_the_leaf_fails(self, client, source):
-        """Nothing is sent, and the leaf says so."""
         leaf = ActionLeaf("Wait", "wait", source)
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -173,7 +158,6 @@ class TestInitialise:
         assert client.goals == []
 
     def test_a_goal_that_can_not_be_sent_fails_the_leaf(self, client, leaf):
-        """An error of the client is a FAILURE that says why."""
         client.refuses = ClientClosed("the client is closed")
         leaf.tick_once()
 
@@ -184,7 +168,6 @@ class TestUpdate:
     """The leaf follows its goal from tick to tick."""
 
     def test_success_is_success(self, client, leaf):
-        """SUCCEEDED is the only way to SUCCESS."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].succeed()
@@ -193,7 +176,6 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.SUCCESS, "successfully completed")
 
     def test_success_is_written_on_the_blackboard(self, client):
-        """Other behaviors can look whether it was done."""
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -203,7 +185,6 @@ class TestUpdate:
         assert Blackboard.get("waited") is True
 
     def test_failure_is_not_written_on_the_blackboard(self, client):
-        """A result that was not achieved is not written."""
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -221,7 +202,6 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "rejected: not_ready: battery empty")
 
     def test_an_aborted_goal_fails_with_nav2s_error_msg(self, client, leaf):
-        """Nav2's results have the text beside the code."""
         leaf.tick_once()
         client.goals[0].abort(208, "no route to (5, 5)")
         leaf.tick_once()
@@ -229,7 +209,6 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: no route to (5, 5)")
 
     def test_an_aborted_goal_fails_with_moveits_message(self, client):
-        """MoveIt's results have the text within the code."""
         leaf = ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="anvil"))
         leaf.setup(client=client, robot="wall_e")
         leaf.tick_once()
@@ -247,7 +226,6 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "canceled: canceled")
 
     def test_a_simulator_that_dies_fails_the_leaf(self, client, leaf):
-        """The leaf does not wait for an answer that can't come."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].fail(SimulatorGone("the simulator is gone"))
@@ -256,7 +234,6 @@ class TestUpdate:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the simulator is gone")
 
     def test_feedback_is_shown_field_by_field(self, client, leaf):
-        """The feedback of an action without a format consists of its plain fields."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].feed(time_left=Duration.from_seconds(2.5))
@@ -281,7 +258,6 @@ class TestTerminate:
     """Letting go of the goal."""
 
     def test_an_interrupt_cancels_the_goal(self, client, leaf):
-        """A robot does not go on for a tree that has moved on."""
         leaf.tick_once()
         client.goals[0].accept()
         leaf.stop(Status.INVALID)
@@ -296,7 +272,6 @@ class TestTerminate:
         assert (client.goals[0].accepted, client.goals[0].canceled) == (None, True)
 
     def test_a_goal_that_is_done_is_not_canceled(self, client, leaf):
-        """The reset of a finished leaf asks nothing of the robot."""
         leaf.tick_once()
         client.goals[0].succeed()
         leaf.tick_once()
@@ -319,14 +294,12 @@ class TestSuspend:
     """Letting go of the goal, to go on with it later."""
 
     def test_a_suspended_goal_is_canceled(self, client, leaf):
-        """The leaf stays as it is meanwhile."""
         leaf.tick_once()
         leaf.suspend()
 
         assert (client.goals[0].canceled, leaf.status) == (True, Status.RUNNING)
 
     def test_a_goal_that_was_canceled_is_sent_again(self, client, leaf):
-        """The very same, when the leaf is ticked again."""
         leaf.tick_once()
         leaf.suspend()
         client.goals[0].end_canceled()
@@ -345,7 +318,6 @@ class TestSuspend:
         assert (len(client.goals), leaf.status) == (1, Status.SUCCESS)
 
     def test_a_goal_that_another_client_canceled_later_is_not_sent_again(self, client, leaf):
-        """Only the goal that was suspended is sent again."""
         leaf.tick_once()
         leaf.suspend()
         client.goals[0].end_canceled()
@@ -356,7 +328,6 @@ class TestSuspend:
         assert (len(client.goals), leaf.status) == (2, Status.FAILURE)
 
     def test_a_leaf_that_does_not_run_has_nothing_to_suspend(self, client, leaf):
-        """It begins as ever when it is ticked."""
         leaf.suspend()
         leaf.tick_once()
         client.goals[0].end_canceled()
@@ -365,7 +336,6 @@ class TestSuspend:
         assert (len(client.goals), leaf.status) == (1, Status.FAILURE)
 
     def test_a_suspended_leaf_that_is_interrupted_begins_anew(self, client, leaf):
-        """The interruption ends the suspension."""
         leaf.tick_once()
         leaf.suspend()
         client.goals[0].end_canceled()
@@ -398,7 +368,6 @@ class TestResume:
         return life()
 
     def test_each_life_has_the_same_ids(self, client, life):
-        """So what was sent is found, one goal after the other."""
         for leaf in (life(), life()):
             for _ in range(2):
                 leaf.tick_once()
@@ -410,14 +379,12 @@ class TestResume:
         assert all(goal.may_be_known for goal in client.goals)
 
     def test_another_goal_at_the_same_place_has_another_id(self, client, life):
-        """Of another step nothing was done; not even if it is another action's."""
         for leaf in (life(), life(LONG), life(NavigateToPose.Goal(), "navigate_to_pose")):
             leaf.tick_once()
 
         assert 3 == len({goal.goal_id for goal in client.goals})
 
     def test_when_a_goal_was_made_does_not_matter(self, client, life):
-        """The same pose said later is the same."""
         for sec in (1, 2):
             header = Header(stamp=Time(sec=sec))
             life(NavigateToPose.Goal(pose=PoseStamped(header=header)), "navigate_to_pose").tick_once()
@@ -425,7 +392,6 @@ class TestResume:
         assert client.goals[0].goal_id == client.goals[1].goal_id
 
     def test_steps_that_take_turns_at_one_place_are_counted_each(self, client, life):
-        """As in a loop whose goal comes from the blackboard."""
         for leaf in (life(goals(WAIT, LONG, WAIT)), life(goals(WAIT, LONG, WAIT))):
             for _ in range(3):
                 leaf.tick_once()
@@ -459,7 +425,6 @@ class TestResume:
 
     @pytest.mark.parametrize("end", ["succeed", "abort"])
     def test_what_has_ended_in_an_earlier_life_counts(self, client, leaf, end):
-        """Success as success, failure as failure."""
         leaf.tick_once()
         client.goals[0].is_known(GoalStatus.ABORTED if end == "abort" else GoalStatus.SUCCEEDED)
         getattr(client.goals[0], end)(*((740, "lost") if end == "abort" else ()))
@@ -522,7 +487,6 @@ class TestResume:
         assert sent == len(client.goals)
 
     def test_a_goal_of_this_life_that_another_client_cancels_fails_as_ever(self, client, leaf):
-        """The cancel did not come from the tree."""
         leaf.tick_once()
         client.goals[0].accept()
         client.goals[0].end_canceled()

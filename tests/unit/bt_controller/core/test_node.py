@@ -39,7 +39,6 @@ def node():
 
 
 def test_a_text_is_read_anew_when_another_one_is_written(node):
-    """A value that was parsed before is that of its text only."""
     read = []
     for text in ("1.5", "1.5", "2.5"):
         Blackboard.set("/number", text)
@@ -63,7 +62,6 @@ def test_only_outputs_are_written(node):
 
 
 def test_py_trees_clients_see_the_ports(node):
-    """Code for py_trees' own interface reads and writes them, and its displays show who does."""
     node.write("total", 3.0)
     client = node.blackboard_client
 
@@ -74,7 +72,6 @@ def test_py_trees_clients_see_the_ports(node):
 
 
 def test_what_is_no_status_is_invalid(node):
-    """As in py_trees; the node is stopped."""
     node.result = None
     node.tick_once()
 

@@ -27,20 +27,17 @@ class _Nowhere:
 
 
 def test_an_unknown_given_place_is_reported_as_it_was_given():
-    """The place was given with --set; the simulator knows the places."""
     with pytest.raises(ValueError, match=r"^--set goal=nowhere: no place 'nowhere'; there are none$"):
         POSE.read(Given("nowhere", "goal"), _Nowhere())
 
 
 def test_a_given_text_can_be_copied():
-    """A snapshot of a blackboard copies its values."""
     twin = copy.deepcopy(Given("ward", "goal"))
 
     assert ("ward", "goal") == (twin, twin.key)
 
 
 def test_a_text_without_effect_here_is_doubted():
-    """As that of a planner that no robot serves; one that is served, or of another kind, is not."""
     assert "no robot serves 'Smac'; there are GridBased, graph" == PLANNER.doubt("Smac")
     assert (None, None) == (PLANNER.doubt("graph"), UNSIGNED.doubt("3"))
 
@@ -69,7 +66,6 @@ class Pose(Leaf):
 
 @pytest.mark.parametrize("value", [2.0, 2, "2.0"])
 def test_a_port_carries_a_value_or_text_as_in_a_file(value):
-    """The port converts the text to its kind."""
     made = node(Add, a=value, sum="{sum}")
     made.setup()
     made.tick_once()
@@ -78,7 +74,6 @@ def test_a_port_carries_a_value_or_text_as_in_a_file(value):
 
 
 def test_a_port_may_lead_to_the_blackboard():
-    """In braces, as in a file."""
     Blackboard.set("here", 5.0)
     made = node(Add, a="{here}", b=0.5, sum="{sum}", name="Plus")
     made.setup()
@@ -95,14 +90,12 @@ def test_two_nodes_of_one_name_do_not_share_their_values():
 
 
 def test_a_value_may_be_a_message():
-    """It need not be written as text."""
     made = node(Pose, pose=pose_at(1.0, 2.0))
 
     assert pose_at(1.0, 2.0) == made.read("pose")
 
 
 def test_children_come_first():
-    """Controls take any, as Python has it."""
     made = node(RecoveryNode, node(Add, a=1), node(Add, a=2), number_of_retries=3)
 
     assert (["Add", "Add"], 3) == ([child.name for child in made.children], made.read("number_of_retries"))
@@ -110,7 +103,6 @@ def test_children_come_first():
 
 @pytest.mark.parametrize("tag", registry())
 def test_every_node_of_files_can_be_made_so(tag):
-    """Each node gets as many children as it needs, and may add its own."""
     kind = registry()[tag]
     ports = dict.fromkeys((port for port, said in kind.INPUTS.items() if said.required), "1")
     number = kind.least if issubclass(kind, Control) else int(issubclass(kind, Decoration))
@@ -120,18 +112,15 @@ def test_every_node_of_files_can_be_made_so(tag):
 
 
 def test_a_port_that_there_is_not_is_refused():
-    """The error says which there are."""
     with pytest.raises(ValueError, match="Add: no port 'c'; there are a, b, sum"):
         node(Add, a=1.0, c=2.0)
 
 
 def test_a_port_that_is_needed_has_to_have_a_value():
-    """When the tree is built."""
     with pytest.raises(ValueError, match="Add: port 'a' needs a value"):
         node(Add, b=2.0)
 
 
 def test_text_that_makes_no_sense_is_an_error_before_the_first_tick():
-    """The text is checked as in a file."""
     with pytest.raises(PortError, match="Pose: port 'times': 'often' is not a whole number"):
         node(Pose, pose="1;2", times="often").setup()

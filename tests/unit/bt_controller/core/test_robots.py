@@ -28,7 +28,6 @@ WARD = Directory.from_info(
     ],
 )
 def test_robots_are_selected_by_what_they_are(selectors, robots):
-    """In order of their names, each once."""
     assert robots == selected(WARD, selectors)
 
 
@@ -41,26 +40,22 @@ def test_robots_are_selected_by_what_they_are(selectors, robots):
     ],
 )
 def test_a_selector_that_matches_no_robot_says_what_there_is(selector, error):
-    """This holds even beside a selector that matches."""
     with pytest.raises(NotServed, match=f"^{error}$".replace("?", r"\?")):
         selected(WARD, ["all", selector])
 
 
 def test_a_world_without_robots_has_none_to_select():
-    """The selector all is also an error in such a world."""
     with pytest.raises(NotServed, match="there are no robots"):
         selected(Directory.from_info({}), ["all"])
 
 
 @pytest.mark.parametrize("selector", ["nurse", "type:", "kind:nurse", "all:", ""])
 def test_a_malformed_selector_is_refused(selector):
-    """The error says what selectors look like."""
     with pytest.raises(ValueError, match="selects no robots; expected all, type:NAME, action:NAME, component:NAME"):
         check_selector(selector)
 
 
 def test_shell_completion_offers_what_there_is():
-    """Each candidate is listed once."""
     assert [
         "all",
         "action:pickup",

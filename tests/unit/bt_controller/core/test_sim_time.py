@@ -26,7 +26,6 @@ def status_at(now, behaviour):
 
 @given(begin=TIMES, duration=st.integers(10_000, 10**13).map(lambda nanoseconds: nanoseconds / 1e9))
 def test_a_timer_ends_at_its_time(begin, duration):
-    """Exactly then, whatever the rounding of floats, and a microsecond before it still runs."""
     timer, end = Timer("Timer", duration), begin + duration
     statuses = [status_at(now, timer) for now in (begin, end - 1e-6, end)]
 
@@ -34,7 +33,6 @@ def test_a_timer_ends_at_its_time(begin, duration):
 
 
 def test_a_timeout_fails_at_its_time():
-    """The decorator counts as the timer does."""
     timeout = Timeout("Timeout", Running("Running"), 5.0)
 
     assert [Status.RUNNING, Status.RUNNING, Status.FAILURE] == [status_at(now, timeout) for now in (10.0, 14.999, 15.0)]
@@ -50,7 +48,6 @@ def test_py_trees_has_its_own_time_back_afterwards():
 
 
 def test_without_a_clock_there_is_no_simulated_time():
-    """Timers use the wall clock then."""
     with simulated_time(None):
         assert timers.time is time
 

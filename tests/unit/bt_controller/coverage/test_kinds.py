@@ -29,7 +29,6 @@ def sequence(*children, memory=True):
 
 @pytest.mark.parametrize("name", [*_LEAVES, *_PARENTS])
 def test_each_kind_exists(name):
-    """A class that has moved would be taken for one of which nothing is known."""
     module, _, kind = name.rpartition(".")
 
     assert issubclass(getattr(importlib.import_module(module), kind), object)
@@ -57,7 +56,6 @@ def test_each_kind_exists(name):
     ],
 )
 def test_what_is_possible_depends_on_kind_and_place(root, name, expected):
-    """A leaf's kind says what it returns, and those above it whether it is halted or its failure made up for."""
     assert expected == possible(root, name)
 
 

@@ -54,7 +54,6 @@ def example():
 
 
 def test_lines_are_those_of_the_file(example):
-    """Each on which a node stands, with the node's ticks: the action runs, and succeeds."""
     counts, _ = example[str(EXAMPLE)]
     told = EXAMPLE.read_text(encoding="utf-8").splitlines()
 
@@ -62,7 +61,6 @@ def test_lines_are_those_of_the_file(example):
 
 
 def test_branches_are_what_can_happen(example):
-    """The action has succeeded, but it has not failed; nothing halts it."""
     _, branches = example[str(EXAMPLE)]
     line = max(line for line, _, _ in branches)
 
@@ -70,7 +68,6 @@ def test_branches_are_what_can_happen(example):
 
 
 def test_a_tree_in_python_has_the_lines_of_its_outline(tmp_path):
-    """One for each node, below the tree's name."""
     coverage = TreeCoverage()
     steps = Selector("Steps", memory=True, children=[Failure("A"), Success("B"), Success("C")])
     coverage.watch("trees:errand", Sequence("Root", memory=True, children=[steps])).tick()

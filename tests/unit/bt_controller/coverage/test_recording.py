@@ -73,7 +73,6 @@ def queue(name, *statuses):
 
 
 def test_each_tick_of_a_node_counts(stage):
-    """A node that runs twice and then succeeds has three ticks."""
     seen = stage(lambda: queue("A", Status.RUNNING, Status.RUNNING, Status.SUCCESS))
     seen.tick(3)
 
@@ -81,7 +80,6 @@ def test_each_tick_of_a_node_counts(stage):
 
 
 def test_a_node_that_was_not_ticked_is_known(stage):
-    """The coverage lists it as never ticked."""
     seen = stage(lambda: Sequence("Root", memory=True, children=[Failure("A"), Success("B")]))
     seen.tick()
 
@@ -89,7 +87,6 @@ def test_a_node_that_was_not_ticked_is_known(stage):
 
 
 def test_a_node_that_is_halted_while_it_runs_was_canceled(stage):
-    """A selector without memory halts what runs as soon as something better does."""
     better = queue("A", Status.FAILURE, Status.RUNNING)
     seen = stage(lambda: Selector("Root", memory=False, children=[better, Running("B")]))
     seen.tick(2)
@@ -107,7 +104,6 @@ def test_what_stops_with_the_run_was_not_canceled(stage):
 
 
 def test_a_failure_after_which_another_child_succeeds_is_recovered(stage):
-    """The failure counts as recovered since the selector succeeds."""
     seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
     seen.tick()
 
@@ -128,7 +124,6 @@ def test_a_failure_further_below_is_recovered_too(stage):
 
 
 def test_a_failure_after_which_all_fails_is_not_recovered(stage):
-    """Nothing has made up for it."""
     seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Failure("B")]))
     seen.tick()
 
@@ -159,8 +154,6 @@ def test_a_failure_that_is_an_answer_is_not_recovered(stage):
 
 
 def test_a_halt_forgets_failures(stage):
-    """A later success does not recover a failure from before the halt."""
-
     def tree():
         tried = Selector("Tried", memory=True, children=[queue("A", Status.FAILURE, Status.SUCCESS), Running("B")])
         better = queue("Better", Status.FAILURE, Status.RUNNING, Status.FAILURE)
@@ -173,7 +166,6 @@ def test_a_halt_forgets_failures(stage):
 
 
 def test_the_error_code_of_an_aborted_goal_is_counted(stage):
-    """The code is counted in addition to the leaf's failure."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].accept()
@@ -195,7 +187,6 @@ def test_a_preempted_goal_is_told_from_other_aborted_ones(stage):
 
 
 def test_a_rejected_goal_is_counted(stage):
-    """A rejected goal has not begun."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].reject("bad", "not now")
@@ -205,7 +196,6 @@ def test_a_rejected_goal_is_counted(stage):
 
 
 def test_a_goal_of_unknown_end_is_lost(stage):
-    """The request was not answered."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].fail(RequestTimeout("no answer"))
@@ -215,7 +205,6 @@ def test_a_goal_of_unknown_end_is_lost(stage):
 
 
 def test_a_goal_that_ends_with_the_simulator_says_nothing(stage):
-    """The tree has not failed: its simulator is gone."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].fail(SimulatorGone("the simulator is gone"))
@@ -235,7 +224,6 @@ def test_a_node_that_skips_itself_was_not_canceled(stage):
 
 
 def test_a_goal_that_another_client_cancels_was_canceled(stage):
-    """The leaf fails with it."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].accept()
@@ -246,7 +234,6 @@ def test_a_goal_that_another_client_cancels_was_canceled(stage):
 
 
 def test_a_suspended_goal_was_canceled_once(stage):
-    """The leaf goes on running, and its goal is sent again."""
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     seen.goals[0].accept()
@@ -258,7 +245,6 @@ def test_a_suspended_goal_was_canceled_once(stage):
 
 
 def test_the_trees_of_several_robots_are_counted_together():
-    """The robot's own name in a path is not part of it."""
     coverage = TreeCoverage()
     for robot in ("wall_e", "eve"):
         plan = Plan("test", lambda name: Success(f"Errand of {name}"), takes_robot=True, confirmed=False)
@@ -268,7 +254,6 @@ def test_the_trees_of_several_robots_are_counted_together():
 
 
 def test_a_tree_that_grows_is_counted_as_a_whole(stage):
-    """A composite that gets a child between two ticks is looked at again."""
     seen = stage(lambda: Parallel("Root", ParallelPolicy.SuccessOnAll(), children=[Running("A")]))
     seen.tick()
     seen.mission.root.add_child(Running("B"))
@@ -289,7 +274,6 @@ def covered(**options):
 
 
 def test_a_fault_shows_what_a_run_without_it_does_not():
-    """The goal of the first attempt has its code, and the second attempt is ticked."""
     fault = {"type": "claw_misses", "robot": "wall_e", "at": 0, "duration": 60}
     more = covered(changes={"faults": [fault]}) - covered()
     steps = "/Deliver medicine/Fetch medicine/Get medicine"

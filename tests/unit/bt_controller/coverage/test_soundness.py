@@ -128,7 +128,6 @@ def above(children: st.SearchStrategy[Callable[[], Behaviour]]) -> st.SearchStra
 @settings(max_examples=100, deadline=None)
 @given(st.recursive(leaves(), above, max_leaves=8))
 def test_what_is_impossible_does_not_happen(tree: Callable[[], Behaviour]) -> None:
-    """Each outcome that is seen is possible by analysis."""
     Blackboard.clear()
     coverage = TreeCoverage()
     root = tree()

@@ -19,14 +19,12 @@ def ticked(*children, name="trees:errand"):
 
 
 def test_keys_say_what_happened():
-    """One for each outcome of a node, whatever the number."""
     keys = ticked(Success("A"), Failure("B")).keys()
 
     assert {"trees:errand/Root/A:SUCCESS", "trees:errand/Root/B:FAILURE", "trees:errand/Root:FAILURE"} == keys
 
 
 def test_merging_adds_counts():
-    """Nodes at the same path are the same node."""
     coverage = ticked(Success("A"))
     coverage.merge(ticked(Failure("A")))
 
@@ -34,7 +32,6 @@ def test_merging_adds_counts():
 
 
 def test_merging_counts_the_trees():
-    """The number of runs is the sum of both coverages."""
     coverage = ticked(Success("A"))
     coverage.merge(ticked(Success("A")))
 
@@ -42,7 +39,6 @@ def test_merging_counts_the_trees():
 
 
 def test_trees_of_other_names_stay_apart():
-    """Though they look the same."""
     coverage = ticked(Success("A"))
     coverage.merge(ticked(Success("A"), name="trees:other"))
 
@@ -50,7 +46,6 @@ def test_trees_of_other_names_stay_apart():
 
 
 def test_the_order_of_merging_does_not_matter():
-    """The JSON is the same, byte for byte."""
     one, two = ticked(Success("A"), Failure("B")), ticked(Success("C"), name="another")
     ahead, behind = TreeCoverage(), TreeCoverage()
     for each in (one, two):
@@ -62,7 +57,6 @@ def test_the_order_of_merging_does_not_matter():
 
 
 def test_json_is_read_as_it_was_written():
-    """Reading restores the whole coverage."""
     told = ticked(Success("A"), Failure("B")).to_json()
 
     assert told == TreeCoverage.from_json(json.dumps(told)).to_json()
@@ -70,7 +64,6 @@ def test_json_is_read_as_it_was_written():
 
 @pytest.mark.parametrize("text", ["{", "[]", "[" * 100_000, b"\xff", '{"format": "other", "trees": {}}'])
 def test_other_texts_are_no_coverage(text):
-    """The error says what was expected."""
     with pytest.raises(CoverageError, match=r"no coverage of trees: .*; expected a file written by --coverage"):
         TreeCoverage.from_json(text)
 
@@ -83,7 +76,6 @@ def test_what_is_missing_is_what_could_have_happened():
 
 
 def test_nodes_are_followed_by_those_below_them():
-    """Also where the trees of two robots differ at the same place."""
     coverage = ticked(Sequence("A", memory=True, children=[Success("B")]))
     coverage.merge(ticked(Sequence("C", memory=True, children=[Success("D")])))
 

@@ -46,7 +46,6 @@ WAITING = st.lists(
 
 @given(WAITING, ROBOTS)
 def test_no_task_and_no_robot_is_given_twice(waiting, robots):
-    """A robot has two hands' work with one."""
     found = nearest(waiting, robots, least=MIN_CHARGE)
 
     assert len(found) == len({each.task.item for each in found})
@@ -55,7 +54,6 @@ def test_no_task_and_no_robot_is_given_twice(waiting, robots):
 
 @given(WAITING, ROBOTS)
 def test_no_robot_gets_what_it_can_not_do(waiting, robots):
-    """A robot of the wrong type, a busy or broken one, and one with a low battery get no task."""
     by_name = {robot.name: robot for robot in robots}
     chosen = [(each.task, by_name[each.robot]) for each in nearest(waiting, robots, least=MIN_CHARGE)]
 
@@ -65,7 +63,6 @@ def test_no_robot_gets_what_it_can_not_do(waiting, robots):
 
 @given(WAITING, ROBOTS)
 def test_no_task_waits_while_a_free_robot_could_do_it(waiting, robots):
-    """The task is assigned at once."""
     found = nearest(waiting, robots, least=MIN_CHARGE)
     left = [each for each in waiting if each.task not in {one.task for one in found}]
     free = [
@@ -79,7 +76,6 @@ def test_no_task_waits_while_a_free_robot_could_do_it(waiting, robots):
 
 @given(WAITING, ROBOTS)
 def test_the_order_in_which_robots_are_listed_does_not_matter(waiting, robots):
-    """Ties are broken by name."""
     assert nearest(waiting, robots, least=MIN_CHARGE) == nearest(waiting, robots[::-1], least=MIN_CHARGE)
 
 
@@ -93,14 +89,12 @@ MILK = PendingTask(Task("milk", "a", "b"), (5.0, 0.0))
 
 
 def test_the_nearest_gets_it():
-    """The next task goes to the nearest of the other robots."""
     found = nearest([TEA, MILK], [robot("ann", 4.0), robot("bob", 3.0)], least=MIN_CHARGE)
 
     assert [Assignment(TEA.task, "bob", 3.0), Assignment(MILK.task, "ann", 1.0)] == found
 
 
 def test_a_robot_that_has_failed_comes_last():
-    """A robot that has failed comes last, however near it is; if no other robot is free, it may try again."""
     tea = PendingTask(TEA.task, TEA.at, failed=frozenset({"bob"}))
 
     assert ["ann"] == [each.robot for each in nearest([tea], [robot("bob", 1.0), robot("ann", 9.0)], least=MIN_CHARGE)]
@@ -111,7 +105,6 @@ TASKS = tuple(Task(item, "a", "b") for item in ("tea", "milk", "rice"))
 
 
 def test_the_same_seed_draws_the_same():
-    """Another one draws something else."""
     first, again, other = (arrivals(TASKS, seed=seed, mean_gap=60.0) for seed in (1, 1, 2))
 
     assert first == again
@@ -119,7 +112,6 @@ def test_the_same_seed_draws_the_same():
 
 
 def test_every_task_turns_up_once_and_in_order_of_time():
-    """This holds for every seed."""
     found = arrivals(TASKS, seed=5, mean_gap=60.0)
 
     assert ["milk", "rice", "tea"] == sorted(arrival.task.item for arrival in found)
@@ -127,7 +119,6 @@ def test_every_task_turns_up_once_and_in_order_of_time():
 
 
 def test_the_gaps_are_as_long_as_is_wanted_on_average():
-    """A thousand of them are."""
     tasks = [Task(str(number), "a", "b") for number in range(1000)]
 
     assert arrivals(tasks, seed=1, mean_gap=60.0)[-1].after == pytest.approx(60_000, rel=0.1)
@@ -143,5 +134,4 @@ def test_the_gaps_are_as_long_as_is_wanted_on_average():
     ],
 )
 def test_a_task_suits_robots_of_its_types_with_its_actions(types, robot_type, actions, suits):
-    """Both are required; a task without types suits all types."""
     assert suits is Task("tea", "a", "b", types).suits(robot_type, actions)

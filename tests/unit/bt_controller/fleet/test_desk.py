@@ -33,12 +33,10 @@ def items(tasks):
 
 
 def test_a_robot_with_a_task_gets_no_other(task_queue):
-    """This holds even for a robot that reports itself idle."""
     assert ([], ["milk"]) == (task_queue.hand_out([robot("ann")]), items(task_queue.waiting))
 
 
 def test_what_is_done_is_in_the_books(task_queue):
-    """And the robot gets the next."""
     task_queue.finish("ann")
 
     assert ["milk"] == items(task_queue.hand_out([robot("ann")]))
@@ -46,7 +44,6 @@ def test_what_is_done_is_in_the_books(task_queue):
 
 
 def test_another_robot_takes_over_from_one_that_failed(task_queue):
-    """The task comes before those that turned up later."""
     task_queue.fail("ann")
 
     assert ["tea", "milk"] == items(task_queue.waiting)
@@ -54,7 +51,6 @@ def test_another_robot_takes_over_from_one_that_failed(task_queue):
 
 
 def test_what_a_robot_holds_stays_with_it(task_queue):
-    """No other robot can fetch it."""
     task_queue.given["ann"].holds = True
     task_queue.fail("ann")
 
@@ -70,7 +66,6 @@ def test_a_robot_that_holds_a_given_up_item_gets_nothing(task_queue):
 
 
 def test_a_task_that_no_robot_can_do_is_given_up(task_queue):
-    """The task is given up at once; the others go on waiting."""
     task_queue.waiting.append(waiting("rice", 3.0, types=("cook",)))
 
     assert ["rice"] == task_queue.give_up_waiting([robot("ann")], before=0.0)
@@ -78,7 +73,6 @@ def test_a_task_that_no_robot_can_do_is_given_up(task_queue):
 
 
 def test_what_has_waited_for_too_long_is_given_up(task_queue):
-    """The books say which robots failed at it."""
     task_queue.fail("ann")
 
     assert ["tea"] == task_queue.give_up_waiting([robot("ann")], before=1.0)

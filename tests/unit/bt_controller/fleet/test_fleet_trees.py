@@ -49,7 +49,6 @@ def _succeed(client):
 
 
 def test_each_leaf_sends_to_its_own_robot(client, run):
-    """The tree is called fleet."""
     outcome = run(all_go, "wall_e", "eve")
 
     assert {"fleet": Status.SUCCESS} == outcome.statuses
@@ -57,19 +56,16 @@ def test_each_leaf_sends_to_its_own_robot(client, run):
 
 
 def test_a_robot_that_is_not_there_is_an_error(run):
-    """Even if no leaf asks for it."""
     with pytest.raises(NotServed, match="no robot 'wally'; did you mean 'wall_e'"):
         run(lambda _robots: Success("Success"), "eve", "wally")
 
 
 def test_a_leaf_that_names_no_robot_is_an_error(run):
-    """It is not known which robot would get the goal."""
     with pytest.raises(NotServed, match="no robot 'fleet'"):
         run(lambda _robots: ActionLeaf("Go", "navigate_to_pose", NavigateToPose.Goal()), "eve")
 
 
 def test_all_leaves_share_a_blackboard(run):
-    """An entry that one robot writes is read by the others."""
     seen = []
 
     def tree(robots):
@@ -88,7 +84,6 @@ def test_all_leaves_share_a_blackboard(run):
     [("robots", (False, True)), ("robots=()", (False, True)), ("robot", (True, False)), ("", (False, False))],
 )
 def test_the_parameters_name_says_whether_it_is_one_tree_for_all(tmp_path, monkeypatch, signature, takes):
-    """*robots* is all of them, *robot* is one."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     name = f"bt_test_fleet_{abs(hash(signature))}"
@@ -99,7 +94,6 @@ def test_the_parameters_name_says_whether_it_is_one_tree_for_all(tmp_path, monke
 
 
 def test_the_map_has_what_is_to_be_brought_and_where():
-    """Items, places and robots have the same names in both."""
     world = load_world("hospital_fleet").world
     places = {task.source for task in TASKS} | {task.target for task in TASKS}
 
@@ -108,5 +102,4 @@ def test_the_map_has_what_is_to_be_brought_and_where():
 
 
 def test_no_item_is_asked_for_twice():
-    """There is one of each."""
     assert len(TASKS) == len({task.item for task in TASKS})

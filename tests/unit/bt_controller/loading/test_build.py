@@ -35,7 +35,6 @@ class TestNodes:
     )
 
     def test_a_node_has_the_name_that_the_file_gives_it(self, files):
-        """Without one it has that of its tag; subtrees and scripts around a node are nodes."""
         with files.built(self.TEXT) as root:
             lines = [(node.depth, node.kind, node.name, node.origin) for node in nodes_of(root)]
 
@@ -55,24 +54,20 @@ class TestNodes:
         ]
 
     def test_what_one_tree_writes_another_one_of_the_file_does_not_read(self, files):
-        """The keys of their ports are the same; the blackboards are not."""
         text = _main('<All><Say name="s" text="{x}"/><Put value="5" to="{x}"/></All>')
 
         assert [{"s": "nothing"}, {"s": "nothing"}] == [files.ticked(text)[1] for _ in range(2)]
 
     def test_two_builds_are_alike(self, files):
-        """Names do not change from robot to robot, nor from run to run."""
         with files.built(self.TEXT) as one, files.built(self.TEXT) as other:
             assert nodes_of(one) == nodes_of(other)
 
     def test_each_build_has_nodes_of_its_own(self, files):
-        """A tree for each robot."""
         tree = files.load(self.TEXT)
 
         assert not {*tree.build().iterate()} & {*tree.build().iterate()}
 
     def test_a_file_is_parsed_once_for_all_robots(self, files, monkeypatch):
-        """Later trees are built without reading it again."""
         parsed = Mock(wraps=file_tree.read)
         monkeypatch.setattr(file_tree, "read", parsed)
         tree = files.load("<BehaviorTree ID='A'><Say/></BehaviorTree>")
@@ -83,7 +78,6 @@ class TestNodes:
         assert parsed.call_count == 1
 
     def test_entries_of_one_tree_are_none_of_another(self, files):
-        """Each is made on the blackboard in use, texts included."""
         tree = files.load("<BehaviorTree ID='A'><All><Put value='1' to='{x}'/><Say text='{x}'/></All></BehaviorTree>")
         boards = [Board(), Board()]
         roots = []
@@ -96,8 +90,6 @@ class TestNodes:
         assert ("/x" in boards[0].storage, "/x" in boards[1].storage) == (True, False)
 
     def test_a_node_whose_class_cannot_be_used_is_one_line(self, files):
-        """The error includes the one that the class raised."""
-
         class Broken(files.nodes["Say"]):
             def __init__(self, name, behaviour_class_name):
                 raise RuntimeError(f"no battery for {name} of {behaviour_class_name}")
@@ -114,7 +106,6 @@ class TestPorts:
 
     @pytest.mark.parametrize("text", ["", "a", "1.5", "a/b.c", "ü; x", " ", "'", "__const", "None"])
     def test_a_value_is_read_as_it_is_written(self, files, text):
-        """Whatever py_trees makes of such keys."""
         assert files.ticked(_main(f'<Say name="s" text="{text}"/>'))[1].get("s", "") == text
 
     @pytest.mark.parametrize(
@@ -136,13 +127,11 @@ class TestPorts:
         assert files.ticked(_main(body)) == ({key: "5"}, {"s": "5"})
 
     def test_a_port_of_which_the_file_says_nothing_may_lead_to_a_key(self, files):
-        """The node's class says to which."""
         with files.built(_main('<Go goal="1;2"/>')) as root:
             client = root.blackboard_client
             assert client.remappings[client.absolute_name("note")] == "/note"
 
     def test_values_are_there_from_the_start(self, files):
-        """The option --set provides them."""
         text = _main('<All><Say name="s" text="{x}"/></All>')
 
         assert files.ticked(text, values={"x": "given"})[1] == {"s": "given"}
@@ -157,7 +146,6 @@ class TestSubtrees:
     )
 
     def test_ports_lead_to_entries_of_the_parent_tree(self, files):
-        """The example of BehaviorTree.CPP's tutorial; what is not mentioned stays inside."""
         body = (
             "<All><Script code=\" move_goal:='1;2;3' \"/>"
             '<SubTree ID="MoveRobot" target="{move_goal}" result="{move_result}"/>'
@@ -170,7 +158,6 @@ class TestSubtrees:
         )
 
     def test_each_use_has_a_blackboard_of_its_own(self, files):
-        """Also when they have the same name, and one with odd letters."""
         body = '<All><SubTree ID="MoveRobot" target="a"/><SubTree ID="MoveRobot" target="b"/>'
         body += '<SubTree ID="MoveRobot" name="to the/left.1" target="c"/></All>'
 
@@ -182,7 +169,6 @@ class TestSubtrees:
         }
 
     def test_autoremap_shares_each_key_by_its_name(self, files):
-        """Except for private ones, and those that are mentioned."""
         inside = '<All><Put value="1" to="a"/><Put value="2" to="_b"/><Put value="3" to="c"/>'
         inside += '<Say name="s" text="{d}"/></All>'
         body = '<SubTree ID="S" name="s1" _autoremap="true" c="{other}" d="text"/>'
@@ -193,7 +179,6 @@ class TestSubtrees:
         )
 
     def test_autoremap_reaches_through_subtrees(self, files):
-        """A key that the inner subtree shares is also a key of the outer one."""
         inner = _tree("I", '<All><Put value="1" to="x"/><Put value="2" to="y"/></All>')
         outer = _tree("O", '<SubTree ID="I" _autoremap="1" y="{z}"/>')
 
@@ -201,20 +186,17 @@ class TestSubtrees:
         assert entries == {"/x": "1", "/z": "2"}
 
     def test_without_autoremap_nothing_is_shared(self, files):
-        """It is false by default."""
         outer = _tree("O", '<SubTree ID="I" _autoremap="true"/>')
 
         entries, _ = files.ticked(_main('<SubTree ID="O"/>', outer, _tree("I", '<Put value="1" to="x"/>')))
         assert entries == {"/O/x": "1"}
 
     def test_equals_sign_shares_a_port_by_its_name(self, files):
-        """The text {=} stands for the name of the port."""
         entries, _ = files.ticked(_main('<SubTree ID="S" x="{=}"/>', _tree("S", '<Put value="1" to="x"/>')))
 
         assert entries == {"/x": "1"}
 
     def test_an_at_sign_means_the_outermost_tree(self, files):
-        """From any depth, also in scripts."""
         inner = _tree("I", '<All><Put value="1" to="{@x}"/><Script code="@y := 2; x := 3"/></All>')
         outer = _tree("O", '<SubTree ID="I"/>')
 
@@ -222,14 +204,12 @@ class TestSubtrees:
         assert entries == {"/x": "1", "/y": 2, "/O/I/x": 3}
 
     def test_a_value_for_a_port_is_an_entry_of_the_subtree(self, files):
-        """The subtree may change it, and reads what it has written."""
         inside = '<All><Say name="before" text="{x}"/><Put value="new" to="x"/><Say name="after" text="{x}"/></All>'
 
         entries, said = files.ticked(_main('<SubTree ID="S" x="old"/>', _tree("S", inside)))
         assert (entries, said) == ({"/S/x": "new"}, {"before": "old", "after": "new"})
 
     def test_the_model_of_a_subtree_says_what_is_not_mentioned(self, files):
-        """As in <TreeNodesModel>; what is mentioned comes first."""
         model = (
             '<TreeNodesModel><SubTree ID="S"><input_port name="a" default="1"/><output_port name="b" default="{c}"/>'
         )
@@ -240,7 +220,6 @@ class TestSubtrees:
         assert (entries, said) == ({"/S/a": "9", "/c": "x", "/S/d": "2"}, {"s": "9", "t": "2"})
 
     def test_scripts_around_a_subtree_are_of_the_parent_tree(self, files):
-        """Attributes such as _skipIf read the entries of the parent tree."""
         body = '<All><Script code="x := 1"/><SubTree ID="S" name="S" _skipIf="x == 1"/></All>'
         with files.built(_main(body, _tree("S", '<Put value="0" to="x"/>'))) as root:
             for node in root.iterate():
@@ -250,7 +229,6 @@ class TestSubtrees:
             assert root.children[1].child.status is Status.INVALID
 
     def test_a_subtree_does_as_its_tree(self, files):
-        """Success, failure, and what runs."""
         files.nodes = {**files.nodes, **registry()}
         for node, status in (("AlwaysSuccess", Status.SUCCESS), ("AlwaysFailure", Status.FAILURE)):
             with files.built(_main('<SubTree ID="S"/>', _tree("S", f"<{node}/>"))) as root:

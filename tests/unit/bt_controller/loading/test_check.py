@@ -76,7 +76,6 @@ SUBTREES = [
 
 @pytest.mark.parametrize(("body", "error"), [*NODES, *PORTS, *SCRIPTS, *SUBTREES])
 def test_a_wrong_element_is_reported_in_one_line(files, body, error):
-    """The line has the file, line, tag and name, what is wrong, and what would be right."""
     with pytest.raises(TreeError) as caught:
         files.load(f'<root BTCPP_format="4">\n{_tree(body)}\n</root>')
 
@@ -125,7 +124,6 @@ DOCUMENTS = [
 
 @pytest.mark.parametrize(("text", "error"), DOCUMENTS)
 def test_a_wrong_file_is_reported_in_one_line(files, text, error):
-    """An error that concerns the whole file names the file."""
     with pytest.raises(TreeError) as caught:
         files.load(text)
 
@@ -134,7 +132,6 @@ def test_a_wrong_file_is_reported_in_one_line(files, text, error):
 
 
 def test_all_mistakes_are_reported_at_once(files):
-    """They come in the order of the file; trees that are not run are checked, too."""
     other = '<BehaviorTree ID="B"><All>\n<Two x="">\n<Sya/>\n<Say txt=""/>\n</Two></All></BehaviorTree>'
     with pytest.raises(TreeError) as caught:
         files.load(f'<root main_tree_to_execute="A">\n{_tree("<Say/>")}\n{other}</root>')
@@ -147,7 +144,6 @@ def test_all_mistakes_are_reported_at_once(files):
 
 
 def test_there_is_an_end_of_mistakes(files):
-    """The report stops after fifty errors."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
 
@@ -156,7 +152,6 @@ def test_there_is_an_end_of_mistakes(files):
 
 
 def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
-    """Texts from the file are shortened."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree(f'<Go goal="1;2" speed="{"9" * 5000}x"/>'))
 
@@ -164,7 +159,6 @@ def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
 
 
 def test_the_tree_to_run_can_be_chosen(files):
-    """--tree comes before what the file says."""
     other = '<BehaviorTree ID="B"><Put value="1" to="x"/></BehaviorTree>'
     text = f'<root main_tree_to_execute="A">{_tree("<Say/>")}{other}</root>'
 
@@ -176,7 +170,6 @@ def test_the_tree_to_run_can_be_chosen(files):
 
 @pytest.mark.parametrize("form", ["<Say/>", '<Action ID="Say"/>', '<Condition ID="Say"/>', '<Say _description="hm"/>'])
 def test_a_format_that_is_not_said_and_the_long_forms_of_nodes_are_read(files, form):
-    """Attributes of editors are ignored."""
     with files.built(f"<root>{_tree(form)}</root>") as root:
         assert (root.name, root.origin) == ("Say", "tree.xml:1")
 
@@ -193,7 +186,6 @@ class TestSize:
         return f'<root main_tree_to_execute="T0">{trees}<BehaviorTree ID="T{levels}"><Say/></BehaviorTree></root>'
 
     def test_subtrees_that_double_and_double_are_refused(self, files):
-        """The size is computed without building the subtrees."""
         with pytest.raises(TreeError, match=r"'T\d+' would have more than 10000 nodes, with its subtrees"):
             files.load(self._doubling(49))
 
@@ -203,7 +195,6 @@ class TestSize:
             assert len(list(root.iterate())) == 16 + 15 + 30
 
     def test_a_chain_of_subtrees_has_an_end(self, files):
-        """Each is two levels deeper."""
         trees = "".join(
             f'<BehaviorTree ID="T{n}"><Same><SubTree ID="T{n + 1}"/></Same></BehaviorTree>' for n in range(60)
         )
@@ -213,7 +204,6 @@ class TestSize:
             files.load(text)
 
     def test_a_tree_of_the_greatest_depth_can_be_run(self, files):
-        """py_trees goes down by recursion."""
         trees = "".join(
             f'<BehaviorTree ID="T{n}"><Same><SubTree ID="T{n + 1}"/></Same></BehaviorTree>' for n in range(49)
         )
@@ -249,7 +239,6 @@ LIMITS = [
 
 @pytest.mark.parametrize(("body", "error"), LIMITS)
 def test_a_value_beyond_its_limits_is_an_error(files, body, error):
-    """The value is checked when the tree is loaded, before it is run."""
     files.nodes = registry()
 
     with pytest.raises(TreeError) as caught:
@@ -267,7 +256,6 @@ DOUBTS = [
 
 @pytest.mark.parametrize(("body", "doubt"), DOUBTS)
 def test_a_planner_that_is_not_served_is_doubted(files, body, doubt):
-    """The tree is loaded all the same."""
     files.nodes = registry()
     files.load(_tree(body))
 
@@ -284,7 +272,6 @@ def test_a_tag_in_another_case_is_taken_for_the_node_and_doubted(files):
 
 
 def test_what_robots_serve_is_not_doubted(files):
-    """As Nav2's own trees have it; other selectors may give anything."""
     files.nodes = registry()
     files.load(
         _tree(
@@ -297,7 +284,6 @@ def test_what_robots_serve_is_not_doubted(files):
 
 
 def test_a_file_without_a_format_is_doubted(files):
-    """It is read as version 4."""
     files.load(f"<root>{_tree('<Say/>')}</root>")
 
     assert (
@@ -306,7 +292,6 @@ def test_a_file_without_a_format_is_doubted(files):
 
 
 def test_no_main_tree_hides_no_recursion(files):
-    """The report has both errors."""
     with pytest.raises(TreeError) as caught:
         files.load(RING.replace(' main_tree_to_execute="A"', ""))
 
@@ -316,7 +301,6 @@ def test_no_main_tree_hides_no_recursion(files):
 
 
 def test_a_tree_without_an_id_is_one_mistake(files):
-    """It may be the one that is missing."""
     with pytest.raises(TreeError) as caught:
         files.load('<root main_tree_to_execute="A"><BehaviorTree><Say/></BehaviorTree></root>')
 
@@ -324,13 +308,11 @@ def test_a_tree_without_an_id_is_one_mistake(files):
 
 
 def test_an_empty_id_is_that_of_no_tree(files):
-    """The option --tree '' selects no tree."""
     with pytest.raises(TreeError, match="<root>: unknown tree ''; there are A"):
         files.load(_tree("<Say/>"), tree="")
 
 
 def test_a_long_value_is_shortened(files):
-    """The remedy remains visible."""
     with pytest.raises(TreeError) as caught:
         files.load(_tree(f'<Go goal="1;2" speed="{"9x" * 1000}"/>'))
 

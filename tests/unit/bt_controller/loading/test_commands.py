@@ -40,13 +40,11 @@ class TestCheck:
     """The command bt-controller check prints a tree or its errors."""
 
     def test_a_good_file_is_printed(self, capsys):
-        """Entries that still need a value are listed on stderr, and the file is valid."""
         assert main(["check", "tree.xml"]) == 0
         out, err = capsys.readouterr()
         assert ("{*} Drive\n    --> NavigateToPose\n    --> Sleep\n", UNSET) == (out, err)
 
     def test_a_tree_for_several_robots_is_built_for_those_that_are_named(self, files, capsys):
-        """Without their names the error says how to give them."""
         text = "from py_trees.behaviours import Success\n\ndef pair(robots):\n    return Success(robots[0] + robots[1])"
         (files.folder / "pair.py").write_text(text)
 
@@ -56,12 +54,10 @@ class TestCheck:
         assert "it was given one robot, others are named by --robot" in capsys.readouterr().err
 
     def test_given_entries_are_not_listed(self, capsys):
-        """They are given with --set."""
         assert main(["check", "tree.xml", "--set", "goal=kitchen"]) == 0
         assert capsys.readouterr().err == ""
 
     def test_a_tree_as_nav2_has_it_is_right(self, capsys):
-        """But for the goal, which Nav2 puts on the blackboard, too."""
         path = FIXTURES / "drive_and_recover.xml"
 
         assert main(["check", str(path)]) == 0
@@ -70,7 +66,6 @@ class TestCheck:
         )
 
     def test_a_doubt_is_printed_and_no_mistake(self, files, capsys):
-        """It is printed on stderr."""
         files.write(NAVIGATE.replace(' BTCPP_format="4"', ""))
 
         assert main(["check", "tree.xml", "--set", "goal=kitchen", "--set", "gaol=x"]) == 0
@@ -79,17 +74,14 @@ class TestCheck:
         assert second == "bt-controller: warning: nothing reads 'gaol'; did you mean 'goal'?"
 
     def test_an_empty_module_is_wrong_use(self, capsys):
-        """The message is one line without a traceback."""
         assert main(["check", "tree.xml", "--nodes", ""]) == 2
         assert capsys.readouterr().err == "bt-controller: --nodes: '' is not a module name\n"
 
     def test_the_tree_can_be_chosen(self, capsys):
-        """The option --tree selects it."""
         assert main(["check", "tree.xml", "--tree", "Stay"]) == 0
         assert capsys.readouterr().out == "--> Rest\n"
 
     def test_a_file_as_json(self, capsys):
-        """The JSON is the same as that of other trees."""
         main(["check", "tree.xml", "--json"])
 
         assert [node["name"] for node in json.loads(capsys.readouterr().out)["nodes"]] == [
@@ -99,7 +91,6 @@ class TestCheck:
         ]
 
     def test_each_mistake_is_a_line(self, files, capsys):
-        """On stderr; the exit code is that of wrong use."""
         files.write(NAVIGATE.replace('msec="1000"', 'sec="1"').replace("NavigateToPose", "NavigateToPos"))
 
         assert main(["check", "tree.xml"]) == 2
@@ -111,14 +102,12 @@ class TestCheck:
         assert err.splitlines()[1].startswith("bt-controller: tree.xml:5: <Sleep>: unknown port 'sec'; ")
 
     def test_a_file_needs_no_ending(self, files, capsys):
-        """It is known by how it begins."""
         files.write(NAVIGATE, "tree.bt")
 
         assert main(["check", "tree.bt", "--tree", "Stay"]) == 0
         assert capsys.readouterr().out == "--> Rest\n"
 
     def test_options_for_files_are_for_files(self, capsys):
-        """A function has no trees to choose from."""
         assert main(["check", "bt_controller.examples:go_to_pose", "--tree", "x"]) == 2
         assert capsys.readouterr().err == (
             "bt-controller: bt_controller.examples:go_to_pose is no XML file; --tree and --nodes are for those\n"
@@ -126,14 +115,12 @@ class TestCheck:
 
     @pytest.mark.parametrize("text", ["goal", "=x", "a b=x", "/a=x", "a.b=x"])
     def test_a_malformed_value_is_wrong_use(self, text, capsys):
-        """The error is argparse's own."""
         with pytest.raises(SystemExit, match="2"):
             main(["check", "tree.xml", "--set", text])
 
         assert f"{text!r} is not KEY=VALUE, such as goal=kitchen" in capsys.readouterr().err
 
     def test_a_value_may_have_any_letters(self):
-        """Only the first = counts."""
         assert _value("sub/goal=9;2=4 ") == ("sub/goal", "9;2=4 ")
 
 
@@ -141,12 +128,10 @@ class TestRun:
     """The command bt-controller run runs a tree."""
 
     def test_nothing_begins_while_something_is_missing(self, capsys):
-        """Before a simulator is looked for."""
         assert main(["run", "tree.xml", "--robot", "wall_e"]) == 2
         assert capsys.readouterr().err == UNSET
 
     def test_a_given_value_that_no_port_takes_is_wrong_use(self, capsys):
-        """Before a simulator is looked for, too."""
         assert main(["run", "tree.xml", "--robot", "wall_e", "--set", "goal=1;2;3;4"]) == 2
         assert capsys.readouterr().err.startswith(
             "bt-controller: tree.xml:4: <NavigateToPose>: port 'goal': --set goal=1;2;3;4: '1;2;3;4' is not a pose; "

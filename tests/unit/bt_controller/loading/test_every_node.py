@@ -12,7 +12,6 @@ NODES = registry()
 
 @pytest.mark.parametrize("tag", NODES)
 def test_a_node_is_built_with_what_it_needs(files, tag):
-    """Keys for the ports that need a value, scripts, and as few children as will do."""
     node = NODES[tag]
     files.nodes = NODES
     needed = [name for name, port in node.input_ports().items() if port.required and port.default_value is None]

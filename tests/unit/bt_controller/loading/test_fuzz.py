@@ -50,14 +50,12 @@ def test_the_file_that_is_changed_is_a_tree(files):
 @given(data=st.binary(max_size=300))
 @_MANY
 def test_any_bytes_are_a_tree_or_a_tree_error(files, data):
-    """Loading never ends with another error."""
     _load(files, data)
 
 
 @given(changes=st.lists(st.tuples(st.integers(0, len(GOOD)), st.integers(0, 12), _WORDS), min_size=1, max_size=4))
 @_MANY
 def test_a_file_that_was_changed_is_a_tree_or_a_tree_error(files, changes):
-    """Never a traceback, wherever something was left out or put in."""
     data = GOOD
     for place, gone, word in changes:
         data = data[:place] + word + data[place + gone :]
@@ -72,7 +70,6 @@ _VALUES = st.one_of(_NUMBERS, st.lists(_NUMBERS, max_size=10).map(";".join), st.
 @given(used=st.sampled_from(_INPUTS), text=_VALUES)
 @_MANY
 def test_any_value_of_any_port_is_read_or_refused(files, used, text):
-    """By all nodes that there are."""
     tag, port = used
     tree = f'<root><BehaviorTree ID="A"><{tag} {port}={quoteattr(text)}/></BehaviorTree></root>'
     _load(files, tree.encode("utf-8", "replace"))
@@ -136,6 +133,5 @@ _FILES = st.tuples(_trees("B"), _trees("C"), _trees(None)).map(
 @given(text=_FILES)
 @examples(100, share_fixtures=True)
 def test_any_right_tree_is_built_and_two_builds_are_alike(files, text):
-    """Whatever names, values, keys and subtrees it has."""
     with files.built(text) as one, files.built(text) as other:
         assert nodes_of(one) == nodes_of(other)

@@ -15,7 +15,6 @@ from hmrsim.safe_xml import MAX_DEPTH
 
 
 def test_elements_know_file_line_tag_and_name(files):
-    """An error in an element is reported with its place."""
     path = files.write('<root>\n  <BehaviorTree ID="A">\n\n    <Say\n name="hello"/></BehaviorTree></root>')
 
     origin = read(path)[0][0].origin
@@ -44,7 +43,6 @@ def test_elements_know_file_line_tag_and_name(files):
     ],
 )
 def test_a_file_without_trees_is_refused_in_one_line(files, text, error):
-    """The line has the place."""
     (files.folder / "tree.xml").write_bytes(text)
 
     with pytest.raises(TreeError, match=error) as caught:
@@ -53,7 +51,6 @@ def test_a_file_without_trees_is_refused_in_one_line(files, text, error):
 
 
 def test_entities_that_blow_up_are_refused_at_once(files):
-    """A thousand million laughs are not read to the end."""
     lines = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10 if i else "lol"}">' for i in range(10))
     files.write(f"<!DOCTYPE lolz [{lines}]><root>&l9;</root>")
     before = time.process_time()
@@ -65,7 +62,6 @@ def test_entities_that_blow_up_are_refused_at_once(files):
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])
 def test_encodings_that_a_file_names_are_read(files, encoding):
-    """Names in such a file keep their letters."""
     text = f'<?xml version="1.0" encoding="{codecs.lookup(encoding).name}"?><root><Say name="Küche"/></root>'
     (files.folder / "tree.xml").write_bytes(text.encode(encoding))
 
@@ -73,13 +69,11 @@ def test_encodings_that_a_file_names_are_read(files, encoding):
 
 
 def test_a_missing_file_is_one_line():
-    """It is named as the user did."""
     with pytest.raises(TreeError, match=r"^nowhere\.xml: no such file$"):
         read("nowhere.xml")
 
 
 def test_a_path_through_a_loop_of_links_is_one_line(files):
-    """The message is that of a missing file."""
     (files.folder / "loop").symlink_to("loop")
 
     with pytest.raises(TreeError, match=r"^loop/tree\.xml: no such file$"):
@@ -90,7 +84,6 @@ class TestInclude:
     """Elements such as <include path="…"/> insert the trees of another file."""
 
     def test_a_file_that_has_changed_is_read_again(self, files):
-        """Also where only an included file has; a tree is kept from one run to the next otherwise."""
         main = '<include path="sub/b.xml"/><BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree>'
         files.write('<BehaviorTree ID="B"><Say name="one"/></BehaviorTree>', "sub/b.xml")
         first, again = files.load(main, tree="A"), files.load(main, tree="A")
@@ -102,7 +95,6 @@ class TestInclude:
 
     @pytest.mark.parametrize("form", ['include path="sub/b.xml"', 'Import src="sub/b.xml"', 'Include file="sub/b.xml"'])
     def test_trees_come_from_the_included_file(self, files, form):
-        """Both BehaviorTree.CPP's way and those of py_trees; the path is relative to the including file."""
         files.write('<include path="c.xml"/><BehaviorTree ID="B"><Say/></BehaviorTree>', "sub/b.xml")
         files.write('\n<BehaviorTree ID="C"><Say/></BehaviorTree>', "sub/c.xml")
         files.write(f'<root><{form}/><BehaviorTree ID="A"><Say/></BehaviorTree></root>')
@@ -112,7 +104,6 @@ class TestInclude:
         assert ["sub/c.xml:2", "sub/b.xml:1", "tree.xml:1"] == [str(tree.origin) for tree in found]
 
     def test_what_is_included_twice_is_read_once(self, files):
-        """Two files may need the same third one."""
         files.write('<BehaviorTree ID="C"><Say/></BehaviorTree>', "c.xml")
         files.write('<include path="c.xml"/>', "b.xml")
 
@@ -132,14 +123,12 @@ class TestInclude:
         ],
     )
     def test_what_cannot_be_included_is_refused(self, files, text, error):
-        """The line is that of the element."""
         files.write(text)
 
         with pytest.raises(TreeError, match=error):
             read("tree.xml")
 
     def test_a_link_does_not_lead_out_of_the_folder(self, files, tmp_path_factory):
-        """The target of the link counts."""
         elsewhere = tmp_path_factory.mktemp("elsewhere") / "secret.xml"
         elsewhere.write_text("<root/>")
         (files.folder / "link.xml").symlink_to(elsewhere)
@@ -149,7 +138,6 @@ class TestInclude:
             read("tree.xml")
 
     def test_all_files_together_count(self, files):
-        """Many files are no way around the limits."""
         for number in range(3):
             files.write(f"<root>{' ' * (MAX_BYTES // 2)}</root>", f"{number}.xml")
         files.write("".join(f'<include path="{number}.xml"/>' for number in range(3)))
@@ -158,7 +146,6 @@ class TestInclude:
             read("tree.xml")
 
     def test_a_chain_of_files_has_an_end(self, files):
-        """py_trees and we go down by recursion."""
         for number in range(30):
             files.write(f'<include path="{number + 1}.xml"/>', f"{number}.xml")
 
@@ -166,7 +153,6 @@ class TestInclude:
             read("0.xml")
 
     def test_mistakes_in_several_files_are_reported_at_once(self, files):
-        """Each has a line; a file that is included twice has one."""
         files.write("<root>", "b.xml")
         files.write('<include path="c.xml"/>', "a.xml")
         files.write("".join(f'<include path="{name}.xml"/>' for name in ("a", "b", "b", "x")))

@@ -68,7 +68,6 @@ def missions(tmp_path, monkeypatch):
 
 
 def test_the_example_is_found_by_name():
-    """Scenario 2's tree, which is ticked once more after success."""
     plan = load("bt_controller.examples:go_to_pose")
 
     assert (plan.function, plan.confirmed) == (go_to_pose, True)
@@ -85,26 +84,22 @@ def test_the_example_is_found_by_name():
     ],
 )
 def test_a_function_takes_the_robots_name_or_nothing(function, name):
-    """The signature shows which it takes; modules in the current folder are found."""
     assert load(f"bt_test_missions:{function}").build("wall_e").name == name
 
 
 @pytest.mark.parametrize("begin", ["<root>", "\n <root>"])
 def test_a_file_is_known_by_how_it_begins(tmp_path, begin):
-    """The name of the file does not matter."""
     (tmp_path / "a:b").write_text(f'{begin}<BehaviorTree ID="A"><AlwaysSuccess name="x"/></BehaviorTree></root>')
 
     assert load("a:b").build("wall_e").name == "x"
 
 
 def test_values_are_there_while_a_function_builds_its_tree():
-    """So that it may make goals of them."""
     with Board().in_use:
         assert load("bt_test_missions:of_given", values={"given": "kitchen"}).build("wall_e").name == "kitchen"
 
 
 def test_values_win_over_what_a_function_sets():
-    """It sets what is so by default."""
     with Board().in_use:
         load("bt_test_missions:overwrites", values={"given": "yours"}).build("wall_e")
 
@@ -131,7 +126,6 @@ def test_values_win_over_what_a_function_sets():
     ],
 )
 def test_a_value_that_is_not_a_tree_is_refused_in_one_line(name, error):
-    """The error says what is expected."""
     with pytest.raises(TreeError, match=error) as caught:
         load(name)
 
@@ -146,13 +140,11 @@ def test_a_value_that_is_not_a_tree_is_refused_in_one_line(name, error):
     ],
 )
 def test_a_function_that_builds_no_tree_is_refused_in_one_line(function, error):
-    """The error of the user's function is reported with its place."""
     with pytest.raises(TreeError, match=error):
         load(f"bt_test_missions:{function}").build("wall_e")
 
 
 def test_a_file_is_as_good_as_a_module_and_parameters_are_given_by_name(tmp_path):
-    """A file in another folder, whose module's name is taken by another one."""
     folder = tmp_path / "elsewhere"
     folder.mkdir()
     (folder / "bt_test_missions.py").write_text(MODULE.replace("plain", "simple"))
@@ -181,7 +173,6 @@ def test_a_file_is_as_good_as_a_module_and_parameters_are_given_by_name(tmp_path
     ],
 )
 def test_what_is_wrong_with_parameters_is_told(name, error):
-    """In one line, with what would do."""
     with pytest.raises(TreeError) as caught:
         load(name)
 

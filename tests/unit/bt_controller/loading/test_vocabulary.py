@@ -61,7 +61,6 @@ def modules(files, monkeypatch):
 
 
 def test_public_classes_with_ports_are_nodes_by_their_names():
-    """Not what a module has from elsewhere, nor what is hidden."""
     assert {"Greet", "Plain"} == vocabulary(["bt_test_nodes"]).keys() - registry().keys()
 
 
@@ -77,13 +76,11 @@ def test_public_classes_with_ports_are_nodes_by_their_names():
     ],
 )
 def test_modules_without_nodes_are_refused(module, error):
-    """The message gives the reason in one line."""
     with pytest.raises(TreeError, match=error):
         vocabulary([module])
 
 
 def test_a_module_that_an_entry_point_has_given_already(monkeypatch):
-    """The class is the same, so that nothing has to be renamed."""
     known = vocabulary(["bt_test_nodes"])
     monkeypatch.setattr("bt_controller.loading.file_tree.registry", lambda: known)
 
@@ -91,7 +88,6 @@ def test_a_module_that_an_entry_point_has_given_already(monkeypatch):
 
 
 def test_a_file_may_use_them(files):
-    """Those of py_trees' own kind read their values as their types say."""
     files.nodes = vocabulary(["bt_test_nodes"])
     body = '<Sequence><Greet whom="eve"/><Plain number="3" half="{x}"/></Sequence>'
 
@@ -100,7 +96,6 @@ def test_a_file_may_use_them(files):
 
 
 def test_a_value_that_py_trees_cannot_read_is_one_line(files):
-    """It is py_trees that says so."""
     files.nodes = vocabulary(["bt_test_nodes"])
 
     with pytest.raises(TreeError, match=r"^tree\.xml: ValueError: Cannot convert Value 'three' to type"):
@@ -108,7 +103,6 @@ def test_a_value_that_py_trees_cannot_read_is_one_line(files):
 
 
 def test_load_knows_them(files):
-    """The function load takes the modules of --nodes."""
     path = files.write('<BehaviorTree ID="A"><Greet whom="eve"/></BehaviorTree>')
 
     assert load(path, nodes=["bt_test_nodes"]).build("wall_e").name == "Greet"

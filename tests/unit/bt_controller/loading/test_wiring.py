@@ -33,7 +33,6 @@ CODE = "tree.xml:4: <Go>: port 'code' is int, but 'x' is geometry_msgs/PoseStamp
     ],
 )
 def test_two_kinds_on_one_key_are_reported(files, body, error):
-    """Also through subtrees; numbers go together, and what may be anything goes with everything."""
     if error is None:
         files.load(_tree(body, SUB))
         return
@@ -60,27 +59,23 @@ def test_two_kinds_on_one_key_are_reported(files, body, error):
     ],
 )
 def test_an_entry_that_is_never_written_is_reported(files, body, lines):
-    """Ports with an optional value do not count."""
     files.load(_tree(body, SUB))
 
     assert lines == list(files.unset)
 
 
 def test_what_is_given_is_not_missing(files):
-    """Entries of subtrees can be given, too."""
     files.load(_tree('<All><Go goal="{g}"/><SubTree ID="S"/></All>', SUB), values={"g": "kitchen", "S/g": "1;2"})
 
     assert files.unset == ()
 
 
 def test_a_given_value_has_to_be_what_its_ports_take(files):
-    """The line is that of the node that reads it."""
     with pytest.raises(TreeError, match=r"^tree\.xml:2: <Go>: port 'speed': 'fast' is not a number$"):
         files.load(_tree('<Go goal="1;2" speed="{v}"/>'), values={"v": "fast"})
 
 
 def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
-    """The ports are found inside the subtree."""
     with pytest.raises(TreeError, match=r"^tree\.xml:3: <Go>: port 'goal': '1;2;3;4' is not a pose"):
         files.load(_tree('<SubTree ID="S" g="1;2;3;4"/>', SUB))
 
@@ -94,7 +89,6 @@ def test_a_value_for_a_subtree_has_to_be_what_its_ports_take(files):
     ],
 )
 def test_what_is_shared_with_a_subtree_under_another_name_is_doubted(files, shared, doubts):
-    """The warning names the line of the subtree, in addition to the entry that is missing."""
     subtree = '<BehaviorTree ID="S"><Go goal="{goal}"/></BehaviorTree>'
     files.load(_tree(f'<SubTree ID="S" {shared}/>', subtree).replace("<root", '<root BTCPP_format="4"'))
 
@@ -102,7 +96,6 @@ def test_what_is_shared_with_a_subtree_under_another_name_is_doubted(files, shar
 
 
 def test_a_switch_needs_no_variable(files):
-    """Without a value the last child is meant."""
     files.nodes = registry()
     files.load(_tree('<Switch2 variable="{nov}" case_1="a" case_2="b">' + "<AlwaysSuccess/>" * 3 + "</Switch2>"))
 
@@ -126,7 +119,6 @@ def test_a_wrong_given_value_is_reported_as_it_was_given(files):
     ],
 )
 def test_what_is_given_and_not_read_is_doubted(files, values, doubts):
-    """A subtree's key may lead elsewhere; scripts read, too, and outputs don't."""
     body = '<All><SubTree ID="S" g="{h}" c="{c}"/><Go goal="1;2" speed="{speed}"/><Script code="n += 1"/></All>'
     files.load(_tree(body, SUB).replace("<root", '<root BTCPP_format="4"'), values=values)
 
@@ -158,7 +150,6 @@ def test_a_key_that_nothing_writes_and_that_is_like_one_is_doubted(files, key, d
     ],
 )
 def test_a_script_that_reads_what_nothing_writes_is_doubted(files, script, doubts):
-    """It may not come to that."""
     body = _tree(f'<Script code="{script}"/>').replace("<root", '<root BTCPP_format="4"')
     files.load(body, values={"given": "1"} if "given" in script else {})
 

@@ -23,7 +23,6 @@ def given(node, tree, told):
 
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 def test_a_condition_says_which_child_is_meant(given, kind):
-    """The second if it succeeds, the third if it fails; the node ends as that does."""
     then, *_ = given(kind, "S", "S", "F")
     otherwise, *_ = given(kind, "F", "S", "F")
 
@@ -32,7 +31,6 @@ def test_a_condition_says_which_child_is_meant(given, kind):
 
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 def test_without_a_third_child_it_fails_with_the_condition(given, kind):
-    """There is nothing else to do."""
     root, _, then = given(kind, "F", "S")
 
     assert "F" == root.tick()
@@ -41,7 +39,6 @@ def test_without_a_third_child_it_fails_with_the_condition(given, kind):
 
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 def test_a_condition_may_take_its_time(given, kind):
-    """The node is RUNNING while the condition is."""
     root, _, then = given(kind, "RS", "S")
 
     assert "RS" == root.ticks(0, 1)
@@ -51,14 +48,12 @@ def test_a_condition_may_take_its_time(given, kind):
 @pytest.mark.parametrize("kind", [IfThenElse, WhileDoElse])
 @pytest.mark.parametrize("statuses", [("-", "S"), ("S", "-")])
 def test_it_is_skipped_if_its_condition_or_what_is_meant_is(given, kind, statuses):
-    """A skipped condition or a skipped branch leaves nothing to do."""
     root, *_ = given(kind, *statuses)
 
     assert "-" == root.tick()
 
 
 def test_if_does_not_look_again_while_what_is_meant_runs(given):
-    """The condition may have changed."""
     root, condition, then, otherwise = given(IfThenElse, "SF", "RS", "S")
 
     assert "RS" == root.ticks(0, 1)
@@ -66,7 +61,6 @@ def test_if_does_not_look_again_while_what_is_meant_runs(given):
 
 
 def test_if_looks_again_when_it_begins_again(given):
-    """A new run starts with the condition."""
     root, condition, then, otherwise = given(IfThenElse, "SF", "S", "F")
 
     assert "SF" == root.ticks(0, 1)
@@ -74,7 +68,6 @@ def test_if_looks_again_when_it_begins_again(given):
 
 
 def test_while_looks_again_at_each_tick(given):
-    """The branch that no longer applies is halted."""
     root, condition, do, otherwise = given(WhileDoElse, "SFS", "R", "R")
 
     assert "RRR" == root.ticks(0, 1, 2)
@@ -83,7 +76,6 @@ def test_while_looks_again_at_each_tick(given):
 
 
 def test_while_halts_what_runs_when_nothing_else_is_meant(given):
-    """The node fails after the halt."""
     root, _, do = given(WhileDoElse, "SF", "R")
 
     assert "RF" == root.ticks(0, 1)
@@ -91,7 +83,6 @@ def test_while_halts_what_runs_when_nothing_else_is_meant(given):
 
 
 def test_while_leaves_what_runs_alone_while_its_condition_takes_time(given):
-    """It is neither ticked nor halted."""
     root, _, do = given(WhileDoElse, "SRS", "R")
 
     assert "RRR" == root.ticks(0, 1, 2)
@@ -99,7 +90,6 @@ def test_while_leaves_what_runs_alone_while_its_condition_takes_time(given):
 
 
 def test_while_has_its_condition_looked_at(node, tree, told):
-    """The condition is looked at each period if it does not announce its changes."""
     asked = tree(node(WhileDoElse, node(IfThenElse, told("S"), told("S")), told("R")))
     asked.tick()
     not_asked = tree(node(IfThenElse, node(IfThenElse, told("S"), told("S")), told("R")))
@@ -112,7 +102,6 @@ def test_while_has_its_condition_looked_at(node, tree, told):
     ("value", "chosen"), [("a", 0), ("2", 1), (2, 1), (2.0, 1), ("2.0", 1), (True, 2), ("b", 3), ([], 3)]
 )
 def test_a_switch_ticks_the_child_whose_case_equals_the_variable(given, board, value, chosen):
-    """As text or as number; the last if there is none."""
     board["/mode"] = value
     root, *leaves = given(
         registry()["Switch3"], "S", "S", "S", "S", variable="{mode}", case_1="a", case_2="2", case_3="true"
@@ -123,7 +112,6 @@ def test_a_switch_ticks_the_child_whose_case_equals_the_variable(given, board, v
 
 
 def test_a_switch_without_a_value_takes_the_last(given):
-    """Nothing has written the variable so far."""
     root, *leaves = given(registry()["Switch2"], "S", "S", "F", variable="{mode}", case_1="a", case_2="b")
 
     assert "F" == root.tick()
@@ -131,7 +119,6 @@ def test_a_switch_without_a_value_takes_the_last(given):
 
 
 def test_a_switch_halts_the_former_branch(given, board):
-    """The switch compares at each tick, and has to be looked at."""
     board["/mode"] = "a"
     root, first, second, _ = given(registry()["Switch2"], "R", "S", "F", variable="{mode}", case_1="a", case_2="b")
     before, due = root.tick(), root.due()
@@ -142,7 +129,6 @@ def test_a_switch_halts_the_former_branch(given, board):
 
 
 def test_a_switch_is_skipped_as_its_child_is(given):
-    """It does not go on to the last."""
     root, *_ = given(registry()["Switch2"], "-", "S", "S", variable="a", case_1="a", case_2="b")
 
     assert "-" == root.tick()
@@ -150,7 +136,6 @@ def test_a_switch_is_skipped_as_its_child_is(given):
 
 @pytest.mark.parametrize("cases", range(2, 7))
 def test_a_switch_has_a_child_for_each_case_and_one_more(cases):
-    """There are five of them."""
     kind = registry()[f"Switch{cases}"]
 
     assert (cases + 1, cases + 1) == (kind.least, kind.most)
@@ -158,7 +143,6 @@ def test_a_switch_has_a_child_for_each_case_and_one_more(cases):
 
 
 def test_try_is_a_sequence(given):
-    """Of all children but the last, which is not ticked."""
     root, first, second, catch = given(TryCatch, "S", "RS", "S")
 
     assert "RS" == root.ticks(0, 1)
@@ -167,7 +151,6 @@ def test_try_is_a_sequence(given):
 
 @pytest.mark.parametrize("catch", ["S", "F"])
 def test_a_failure_is_caught_and_fails(given, catch):
-    """However the last child ends; those after the failed one are not ticked."""
     root, _, untried, last = given(TryCatch, "F", "S", catch)
 
     assert "F" == root.tick()
@@ -175,7 +158,6 @@ def test_a_failure_is_caught_and_fails(given, catch):
 
 
 def test_catching_may_take_time(given):
-    """The node runs meanwhile; the others are not ticked again."""
     root, first, _ = given(TryCatch, "F", "RS")
 
     assert "RF" == root.ticks(0, 1)
@@ -183,7 +165,6 @@ def test_catching_may_take_time(given):
 
 
 def test_try_passes_over_skipped_children(given):
-    """If all children are skipped, the node is skipped."""
     some, *_ = given(TryCatch, "-", "S", "F")
     none, *_ = given(TryCatch, "-", "-", "F")
 
@@ -192,7 +173,6 @@ def test_try_passes_over_skipped_children(given):
 
 @pytest.mark.parametrize(("port", "ticks"), [({}, 0), ({"catch_on_halt": "false"}, 0), ({"catch_on_halt": "true"}, 1)])
 def test_a_halt_is_caught_if_requested(given, port, ticks):
-    """The catching child is ticked after the running ones were halted; what it begins is halted, too."""
     root, tried, catch = given(TryCatch, "R", "R", **port)
     root.tick()
     root.halt()
@@ -201,7 +181,6 @@ def test_a_halt_is_caught_if_requested(given, port, ticks):
 
 
 def test_a_halt_while_catching_is_not_caught_again(given):
-    """The last child is halted where it is."""
     root, _, catch = given(TryCatch, "F", "R", catch_on_halt="true")
     root.tick()
     root.halt()
@@ -210,7 +189,6 @@ def test_a_halt_while_catching_is_not_caught_again(given):
 
 
 def test_a_skip_of_a_running_child_is_not_a_halt(given):
-    """The catching child is not ticked."""
     root, _, catch = given(TryCatch, "R-", "S", catch_on_halt="true")
 
     assert "R-" == root.ticks(0, 1)

@@ -29,7 +29,6 @@ def given(node, tree, told):
     ids=str,
 )
 def test_results_are_changed(given, kind, statuses):
-    """RUNNING and skipped children keep their status."""
     root, _ = given(kind, "RSF-")
 
     assert statuses == root.ticks(0, 1, 2, 3)
@@ -37,7 +36,6 @@ def test_results_are_changed(given, kind, statuses):
 
 @pytest.mark.parametrize("kind", [Inverter, ForceSuccess, ForceFailure])
 def test_a_running_child_is_not_looked_at(given, kind):
-    """A running child announces its changes; the decorator is not looked at each period."""
     root, _ = given(kind, "R")
     root.tick()
 
@@ -45,7 +43,6 @@ def test_a_running_child_is_not_looked_at(given, kind):
 
 
 def test_repeat_ticks_its_child_as_often_as_its_port_says(given):
-    """In one tick if the child takes no time; it is begun anew each time."""
     root, leaf = given(Repeat, "S", num_cycles="3")
 
     assert "S" == root.tick()
@@ -53,7 +50,6 @@ def test_repeat_ticks_its_child_as_often_as_its_port_says(given):
 
 
 def test_repeat_counts_over_ticks(given):
-    """A turn follows at once where the other ended."""
     root, leaf = given(Repeat, "RSRS", num_cycles="2")
 
     assert "RRS" == root.ticks(0, 1, 2)
@@ -61,7 +57,6 @@ def test_repeat_counts_over_ticks(given):
 
 
 def test_repeat_fails_with_its_child(given):
-    """The next time it begins to count anew."""
     root, leaf = given(Repeat, "SFSSS", num_cycles="3")
 
     assert "FS" == root.ticks(0, 1)
@@ -69,14 +64,12 @@ def test_repeat_fails_with_its_child(given):
 
 
 def test_repeat_is_skipped_with_its_child(given):
-    """Nothing is to be repeated."""
     root, _ = given(Repeat, "-", num_cycles="3")
 
     assert "-" == root.tick()
 
 
 def test_repeat_of_no_cycles_succeeds(given):
-    """The child is not ticked."""
     root, leaf = given(Repeat, "F", num_cycles="0")
 
     assert "S" == root.tick()
@@ -84,7 +77,6 @@ def test_repeat_of_no_cycles_succeeds(given):
 
 
 def test_repeat_for_ever_ends_with_a_failure_only(given):
-    """A child that takes no time has one turn a tick, and the tree has to be ticked again for the next."""
     root, leaf = given(Repeat, "SSF", num_cycles="-1")
     statuses, due, last = root.ticks(0, 1), root.due(), root.tick(2)
 
@@ -134,14 +126,12 @@ def test_a_child_that_ran_and_took_no_time_begins_again_a_period_later(given, ki
 
 
 def test_a_last_turn_that_took_no_time_is_the_end(given):
-    """The node ends without another tick."""
     root, _ = given(RetryUntilSuccessful, "RF", num_attempts="1")
 
     assert "RF" == root.ticks(3, 3)
 
 
 def test_repeat_counts_anew_after_a_halt(given):
-    """Repetitions from before the halt don't count."""
     root, leaf = given(Repeat, "SRSSS", num_cycles="3")
     root.tick()
     root.halt()
@@ -151,7 +141,6 @@ def test_repeat_counts_anew_after_a_halt(given):
 
 
 def test_retry_ticks_its_child_until_it_succeeds(given):
-    """In one tick if the child takes no time."""
     root, leaf = given(RetryUntilSuccessful, "FFS", num_attempts="5")
 
     assert "S" == root.tick()
@@ -159,7 +148,6 @@ def test_retry_ticks_its_child_until_it_succeeds(given):
 
 
 def test_retry_fails_after_as_many_failures_as_its_port_says(given):
-    """The port is the number of attempts, including the first one."""
     root, leaf = given(RetryUntilSuccessful, "RF", num_attempts="3")
 
     assert "RF" == root.ticks(0, 1)
@@ -167,7 +155,6 @@ def test_retry_fails_after_as_many_failures_as_its_port_says(given):
 
 
 def test_retry_for_ever_looks_each_tick(given):
-    """At a child that takes no time."""
     root, leaf = given(RetryUntilSuccessful, "FFS", num_attempts="-1")
     statuses, due, last = root.ticks(0, 1), root.due(), root.tick(2)
 
@@ -176,14 +163,12 @@ def test_retry_for_ever_looks_each_tick(given):
 
 
 def test_retry_is_skipped_with_its_child(given):
-    """Nothing is to be tried."""
     root, _ = given(RetryUntilSuccessful, "-", num_attempts="3")
 
     assert "-" == root.tick()
 
 
 def test_retry_looks_at_its_port_again(given, board):
-    """The child may have changed how often it is tried."""
     board["/attempts"] = 3
     root, leaf = given(RetryUntilSuccessful, "FRF", num_attempts="{attempts}")
     root.tick()
@@ -194,7 +179,6 @@ def test_retry_looks_at_its_port_again(given, board):
 
 
 def test_keep_running_runs_until_a_failure(given):
-    """A child that has succeeded or was skipped starts again at the next tick."""
     root, leaf = given(KeepRunningUntilFailure, "SR-SF")
 
     assert "RRRRF" == root.ticks(0, 1, 2, 3, 4)
@@ -202,7 +186,6 @@ def test_keep_running_runs_until_a_failure(given):
 
 
 def test_keep_running_has_to_be_looked_at_where_its_child_has_ended(given):
-    """A running child announces its changes."""
     ended, _ = given(KeepRunningUntilFailure, "S")
     ended.tick()
     running, _ = given(KeepRunningUntilFailure, "R")
@@ -212,7 +195,6 @@ def test_keep_running_has_to_be_looked_at_where_its_child_has_ended(given):
 
 
 def test_run_once_is_skipped_afterwards(given):
-    """It ends as its child does before."""
     root, leaf = given(RunOnce, "RF")
 
     assert "RF--" == root.ticks(0, 1, 2, 3)
@@ -220,7 +202,6 @@ def test_run_once_is_skipped_afterwards(given):
 
 
 def test_run_once_may_return_its_childs_status_again(given):
-    """The child is not ticked."""
     root, leaf = given(RunOnce, "RF", then_skip="false")
 
     assert "RFFF" == root.ticks(0, 1, 2, 3)
@@ -253,7 +234,6 @@ def guarded(given):
 
 @pytest.mark.parametrize("status", ["SUCCESS", "FAILURE", "RUNNING", "SKIPPED"])
 def test_a_precondition_that_is_false_says_how_the_node_ends(guarded, status):
-    """The child is not ticked."""
     root, leaf = guarded("1 > 2", "S", **{"else": status})
 
     assert {"SUCCESS": "S", "FAILURE": "F", "RUNNING": "R", "SKIPPED": "-"}[status] == root.tick()
@@ -261,14 +241,12 @@ def test_a_precondition_that_is_false_says_how_the_node_ends(guarded, status):
 
 
 def test_a_precondition_fails_if_nothing_is_said(guarded):
-    """FAILURE is the default of the port else."""
     root, _ = guarded("false", "S")
 
     assert "F" == root.tick()
 
 
 def test_a_precondition_takes_statuses_only(guarded):
-    """Other values are an error when the tree is set up."""
     with pytest.raises(
         PortError, match="port 'else': 'MAYBE' is not a status; expected SUCCESS, FAILURE, RUNNING or SKIPPED"
     ):
@@ -276,7 +254,6 @@ def test_a_precondition_takes_statuses_only(guarded):
 
 
 def test_a_precondition_is_not_looked_at_while_the_child_runs(guarded, board):
-    """It goes on; afterwards it is looked at again."""
     board["/go"] = True
     root, leaf = guarded("go", "RSS")
     root.tick()
@@ -287,7 +264,6 @@ def test_a_precondition_is_not_looked_at_while_the_child_runs(guarded, board):
 
 
 def test_a_precondition_that_runs_has_to_be_looked_at(guarded):
-    """The condition may become true; a running child announces its changes."""
     waiting, _ = guarded("false", "S", **{"else": "RUNNING"})
     waiting.tick()
     running, _ = guarded("true", "R")
@@ -297,7 +273,6 @@ def test_a_precondition_that_runs_has_to_be_looked_at(guarded):
 
 
 def test_a_precondition_without_a_value_is_an_error(guarded):
-    """The error has the node's name."""
     root, _ = guarded("missing > 1", "S")
 
     with pytest.raises(ScriptError, match=r"^Precondition1: script 'missing > 1': 'missing' has no value"):
@@ -305,6 +280,5 @@ def test_a_precondition_without_a_value_is_an_error(guarded):
 
 
 def test_an_entry_of_a_script_is_not_named_as_a_port():
-    """The name would be ambiguous."""
     with pytest.raises(ScriptError, match=r"script 'else > 1': 'else' is a port of Precondition, not an entry"):
         Precondition.bind({"if": parse("else > 1")})

@@ -15,12 +15,10 @@ NEVER = float("inf")
 
 
 def test_always(node, tree):
-    """The one succeeds, the other fails."""
     assert ("S", "F") == (tree(node(AlwaysSuccess)).tick(), tree(node(AlwaysFailure)).tick())
 
 
 def test_a_value_is_put_into_an_entry(node, tree, board):
-    """As the text that it is in the file."""
     root = tree(node(SetBlackboard, value="42", output_key="{answer}"))
 
     assert "S" == root.tick()
@@ -28,7 +26,6 @@ def test_a_value_is_put_into_an_entry(node, tree, board):
 
 
 def test_an_entry_is_copied_into_another(node, tree, board):
-    """The copy keeps the type of the value."""
     board["/source"] = pose = object()
     root = tree(node(SetBlackboard, value="{source}", output_key="{target}"))
 
@@ -37,7 +34,6 @@ def test_an_entry_is_copied_into_another(node, tree, board):
 
 
 def test_an_entry_without_a_value_can_t_be_copied(node, tree, board):
-    """The node fails, and says why."""
     root = tree(node(SetBlackboard, value="{source}", output_key="{target}"))
 
     assert "F" == root.tick()
@@ -46,7 +42,6 @@ def test_an_entry_without_a_value_can_t_be_copied(node, tree, board):
 
 
 def test_an_entry_is_removed(node, tree, board):
-    """If it is there; the node succeeds anyhow."""
     board["/answer"] = 42
     root = tree(node(UnsetBlackboard, key="{answer}"))
 
@@ -55,14 +50,12 @@ def test_an_entry_is_removed(node, tree, board):
 
 
 def test_a_key_may_be_written_without_braces():
-    """The loader reads from the class which ports take such keys."""
     assert ("output_key",) == SetBlackboard.KEYS
     assert ("key",) == UnsetBlackboard.KEYS
     assert ("entry",) == WasEntryUpdated.KEYS == SkipUnlessUpdated.KEYS
 
 
 def test_a_script_changes_the_blackboard(node, tree, board):
-    """And succeeds whatever its value is."""
     root = tree(node(Script.bind({"code": parse("a := 1; b := a + 1; false")})))
 
     assert "S" == root.tick()
@@ -70,7 +63,6 @@ def test_a_script_changes_the_blackboard(node, tree, board):
 
 
 def test_a_script_reads_entries_with_any_name(node, tree, board):
-    """Also those that py_trees' clients have attributes of."""
     board["/name"], board["/id"] = 1, 2
     root = tree(node(Script.bind({"code": parse("name += 1; read := id + @get")})))
     board["/get"] = 3
@@ -80,7 +72,6 @@ def test_a_script_reads_entries_with_any_name(node, tree, board):
 
 
 def test_a_script_that_can_t_be_run_is_an_error(node, tree):
-    """With the node's name and place."""
     made = node(Script.bind({"code": parse("a = 1")}))
     made.origin = "tree.xml:7"
 
@@ -90,7 +81,6 @@ def test_a_script_that_can_t_be_run_is_an_error(node, tree):
 
 @pytest.mark.parametrize(("code", "status"), [("x > 1", "S"), ("x < 1", "F"), ("x", "S"), ("x - 2", "F")])
 def test_a_script_is_a_condition(node, tree, board, code, status):
-    """The condition is whether the script's value is true; it is looked at each period: changes are not announced."""
     board["/x"] = 2
     root = tree(node(ScriptCondition.bind({"code": parse(code)})))
 
@@ -99,7 +89,6 @@ def test_a_script_is_a_condition(node, tree, board, code, status):
 
 
 def test_a_condition_that_is_neither_true_nor_false_is_an_error(node, tree, board):
-    """A pose is an example of such a value."""
     board["/x"] = []
     root = tree(node(ScriptCondition.bind({"code": parse("x")})))
 
@@ -108,7 +97,6 @@ def test_a_condition_that_is_neither_true_nor_false_is_an_error(node, tree, boar
 
 
 def test_an_update_is_seen_once(node, tree, board):
-    """Also one with the value that it had."""
     root = tree(node(WasEntryUpdated, entry="{goal}"))
     statuses = root.tick()
     for _ in range(2):
@@ -120,7 +108,6 @@ def test_an_update_is_seen_once(node, tree, board):
 
 
 def test_what_was_removed_was_not_updated(node, tree, board):
-    """There is nothing to see."""
     board["/goal"] = 1
     root = tree(node(WasEntryUpdated, entry="{goal}"))
     del board["/goal"]
@@ -130,7 +117,6 @@ def test_what_was_removed_was_not_updated(node, tree, board):
 
 @pytest.mark.parametrize(("kind", "otherwise"), [(SkipUnlessUpdated, "-"), (WaitValueUpdate, "R")])
 def test_a_child_is_ticked_for_each_update(node, tree, told, board, kind, otherwise):
-    """Otherwise the one is skipped and the other waits."""
     leaf = told("SF")
     root = tree(node(kind, leaf, entry="{goal}"))
     statuses = root.tick()
@@ -145,7 +131,6 @@ def test_a_child_is_ticked_for_each_update(node, tree, told, board, kind, otherw
 
 @pytest.mark.parametrize("kind", [SkipUnlessUpdated, WaitValueUpdate])
 def test_a_child_that_runs_is_ticked_without_an_update(node, tree, told, board, kind):
-    """An update does not begin it again; the running child announces its changes."""
     board["/goal"] = 1
     leaf = told("RRS")
     root = tree(node(kind, leaf, entry="{goal}"))
@@ -170,7 +155,6 @@ def loop(node, tree, told):
 
 
 def test_a_loop_has_a_turn_for_each_value(loop, board):
-    """The queue gets shorter; it succeeds when that is empty."""
     queue = board["/queue"] = [1, 2, 3]
     root, leaf = loop("LoopInt", "S", queue="{queue}")
 
@@ -179,7 +163,6 @@ def test_a_loop_has_a_turn_for_each_value(loop, board):
 
 
 def test_a_loop_waits_for_its_child(loop, board):
-    """The value stays as it is; the running child announces its changes."""
     board["/queue"] = ["a", "b"]
     root, leaf = loop("LoopString", "RSRS", queue="{queue}")
 
@@ -190,7 +173,6 @@ def test_a_loop_waits_for_its_child(loop, board):
 
 
 def test_a_loop_fails_with_its_child(loop, board):
-    """The rest stays in the queue."""
     queue = board["/queue"] = [1.5, 2.5, 3.5]
     root, _ = loop("LoopDouble", "SF", queue="{queue}")
 
@@ -199,7 +181,6 @@ def test_a_loop_fails_with_its_child(loop, board):
 
 
 def test_a_loop_goes_on_after_a_skipped_child(loop, board):
-    """As after one that has succeeded."""
     board["/queue"] = [True, False]
     root, leaf = loop("LoopBool", "-S", queue="{queue}")
 
@@ -211,7 +192,6 @@ def test_a_loop_goes_on_after_a_skipped_child(loop, board):
     ("port", "status"), [({}, "S"), ({"if_empty": "FAILURE"}, "F"), ({"if_empty": "SKIPPED"}, "-")]
 )
 def test_an_empty_queue_says_how_the_loop_ends(loop, board, port, status):
-    """A queue that has never been written counts as empty."""
     board["/queue"] = []
     empty, _ = loop("LoopInt", "S", queue="{queue}", **port)
     unwritten, _ = loop("LoopInt", "S", queue="{other}", **port)
@@ -220,7 +200,6 @@ def test_an_empty_queue_says_how_the_loop_ends(loop, board, port, status):
 
 
 def test_a_queue_may_be_a_text(loop, board):
-    """Each start has its own; the values are read as what the loop is for."""
     root, leaf = loop("LoopDouble", "S", queue="1;2.5")
 
     assert "SS" == root.ticks(0, 1)
@@ -229,14 +208,12 @@ def test_a_queue_may_be_a_text(loop, board):
 
 @pytest.mark.parametrize("tag", ["LoopInt", "LoopBool", "LoopDouble", "LoopString"])
 def test_an_empty_text_is_an_empty_queue(loop, tag):
-    """Its child has no turn."""
     root, leaf = loop(tag, "S", queue=" ", if_empty="FAILURE")
 
     assert ("F", 0) == (root.tick(), leaf.ticks)
 
 
 def test_a_queue_that_becomes_a_text_is_an_error(loop, board):
-    """Only a start reads one."""
     board["/queue"] = [1]
     root, _ = loop("LoopInt", "R", queue="{queue}")
     root.tick()
@@ -266,7 +243,6 @@ def test_what_is_put_in_meanwhile_comes_with_the_next_tick(loop, board):
     ],
 )
 def test_a_queue_of_something_else_is_an_error(loop, board, queue, error):
-    """With the port and the value."""
     board["/queue"] = queue
     root, _ = loop("LoopInt", "S", queue="{queue}")
 

@@ -20,7 +20,6 @@ def given(node, tree, told):
 
 
 def test_by_default_all_children_have_to_succeed(given):
-    """The children are ticked in the same tick; one that has ended is not ticked again."""
     root, *leaves = given(Parallel, "S", "RS", "RRS")
 
     assert "RRS" == root.ticks(0, 1, 2)
@@ -28,7 +27,6 @@ def test_by_default_all_children_have_to_succeed(given):
 
 
 def test_one_failure_is_enough_if_nothing_is_said(given):
-    """The other children are halted."""
     root, first, _, last = given(Parallel, "R", "RF", "R")
 
     assert "RF" == root.ticks(0, 1)
@@ -36,7 +34,6 @@ def test_one_failure_is_enough_if_nothing_is_said(given):
 
 
 def test_it_succeeds_when_so_many_have(given):
-    """The others are halted; those after the last that was needed are not ticked."""
     root, first, _, _, last = given(Parallel, "R", "RS", "S", "R", success_count="2")
 
     assert "RS" == root.ticks(0, 1)
@@ -45,7 +42,6 @@ def test_it_succeeds_when_so_many_have(given):
 
 
 def test_it_fails_when_so_many_have(given):
-    """One is not enough then."""
     root, *_ = given(Parallel, "F", "RF", "R", success_count="1", failure_count="2")
 
     assert "RF" == root.ticks(0, 1)
@@ -62,14 +58,12 @@ def test_a_negative_number_counts_from_the_end(given):
 
 
 def test_it_fails_when_it_can_t_succeed_any_more(given):
-    """It fails even if fewer have failed than the port says."""
     root, *_ = given(Parallel, "F", "R", "R", success_count="3", failure_count="2")
 
     assert "F" == root.tick()
 
 
 def test_skipped_children_count_beside_a_negative_number(given):
-    """All that weren't skipped have succeeded."""
     forgiving, *_ = given(Parallel, "S", "-", success_count="-1")
     strict, *_ = given(Parallel, "S", "-", success_count="2")
 
@@ -87,7 +81,6 @@ def test_skipped_children_are_ticked_again(given):
 
 @pytest.mark.parametrize("kind", [Parallel, ParallelAll])
 def test_it_is_skipped_if_all_children_are(given, kind):
-    """No child has run."""
     root, *_ = given(kind, "-", "-")
 
     assert "-" == root.tick()
@@ -97,7 +90,6 @@ def test_it_is_skipped_if_all_children_are(given, kind):
     ("kind", "port"), [(Parallel, "success_count"), (Parallel, "failure_count"), (ParallelAll, "max_failures")]
 )
 def test_more_than_there_are_is_an_error(given, kind, port):
-    """It could never come to that."""
     root, *_ = given(kind, "S", "S", **{port: "3"})
 
     with pytest.raises(PortError, match=rf"port '{port}': 3 of 2 children is never reached"):
@@ -106,7 +98,6 @@ def test_more_than_there_are_is_an_error(given, kind, port):
 
 @pytest.mark.parametrize("kind", [Parallel, ParallelAll])
 def test_a_halt_halts_what_runs(given, kind):
-    """And the next tick begins with all of them."""
     root, first, second = given(kind, "S", "R")
     root.tick()
     root.halt()
@@ -116,7 +107,6 @@ def test_a_halt_halts_what_runs(given, kind):
 
 
 def test_all_waits_for_all(given):
-    """Also if one has failed."""
     root, *leaves = given(ParallelAll, "F", "RRS", "S")
 
     assert "RRF" == root.ticks(0, 1, 2)
@@ -124,7 +114,6 @@ def test_all_waits_for_all(given):
 
 
 def test_all_succeeds_with_fewer_failures_than_its_port_says(given):
-    """It fails with as many."""
     fewer, *_ = given(ParallelAll, "F", "S", "S", max_failures="2")
     as_many, *_ = given(ParallelAll, "F", "F", "S", max_failures="2")
     not_all, *_ = given(ParallelAll, "F", "F", "S", max_failures="-1")
@@ -133,7 +122,6 @@ def test_all_succeeds_with_fewer_failures_than_its_port_says(given):
 
 
 def test_all_does_not_wait_for_skipped_children(given):
-    """The others say how it ends."""
     root, *_ = given(ParallelAll, "-", "RS")
 
     assert "RS" == root.ticks(0, 1)
@@ -141,7 +129,6 @@ def test_all_does_not_wait_for_skipped_children(given):
 
 @pytest.mark.parametrize("kind", [Parallel, ParallelAll])
 def test_what_has_not_ended_is_looked_at(node, tree, told, kind):
-    """A skipped control is begun again; one that has ended is not."""
     ended = tree(node(kind, node(Sequence, told("S")), told("R")))
     ended.tick()
     skipped = tree(node(kind, node(Sequence, told("-")), told("R")))
@@ -153,5 +140,4 @@ def test_what_has_not_ended_is_looked_at(node, tree, told, kind):
 
 @pytest.mark.parametrize("kind", [Parallel, ParallelAll])
 def test_what_is_idle_begins_with_itself(node, told, kind):
-    """Its children are not looked at for that."""
     assert [] == node(kind, told("R")).next_ticked()

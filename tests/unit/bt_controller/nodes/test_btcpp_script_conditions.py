@@ -22,7 +22,6 @@ def given(node, tree, told):
 
 @pytest.mark.parametrize(("attribute", "status"), [("_failureIf", "F"), ("_successIf", "S"), ("_skipIf", "-")])
 def test_a_condition_says_how_the_node_ends(given, attribute, status):
-    """Its child is not ticked."""
     root, leaf = given("R", **{attribute: "true"})
 
     assert status == root.tick()
@@ -31,7 +30,6 @@ def test_a_condition_says_how_the_node_ends(given, attribute, status):
 
 @pytest.mark.parametrize("attribute", ["_failureIf", "_successIf", "_skipIf"])
 def test_a_condition_that_is_false_changes_nothing(given, attribute):
-    """The child is ticked, and says how the node ends."""
     root, _ = given("RS", **{attribute: "1 > 2"})
 
     assert "RS" == root.ticks(0, 1)
@@ -47,7 +45,6 @@ def test_failure_comes_before_success_and_success_before_skipping(given):
 
 
 def test_conditions_are_looked_at_when_the_node_is_idle_only(given, board):
-    """A RUNNING child continues."""
     board["/stop"] = False
     root, leaf = given("R", _skipIf="stop")
     root.tick()
@@ -58,7 +55,6 @@ def test_conditions_are_looked_at_when_the_node_is_idle_only(given, board):
 
 
 def test_conditions_are_looked_at_again_after_a_halt(given, board):
-    """Then the node is idle."""
     board["/stop"] = False
     root, _ = given("R", _skipIf="stop")
     root.tick()
@@ -69,7 +65,6 @@ def test_conditions_are_looked_at_again_after_a_halt(given, board):
 
 
 def test_what_has_ended_is_not_idle(given, board):
-    """It is ticked again without a look, if its parent has not made it idle."""
     board["/stop"] = False
     root, leaf = given("S", _failureIf="stop", _while="!stop")
     root.tick()
@@ -80,7 +75,6 @@ def test_what_has_ended_is_not_idle(given, board):
 
 
 def test_while_skips_what_would_begin(given):
-    """As ``_skipIf`` with the opposite."""
     root, leaf = given("S", _while="false")
 
     assert "-" == root.tick()
@@ -88,7 +82,6 @@ def test_while_skips_what_would_begin(given):
 
 
 def test_while_halts_what_runs(given, board):
-    """And the node is skipped."""
     board["/go"] = True
     root, leaf = given("R", _while="go")
     root.tick()
@@ -99,7 +92,6 @@ def test_while_halts_what_runs(given, board):
 
 
 def test_while_runs_the_script_for_halting(given, board):
-    """The script runs once per halt."""
     board["/go"], board["/halts"] = True, 0
     root, _ = given("R", _while="go", _onHalted="halts += 1")
     root.tick()
@@ -110,7 +102,6 @@ def test_while_runs_the_script_for_halting(given, board):
 
 
 def test_while_has_to_be_looked_at(given):
-    """A change of an entry is not announced."""
     watched, _ = given("R", _while="true")
     watched.tick()
     unwatched, _ = given("R", _skipIf="false")
@@ -121,7 +112,6 @@ def test_while_has_to_be_looked_at(given):
 
 
 def test_a_script_follows_each_end(given, board):
-    """The script of ``_post`` runs after it."""
     scripts = {"_onSuccess": "log := 'success'", "_onFailure": "log := 'failure'", "_post": "log = log .. ', done'"}
     succeeding, _ = given("S", **scripts)
     succeeding.tick()
@@ -133,7 +123,6 @@ def test_a_script_follows_each_end(given, board):
 
 
 def test_a_script_follows_what_a_condition_said(given, board):
-    """Although the child was not ticked."""
     root, _ = given("S", _failureIf="true", _onFailure="log := 'failure'")
     root.tick()
 
@@ -142,7 +131,6 @@ def test_a_script_follows_what_a_condition_said(given, board):
 
 @pytest.mark.parametrize("statuses", ["R", "-"])
 def test_no_script_follows_what_has_not_ended(given, board, statuses):
-    """This holds for RUNNING and skipped nodes."""
     board["/log"] = ""
     root, _ = given(statuses, _onSuccess="log = 's'", _onFailure="log = 'f'", _post="log = 'p'")
     root.tick()
@@ -151,7 +139,6 @@ def test_no_script_follows_what_has_not_ended(given, board, statuses):
 
 
 def test_a_script_follows_a_halt(given, board):
-    """Of what runs; what has ended is not halted."""
     board["/halts"] = 0
     running, leaf = given("R", _onHalted="halts += 1")
     running.tick()
@@ -164,7 +151,6 @@ def test_a_script_follows_a_halt(given, board):
 
 
 def test_scripts_share_entries(given, board):
-    """One writes what another reads."""
     root, leaf = given("RS", _skipIf="runs > 2", _onSuccess="runs += 1")
     board["/runs"] = 2
     statuses = root.ticks(0, 1)

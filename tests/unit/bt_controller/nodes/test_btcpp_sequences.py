@@ -32,7 +32,6 @@ def given(node, tree, told):
 
 @pytest.mark.parametrize("kind", SEQUENCES)
 def test_a_sequence_succeeds_when_all_children_have(given, kind):
-    """In one tick if none of them takes time."""
     root, *leaves = given(kind, "S", "S", "S")
 
     assert "S" == root.tick()
@@ -41,7 +40,6 @@ def test_a_sequence_succeeds_when_all_children_have(given, kind):
 
 @pytest.mark.parametrize("kind", FALLBACKS)
 def test_a_fallback_fails_when_all_children_have(given, kind):
-    """In one tick if none of them takes time."""
     root, *leaves = given(kind, "F", "F", "F")
 
     assert "F" == root.tick()
@@ -50,7 +48,6 @@ def test_a_fallback_fails_when_all_children_have(given, kind):
 
 @pytest.mark.parametrize("kind", SEQUENCES)
 def test_a_sequence_fails_with_the_first_child_that_does(given, kind):
-    """Those after it are not ticked."""
     root, _, _, last = given(kind, "S", "F", "S")
 
     assert "F" == root.tick()
@@ -59,7 +56,6 @@ def test_a_sequence_fails_with_the_first_child_that_does(given, kind):
 
 @pytest.mark.parametrize("kind", FALLBACKS)
 def test_a_fallback_succeeds_with_the_first_child_that_does(given, kind):
-    """Those after it are not ticked."""
     root, _, _, last = given(kind, "F", "S", "S")
 
     assert "S" == root.tick()
@@ -68,7 +64,6 @@ def test_a_fallback_succeeds_with_the_first_child_that_does(given, kind):
 
 @pytest.mark.parametrize(("kind", "passes"), [(Sequence, "S"), (SequenceWithMemory, "S"), (Fallback, "F")])
 def test_what_comes_before_a_running_child_is_not_ticked_again(given, kind, passes):
-    """Only the RUNNING child is ticked again."""
     root, first, second = given(kind, passes, f"R{passes}")
 
     assert f"R{passes}" == root.ticks(0, 1)
@@ -77,7 +72,6 @@ def test_what_comes_before_a_running_child_is_not_ticked_again(given, kind, pass
 
 @pytest.mark.parametrize(("kind", "passes"), [(ReactiveSequence, "S"), (ReactiveFallback, "F")])
 def test_what_comes_before_a_running_child_is_ticked_again_if_it_is_reactive(given, kind, passes):
-    """From the first child on; each of them is begun anew."""
     root, first, second = given(kind, passes, f"R{passes}")
 
     assert f"R{passes}" == root.ticks(0, 1)
@@ -96,7 +90,6 @@ def test_a_running_child_is_halted_when_one_before_it_ends_otherwise(given, kind
 
 @pytest.mark.parametrize(("kind", "passes"), [(ReactiveSequence, "S"), (ReactiveFallback, "F")])
 def test_a_running_child_is_halted_when_one_before_it_runs(given, kind, passes):
-    """At most one child is RUNNING."""
     root, first, second = given(kind, f"{passes}R", "R")
 
     assert "RR" == root.ticks(0, 1)
@@ -105,7 +98,6 @@ def test_a_running_child_is_halted_when_one_before_it_runs(given, kind, passes):
 
 @pytest.mark.parametrize("kind", SEQUENCES)
 def test_skipped_children_of_a_sequence_are_passed_over(given, kind):
-    """As if they weren't there."""
     root, *leaves = given(kind, "-", "S", "-")
 
     assert "S" == root.tick()
@@ -114,7 +106,6 @@ def test_skipped_children_of_a_sequence_are_passed_over(given, kind):
 
 @pytest.mark.parametrize("kind", FALLBACKS)
 def test_skipped_children_of_a_fallback_are_passed_over(given, kind):
-    """As if they weren't there."""
     failing, *_ = given(kind, "-", "F", "-")
     succeeding, *_ = given(kind, "-", "S")
 
@@ -124,7 +115,6 @@ def test_skipped_children_of_a_fallback_are_passed_over(given, kind):
 
 @pytest.mark.parametrize("kind", SEQUENCES + FALLBACKS)
 def test_a_control_is_skipped_if_all_its_children_are(given, kind):
-    """No child has run."""
     root, *_ = given(kind, "-", "-")
 
     assert "-" == root.tick()
@@ -132,7 +122,6 @@ def test_a_control_is_skipped_if_all_its_children_are(given, kind):
 
 @pytest.mark.parametrize(("kind", "passes", "end"), [(Sequence, "S", "F"), (Fallback, "F", "S")])
 def test_it_begins_anew_after_it_has_ended(given, kind, passes, end):
-    """The next run starts with the first child."""
     root, first, _ = given(kind, passes, f"{end}R")
 
     assert f"{end}R" == root.ticks(0, 1)
@@ -141,7 +130,6 @@ def test_it_begins_anew_after_it_has_ended(given, kind, passes, end):
 
 @pytest.mark.parametrize(("kind", "passes"), [(Sequence, "S"), (Fallback, "F")])
 def test_it_begins_anew_after_it_was_halted(given, kind, passes):
-    """With the first child; the running one was halted."""
     root, first, second = given(kind, passes, "R")
     root.tick()
     root.halt()
@@ -151,7 +139,6 @@ def test_it_begins_anew_after_it_was_halted(given, kind, passes):
 
 
 def test_memory_begins_with_the_failed_child(given):
-    """Children that have succeeded are not ticked again."""
     root, first, second, third = given(SequenceWithMemory, "S", "FS", "S")
 
     assert "FS" == root.ticks(0, 1)
@@ -159,7 +146,6 @@ def test_memory_begins_with_the_failed_child(given):
 
 
 def test_memory_lasts_over_a_halt(given):
-    """It goes on where it was."""
     root, first, second = given(SequenceWithMemory, "S", "R")
     root.tick()
     root.halt()
@@ -169,7 +155,6 @@ def test_memory_lasts_over_a_halt(given):
 
 
 def test_memory_ends_with_success(given):
-    """All children are ticked the next time."""
     root, first, second = given(SequenceWithMemory, "S", "S")
 
     assert "SS" == root.ticks(0, 1)
@@ -185,7 +170,6 @@ def test_memory_that_goes_on_with_skipped_children_succeeds(given):
 
 @pytest.mark.parametrize(("kind", "passes"), [(Sequence, "S"), (SequenceWithMemory, "S"), (Fallback, "F")])
 def test_what_has_ended_needs_no_look(given, kind, passes):
-    """A running child announces its changes."""
     root, *_ = given(kind, passes, "R")
     root.tick()
 
@@ -194,7 +178,6 @@ def test_what_has_ended_needs_no_look(given, kind, passes):
 
 @pytest.mark.parametrize(("kind", "passes", "end"), [(ReactiveSequence, "S", "F"), (ReactiveFallback, "F", "S")])
 def test_a_reactive_control_looks_at_the_controls_before_what_runs(node, tree, told, kind, passes, end):
-    """They would begin again; what comes after is not ticked."""
     begins_again = tree(node(kind, node(Sequence, told(passes)), told("R")))
     begins_again.tick()
     comes_after = tree(node(kind, told("R"), node(Sequence, told(end))))

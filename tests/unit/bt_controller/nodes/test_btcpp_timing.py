@@ -13,14 +13,12 @@ NEVER = float("inf")
 
 
 def test_sleep_runs_for_a_time(node, tree):
-    """The node succeeds after that time."""
     root = tree(node(Sleep, msec="1500"))
 
     assert "RRS" == root.ticks(10.0, 11.4, 11.5)
 
 
 def test_sleep_needs_no_look_before_its_end(node, tree):
-    """The node knows its end."""
     root = tree(node(Sleep, msec="1500"))
     root.tick(10.25)
 
@@ -28,7 +26,6 @@ def test_sleep_needs_no_look_before_its_end(node, tree):
 
 
 def test_sleep_that_has_ended_is_looked_at_where_it_is_ticked_again(node, tree, told):
-    """The node sleeps again when it is ticked again."""
     root = tree(node(ReactiveSequence, node(Sleep, msec="0"), told("R")))
     root.tick(10.25)
 
@@ -36,7 +33,6 @@ def test_sleep_that_has_ended_is_looked_at_where_it_is_ticked_again(node, tree, 
 
 
 def test_sleep_begins_anew_after_a_halt(node, tree):
-    """The time before does not count."""
     root = tree(node(Sleep, msec="1000"))
     root.tick(10.0)
     root.halt()
@@ -45,18 +41,15 @@ def test_sleep_begins_anew_after_a_halt(node, tree):
 
 
 def test_no_sleep_succeeds_at_once(node, tree):
-    """There is nothing to wait for."""
     assert "S" == tree(node(Sleep, msec="0")).tick(3.0)
 
 
 def test_a_malformed_number_is_an_error(node, tree):
-    """The error comes when the tree is set up."""
     with pytest.raises(PortError, match="port 'msec': 'soon' is not a whole number"):
         tree(node(Sleep, msec="soon"))
 
 
 def test_delay_ticks_its_child_after_a_time(node, tree, told):
-    """And ends as the child does."""
     leaf = told("RF")
     root = tree(node(Delay, leaf, delay_msec="2000"))
 
@@ -66,7 +59,6 @@ def test_delay_ticks_its_child_after_a_time(node, tree, told):
 
 
 def test_delay_needs_no_look_before_its_end(node, tree, told):
-    """It needs none afterwards: the running child announces its changes."""
     root = tree(node(Delay, told("R"), delay_msec="2000"))
     root.tick(5.25)
     before = root.due()
@@ -76,7 +68,6 @@ def test_delay_needs_no_look_before_its_end(node, tree, told):
 
 
 def test_delay_begins_anew(node, tree, told):
-    """After it has ended, and after a halt."""
     root = tree(node(Delay, told("S"), delay_msec="1000"))
 
     assert "RSR" == root.ticks(0.0, 1.0, 1.5)
@@ -85,14 +76,12 @@ def test_delay_begins_anew(node, tree, told):
 
 
 def test_timeout_ends_as_its_child_does(node, tree, told):
-    """If that is in time."""
     root = tree(node(Timeout, told("RS"), msec="1000"))
 
     assert "RS" == root.ticks(4.0, 4.9)
 
 
 def test_timeout_halts_a_child_that_takes_too_long(node, tree, told):
-    """The node fails after the halt."""
     leaf = told("R")
     root = tree(node(Timeout, leaf, msec="1000"))
 
@@ -108,7 +97,6 @@ def test_timeout_takes_an_end_at_the_last_moment(node, tree, told):
 
 
 def test_timeout_is_due_when_the_time_is_over(node, tree, told):
-    """The child may end before, and announces that."""
     root = tree(node(Timeout, told("R"), msec="60000"))
     root.tick(10.25)
 
@@ -116,7 +104,6 @@ def test_timeout_is_due_when_the_time_is_over(node, tree, told):
 
 
 def test_timeout_of_zero_is_none(node, tree, told):
-    """The child may take any time."""
     root = tree(node(Timeout, told("R"), msec="0"))
 
     assert "RR" == root.ticks(0.0, 1e6)
@@ -124,7 +111,6 @@ def test_timeout_of_zero_is_none(node, tree, told):
 
 
 def test_timeout_begins_anew(node, tree, told):
-    """The time limit starts again after a failure."""
     root = tree(node(Timeout, told("R"), msec="1000"))
 
     assert "RFRRF" == root.ticks(0.0, 1.0, 1.5, 2.4, 2.5)
@@ -132,5 +118,4 @@ def test_timeout_begins_anew(node, tree, told):
 
 @pytest.mark.parametrize(("kind", "port"), [(Delay, "delay_msec"), (Timeout, "msec")])
 def test_they_are_skipped_with_their_child(node, tree, told, kind, port):
-    """Nothing was to be done."""
     assert "-" == tree(node(kind, told("-"), **{port: "0"})).tick()

@@ -58,8 +58,6 @@ _TREES = st.recursive(
 @examples(150, share_fixtures=True)
 @given(plan=_TREES, acts=st.lists(st.sampled_from(["tick", "tick", "tick", "halt"]), min_size=4, max_size=12))
 def test_what_has_ended_has_nothing_that_runs(node, tree, told, plan, acts):
-    """Whatever the tree: what runs runs within what runs; a halt leaves nothing; it is due later than now."""
-
     def build(plan):
         if isinstance(plan, str):
             return told(plan)
@@ -128,7 +126,6 @@ def written(tmp_path):
 
 
 def test_a_file_uses_them(written, tree, board):
-    """With scripts, keys with and without braces, and a subtree that writes to the main tree's blackboard."""
     file, *_ = load_file(written(FILE), registry(), tree="Main", values={})
     root = tree(file.build())
 
@@ -138,7 +135,6 @@ def test_a_file_uses_them(written, tree, board):
 
 
 def test_what_is_not_here_says_what_to_do(written):
-    """The message is one line with a remedy."""
     text = '<root BTCPP_format="4"><BehaviorTree ID="Main"><SequenceStar/></BehaviorTree></root>'
 
     with pytest.raises(TreeError, match="<SequenceStar>: unsupported node: version 4 has SequenceWithMemory"):

@@ -120,7 +120,6 @@ def build(kind, client, status):
 
 
 def test_it_says_what_it_does():
-    """Lists of nodes show the first line of the class's docstring, which its base does not replace."""
     for tag, kind in each():
         others = [base.__doc__ for base in kind.__mro__[1:] if kind.__module__ != base.__module__]
 
@@ -128,7 +127,6 @@ def test_it_says_what_it_does():
 
 
 def test_its_ports_are_described():
-    """Each port has a description, and its default is valid for its kind or a key of the blackboard."""
     for tag, kind in each():
         for port, information in {**kind.INPUTS, **kind.OUTPUTS}.items():
             default = information.default_value
@@ -139,14 +137,12 @@ def test_its_ports_are_described():
 
 
 def test_its_keys_are_ports():
-    """A file may write these keys without braces."""
     for tag, kind in each():
         assert {*getattr(kind, "KEYS", ())} <= {*kind.INPUTS, *kind.OUTPUTS}, tag
 
 
 @pytest.mark.parametrize("folder", [actions, conditions, controls, decorators], ids=lambda folder: folder.__name__)
 def test_nodes_are_where_they_belong(folder):
-    """A control has children, a decorator one, an action and a condition none."""
     nodes = [node for family in discover(folder, "FAMILY", Family).values() for node in family.nodes.values()]
 
     assert {folder is controls} == {issubclass(node, Composite) for node in nodes}
@@ -154,12 +150,10 @@ def test_nodes_are_where_they_belong(folder):
 
 
 def test_a_tag_is_here_or_not():
-    """No tag is both supported and unsupported."""
     assert set() == {*registry()} & {*UNSUPPORTED}
 
 
 def test_it_can_be_halted_and_begun_again():
-    """After a halt nothing of it runs, and no goal of it is left."""
     for name, client, node in each_built():
         with case(name):
             for now in (0.0, 0.5, 1.0, 60.0):
@@ -173,7 +167,6 @@ def test_it_can_be_halted_and_begun_again():
 
 
 def test_it_is_due_later():
-    """A tree that is ticked when it has to be does not stay at one instant."""
     for name, _, node in each_built():
         with case(name):
             now = 0.25
@@ -188,7 +181,6 @@ def test_it_is_due_later():
 
 
 def test_what_it_leaves_running_runs_with_it():
-    """A node that has ended has halted its children."""
     for name, _, node in each_built():
         with case(name):
             with simulated_time(0.0):

@@ -57,20 +57,17 @@ class TestGoals:
     """The goals of action nodes follow from their ports."""
 
     def test_navigate_to_pose(self, sent):
-        """The goal, and a tree that goes along with it."""
         goal = sent(NavigateToPose, goal="1;2", behavior_tree="x.xml")
 
         assert {"x": 1.0, "y": 2.0} == goal["pose"]["pose"]["position"]
         assert "x.xml" == goal["behavior_tree"]
 
     def test_navigate_through_poses(self, sent):
-        """The goal has all poses, in order."""
         goal = sent(NavigateThroughPoses, goals="1;2|3;4")
 
         assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["poses"]["goals"]]
 
     def test_compute_path_to_pose(self, sent):
-        """From where the robot is."""
         goal = sent(ComputePathToPose, goal="1;2", planner_id="GridBased")
 
         assert ({"x": 1.0, "y": 2.0}, "GridBased") == (goal["goal"]["pose"]["position"], goal["planner_id"])
@@ -78,20 +75,17 @@ class TestGoals:
 
     @pytest.mark.parametrize(("use_start", "uses"), [({}, True), ({"use_start": "false"}, False)])
     def test_compute_path_from_a_pose(self, sent, use_start, uses):
-        """A start counts, unless the file says that it doesn't."""
         goal = sent(ComputePathToPose, goal="1;2", start="3;4", **use_start)
 
         assert uses == goal.get("use_start", False)
 
     def test_follow_path(self, sent, path):
-        """The path, and the ids."""
         goal = sent(FollowPath, path=path((0, 0), (1, 0)), controller_id="FollowPath", goal_checker_id="exact")
 
         assert 2 == len(goal["path"]["poses"])
         assert ("FollowPath", "exact") == (goal["controller_id"], goal["goal_checker_id"])
 
     def test_compute_path_through_poses(self, sent):
-        """All goals, in order, from the robot; from a start that is given."""
         goal = sent(ComputePathThroughPoses, goals="1;2|3;4", planner_id="GridBased")
         started = sent(ComputePathThroughPoses, goals="1;2", start="5;6")
 
@@ -100,7 +94,6 @@ class TestGoals:
         assert (True, {"x": 5.0, "y": 6.0}) == (started["use_start"], started["start"]["pose"]["position"])
 
     def test_smooth_path(self, sent, path):
-        """The path, and for how long."""
         goal = sent(SmoothPath, unsmoothed_path=path((0, 0), (1, 0)), smoother_id="route_smoother")
 
         assert 2 == len(goal["path"]["poses"])
@@ -108,7 +101,6 @@ class TestGoals:
 
     @pytest.mark.parametrize("kind", [ComputeRoute, ComputeAndTrackRoute])
     def test_routes(self, sent, kind):
-        """By the ids of waypoints; with use_poses to a pose; with use_start from one."""
         assert {"start_id": 2, "goal_id": 3} == sent(kind, start_id="2", goal_id="3", goal="1;2")
         goal = sent(kind, use_poses="true", goal="1;2", start="3;4", goal_id="3")
         assert ({"goal", "use_poses"}, 1.0) == (goal.keys(), goal["goal"]["pose"]["position"]["x"])
@@ -124,19 +116,16 @@ class TestGoals:
         ],
     )
     def test_a_route_without_ends_is_an_error_that_names_the_port(self, node, tree, known, ports, text):
-        """A pose that is to be used, and an id that a message can have."""
         with pytest.raises(PortError, match=text):
             tree(node(ComputeRoute, **ports), **known).tick()
 
     def test_spin(self, sent):
-        """The default is 1.57 radians in 10 s."""
         assert {"target_yaw": 1.57, "time_allowance": {"sec": 10}} == sent(Spin)
         assert {"target_yaw": -3.0, "time_allowance": {"nanosec": 500000000}} == sent(
             Spin, spin_dist="-3", time_allowance="0.5"
         )
 
     def test_wait(self, sent):
-        """The default is one second."""
         assert {"time": {"sec": 1}} == sent(Wait)
         assert {"time": {"sec": 5}} == sent(Wait, wait_duration="5.0")
         assert {"time": {"sec": 5}} == sent(Wait, wait_duration="-5")
@@ -146,37 +135,31 @@ class TestGoals:
         [(BackUp, "backup_dist", "backup_speed"), (DriveOnHeading, "dist_to_travel", "speed")],
     )
     def test_straight_on_and_back(self, sent, kind, distance, speed):
-        """The default is 0.15 m at 0.025 m/s."""
         assert {"target": {"x": 0.15}, "speed": 0.025, "time_allowance": {"sec": 10}} == sent(kind)
         assert {"target": {"x": 0.3}, "speed": 0.2} == sent(
             kind, **{distance: "0.3", speed: "0.2", "time_allowance": "0"}
         )
 
     def test_dock_robot(self, sent):
-        """By name; or by pose, of a kind."""
         assert {"dock_id": "charger"} == sent(DockRobot, dock_id="charger")
         goal = sent(DockRobot, use_dock_id="false", dock_pose="1;2", dock_type="charger", max_staging_time="30")
         assert (False, "charger", 30.0) == (goal["use_dock_id"], goal["dock_type"], goal["max_staging_time"])
         assert {"x": 1.0, "y": 2.0} == goal["dock_pose"]["pose"]["position"]
 
     def test_undock_robot(self, sent):
-        """The default timeout is 30 s."""
         assert {} == sent(UndockRobot)
         assert {"max_undocking_time": 5.0} == sent(UndockRobot, max_undocking_time="5")
 
     def test_pickup(self, sent):
-        """The goal has the name of the item."""
         assert {"target_name": "parcel"} == sent(Pickup, target_name="parcel")
 
     def test_place(self, sent):
-        """The item, or whatever it holds; where the robot is, or at a pose."""
         assert {} == sent(Place)
         goal = sent(Place, attached_object_name="parcel", place_pose="1;2")
         assert "parcel" == goal["attached_object_name"]
         assert [{"x": 1.0, "y": 2.0}] == [place["place_pose"]["pose"]["position"] for place in goal["place_locations"]]
 
     def test_what_ports_lead_to_is_read_when_the_goal_is_sent(self, node, tree, known, client, board):
-        """Earlier values of the entries don't count."""
         ticked = tree(node(NavigateToPose, goal="{goal}"), **known)
         board["/goal"] = pose_at(7.0, 8.0)
         ticked.tick()
@@ -184,7 +167,6 @@ class TestGoals:
         assert 7.0 == client.goals[0].goal.pose.pose.position.x
 
     def test_a_port_without_a_value_is_an_error_that_names_it(self, node, tree, known):
-        """The path has not been planned."""
         with pytest.raises(PortError, match=r"port 'path' has no value yet"):
             tree(node(FollowPath, path="{path}"), **known).tick()
 
@@ -193,20 +175,17 @@ class TestServer:
     """The port server_name selects the action."""
 
     def test_the_default_server_is_the_usual_name(self, node, tree, known, client):
-        """The action of the robot that the tree is run for gets the goal."""
         tree(node(Wait, server_timeout="20"), **known).tick()
 
         assert ("wall_e", "wait") == (client.goals[0].robot, client.goals[0].action.name)
 
     @pytest.mark.parametrize("name", ["wait", "/wall_e/wait", "a/b"])
     def test_another_name_of_the_action(self, node, tree, known, client, name):
-        """With its robot, or by an alias."""
         tree(node(Wait, server_name=name), **known).tick()
 
         assert "wait" == client.goals[0].action.name
 
     def test_a_name_of_another_action_is_refused(self, node, tree, known):
-        """Another action needs other goals."""
         with pytest.raises(PortError, match=r"port 'server_name': 'spin' is not a name of 'wait'"):
             tree(node(Wait, server_name="spin"), **known)
 
@@ -225,7 +204,6 @@ class TestServer:
             tree(node(Tabled), **known).tick()
 
     def test_a_name_that_is_not_served_is_an_error(self, node, tree, known):
-        """The error comes before the first tick."""
         with pytest.raises(NotServed, match=r"robot 'wall_e' has no action 'wait_server'"):
             tree(node(Wait, server_name="wait_server"), **known)
 
@@ -242,7 +220,6 @@ class TestEnds:
         return ticked, client.goals[0]
 
     def test_it_runs_until_the_goal_has_ended(self, computing):
-        """The node runs until then, and is not looked at each period."""
         ticked, goal = computing
         goal.accept()
 
@@ -250,7 +227,6 @@ class TestEnds:
         assert math.inf == ticked.due()
 
     def test_succeeded_is_success_with_its_result(self, computing, board, path):
-        """And with the code 0."""
         ticked, goal = computing
         goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
 
@@ -258,7 +234,6 @@ class TestEnds:
         assert (path((0, 0), (1, 0)), 0, "") == (board["/path"], board["/code"], board["/message"])
 
     def test_aborted_is_failure_with_the_code(self, computing, board):
-        """And without a result: the path has no poses."""
         ticked, goal = computing
         goal.abort(208, "no route")
 
@@ -282,7 +257,6 @@ class TestEnds:
         assert (1, "not_ready: battery empty") == (board["/code"], board["/message"])
 
     def test_what_was_aborted_in_an_earlier_life_has_a_code_of_its_own(self, computing, board):
-        """Its result is not kept, but the goal was sent."""
         ticked, goal = computing
         goal.expire(GoalStatus.ABORTED)
 
@@ -298,7 +272,6 @@ class TestEnds:
         assert (2, "nobody there") == (board["/code"], board["/message"])
 
     def test_a_goal_that_can_not_be_sent_is_failure(self, node, tree, known, client, board):
-        """The code is also SEND_GOAL_FAILURE."""
         client.refuses = SimulatorNotFound("nobody there")
         ticked = tree(node(Wait, error_code_id="{code}"), **known)
 
@@ -306,7 +279,6 @@ class TestEnds:
         assert 2 == board["/code"]
 
     def test_halted_it_cancels_its_goal(self, computing, board, path):
-        """And a path that was there is there no longer."""
         ticked, goal = computing
         board["/path"] = path((0, 0), (1, 0))
         ticked.halt()
@@ -315,7 +287,6 @@ class TestEnds:
         assert Path() == board["/path"]
 
     def test_a_reset_after_its_end_takes_nothing_away(self, computing, board, path):
-        """The path stays on the blackboard for the controller."""
         ticked, goal = computing
         goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
         ticked.tick()
@@ -325,7 +296,6 @@ class TestEnds:
 
     @pytest.mark.parametrize(("end", "status"), [("succeed", "S"), ("abort", "F")])
     def test_ticked_again_without_a_reset_it_ends_as_it_did(self, computing, client, end, status):
-        """The node sends nothing, and is not looked at each period."""
         ticked, goal = computing
         goal.succeed() if end == "succeed" else goal.abort(208, "no route")
 
@@ -334,7 +304,6 @@ class TestEnds:
         assert math.inf == ticked.due()
 
     def test_ticked_again_after_a_reset_it_sends_its_goal_again(self, computing, client):
-        """A new round of activity."""
         ticked, goal = computing
         goal.succeed()
         ticked.tick()
@@ -344,7 +313,6 @@ class TestEnds:
         assert 2 == len(client.goals)
 
     def test_a_child_of_a_pipeline_is_not_sent_again_while_the_next_one_runs(self, node, told, tree, known, client):
-        """Though it is ticked again."""
         ticked = tree(node(PipelineSequence, node(Wait), told("R")), **known)
         ticked.tick()
         client.goals[0].succeed()
@@ -353,7 +321,6 @@ class TestEnds:
         assert 1 == len(client.goals)
 
     def test_docking_writes_whether_it_succeeded(self, node, tree, known, client, board):
-        """The number of retries is written, too."""
         ticked = tree(node(DockRobot, success="{done}", num_retries="{retries}"), **known)
         ticked.tick()
         client.goals[0]._end(GoalStatus.SUCCEEDED, client.goals[0].action.result(num_retries=2))
@@ -366,7 +333,6 @@ class TestEnds:
         assert board["/done"] is False
 
     def test_undocking_writes_whether_it_succeeded(self, node, tree, known, client, board):
-        """Undocking reports it as docking does."""
         ticked = tree(node(UndockRobot, success="{done}"), **known)
         ticked.tick()
         client.goals[0].succeed()
@@ -395,7 +361,6 @@ class TestFeedback:
         return make
 
     def test_it_tells_how_the_robot_keeps_to_its_path(self, node, following, board):
-        """To a node that reads it; in the end it follows none."""
         ticked, goal = following(node(IsWithinPathTrackingBounds, tracking_feedback="{tracking}"))
         goal.feed(tracking_feedback=TrackingFeedback(position_tracking_error=0.25))
         ticked.tick()
@@ -405,7 +370,6 @@ class TestFeedback:
         assert TrackingFeedback() == board["/tracking"]
 
     def test_it_tells_nothing_that_no_node_reads(self, following, board):
-        """Each write would tick the tree again."""
         ticked, goal = following()
         goal.feed(tracking_feedback=TrackingFeedback(position_tracking_error=0.25))
         ticked.tick()
@@ -423,7 +387,6 @@ class TestFeedback:
         assert ("F", Path(), -1) == (ticked.tick(), board["/path"], board["/last"])
 
     def test_a_route_is_tracked(self, node, tree, known, client, board):
-        """The output ports have the robot's place on the route, and in the end none."""
         ports = {"last_node_id": "{last}", "path": "{path}", "execution_duration": "{seconds}"}
         ticked = tree(node(ComputeAndTrackRoute, goal_id="3", **ports), **known)
         ticked.tick()
@@ -435,7 +398,6 @@ class TestFeedback:
         assert ("S", 0, 4) == (ticked.tick(), board["/last"], board["/seconds"].sec)
 
     def test_another_route_replaces_it(self, node, tree, known, client, board):
-        """When the ports have changed."""
         board["/to"] = 3
         ticked = tree(node(ComputeAndTrackRoute, goal_id="{to}"), **known)
         ticked.tick()
@@ -464,7 +426,6 @@ class TestMoveIt:
         assert 1 == board["/code"]
 
     def test_a_failure_has_its_code_and_its_message(self, picking, board):
-        """An item that is too heavy has the code CONTROL_FAILED."""
         ticked, goal = picking
         goal.abort(-4, "'anvil' is too heavy")
 
@@ -494,12 +455,10 @@ class TestFollowPath:
         return ticked
 
     def test_the_same_path_is_not_sent_twice(self, following, client):
-        """However often it is ticked."""
         assert "RR" == following.ticks(1, 2)
         assert 1 == len(client.goals)
 
     def test_another_path_replaces_the_goal(self, following, client, board, path):
-        """The robot drops the old one by itself: it is not canceled."""
         board["/path"] = path((1, 0), (4, 1))
 
         assert "R" == following.tick()
@@ -507,7 +466,6 @@ class TestFollowPath:
         assert not client.goals[0].canceled
 
     def test_the_end_of_the_goal_that_was_replaced_is_of_no_matter(self, following, client, board, path):
-        """It is ABORTED, as it was preempted; the new one goes on."""
         board["/path"] = path((1, 0), (4, 1))
         following.tick()
         client.goals[0].abort(100, "preempted")
@@ -518,14 +476,12 @@ class TestFollowPath:
         assert "S" == following.tick()
 
     def test_another_controller_replaces_the_goal(self, following, client, board):
-        """The robot says whether there is one."""
         board["/controller"] = "Other"
         following.tick()
 
         assert "Other" == client.goals[1].goal.controller_id
 
     def test_where_the_new_goal_can_not_be_sent_the_old_one_is_canceled(self, following, client, board, path):
-        """The node fails, and the robot no longer follows a path."""
         board["/path"] = path((1, 0), (4, 1))
         client.refuses = SimulatorNotFound("nobody there")
 
@@ -533,7 +489,6 @@ class TestFollowPath:
         assert client.goals[0].canceled
 
     def test_a_path_without_poses_does_not(self, following, client, board):
-        """The planner has no path for the moment."""
         board["/path"] = Path()
 
         assert "R" == following.tick()
@@ -544,7 +499,6 @@ class TestFollowPath:
         assert math.inf == following.due()
 
     def test_halted_it_cancels_all_that_is_under_way(self, following, client, board, path):
-        """Also a goal that was replaced and has not ended yet."""
         board["/path"] = path((1, 0), (4, 1))
         following.tick()
         following.halt()

@@ -47,19 +47,16 @@ class TestGoalReached:
 
     @pytest.mark.parametrize(("x", "status"), [(4.74, "F"), (4.75, "S"), (5.0, "S"), (5.25, "S"), (5.26, "F")])
     def test_it_succeeds_within_a_quarter_of_the_unit(self, node, tree, topics, x, status):
-        """As Nav2's goal_reached_tol has it."""
         topics.at(x, 1.0)
 
         assert status == tree(node(GoalReached, goal="5;1"), **topics.known).tick()
 
     def test_the_robot_may_face_any_way(self, node, tree, topics):
-        """Only the robot's position counts."""
         topics.at(5.0, 1.0, 2.0)
 
         assert "S" == tree(node(GoalReached, goal="5;1;0"), **topics.known).tick()
 
     def test_it_watches_the_robots_odometry(self, node, tree, topics):
-        """It watches no other topic."""
         tree(node(GoalReached, goal="5;1"), **topics.known)
 
         assert [("wall_e", "odom")] == topics.watched
@@ -76,14 +73,12 @@ class TestGoalUpdated:
     """Another goal than at the last tick."""
 
     def test_it_fails_when_it_was_idle(self, node, tree, board):
-        """Whatever the goal is; that one counts from then on."""
         board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(GoalUpdated))
 
         assert "FF" == ticked.ticks(0, 1)
 
     def test_it_succeeds_once_for_each_change(self, node, tree, board):
-        """Of the goal or the goals."""
         ticked = tree(node(GoalUpdated))
         ticked.tick()
         board["/goal"] = pose_at(1.0, 1.0)
@@ -92,7 +87,6 @@ class TestGoalUpdated:
         assert "SF" == ticked.ticks(3, 4)
 
     def test_a_change_while_it_is_idle_is_none(self, node, tree, board):
-        """The comparison starts again after a reset."""
         ticked = tree(node(GoalUpdated))
         ticked.tick()
         ticked.halt()
@@ -101,7 +95,6 @@ class TestGoalUpdated:
         assert "F" == ticked.tick(1)
 
     def test_a_goal_that_is_text_is_compared_as_a_pose(self, node, tree, board):
-        """The option --set writes such a text."""
         board["/goal"] = "1;1"
         ticked = tree(node(GoalUpdated))
         ticked.tick()
@@ -114,11 +107,9 @@ class TestGlobalUpdatedGoal:
     """Another goal than ever before."""
 
     def test_it_succeeds_at_its_first_tick(self, node, tree):
-        """There was no goal before."""
         assert "SF" == tree(node(GlobalUpdatedGoal)).ticks(0, 1)
 
     def test_a_change_while_it_was_idle_counts(self, node, tree, board):
-        """That is what is global about it."""
         ticked = tree(node(GlobalUpdatedGoal))
         ticked.tick()
         ticked.halt()
@@ -127,7 +118,6 @@ class TestGlobalUpdatedGoal:
         assert "SF" == ticked.ticks(1, 2)
 
     def test_the_port_may_lead_elsewhere(self, node, tree, board):
-        """Instead of to the key goal."""
         ticked = tree(node(GlobalUpdatedGoal, goal="{mine}"))
         ticked.tick()
         board["/goal"] = pose_at(1.0, 1.0)
@@ -154,7 +144,6 @@ class TestIsGoalNearby:
         assert "F" == tree(condition, **topics.known).tick()
 
     def test_the_robot_is_looked_for_on_the_whole_path(self, node, tree, topics, path):
-        """By default the whole path is searched, so that the pose may jump ahead."""
         ticked = tree(node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1))), **topics.known)
         ticked.tick()
         topics.at(0.0, 0.9)
@@ -172,13 +161,11 @@ class TestIsGoalNearby:
 
     @pytest.mark.parametrize("ports", [{}, {"path": "{path}"}])
     def test_without_a_path_it_fails(self, node, tree, topics, ports):
-        """The path has not been planned yet."""
         assert "F" == tree(node(IsGoalNearby, **ports), **topics.known).tick()
 
 
 @pytest.mark.parametrize(("tolerance", "status"), [("4.99", "F"), ("5", "S")])
 def test_poses_are_near_within_the_tolerance(node, tree, tolerance, status):
-    """3 and 4 away are 5."""
     assert status == tree(node(ArePosesNear, ref_pose="0;0", target_pose="3;4;1", tolerance=tolerance)).tick()
 
 
@@ -202,7 +189,6 @@ class TestBattery:
 
     @pytest.mark.parametrize(("volts", "status"), [(11.6, "F"), (11.5, "S")])
     def test_it_is_low_at_the_voltage_or_below(self, node, tree, battery, volts, status):
-        """The port is_voltage selects volts."""
         low = node(IsBatteryLow, min_battery="11.5", is_voltage="true")
 
         assert status == tree(low, **battery(voltage=volts, percentage=0.9)).tick()
@@ -214,7 +200,6 @@ class TestBattery:
 
     @pytest.mark.parametrize(("left", "operator"), [(0.31, "<="), (0.3, ">")])
     def test_in_lockstep_time_stops_for_the_other_verdict(self, node, tree, topics, battery, left, operator):
-        """Of the level, so that it need not be polled."""
         topics.stops = True
         low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left))
         low.tick()
@@ -223,7 +208,6 @@ class TestBattery:
 
     @pytest.mark.parametrize(("state", "operator"), [(1, "!="), (2, "==")])
     def test_in_lockstep_time_stops_when_charging_begins_or_ends(self, node, tree, topics, battery, state, operator):
-        """The node awaits the other charging status."""
         topics.stops = True
         charging = tree(node(IsBatteryCharging), **battery(power_supply_status=state))
         charging.tick()
@@ -231,7 +215,6 @@ class TestBattery:
         assert [("wall_e/battery_state", "/power_supply_status", operator, 1)] == charging.awaited()
 
     def test_a_voltage_is_polled(self, node, tree, topics, battery):
-        """It is known with each message only."""
         topics.stops = True
         low = tree(node(IsBatteryLow, min_battery="11.5", is_voltage="true"), **battery(voltage=12.0))
         low.tick()
@@ -239,7 +222,6 @@ class TestBattery:
         assert (1.0, []) == (low.due(), low.awaited())
 
     def test_without_lockstep_a_battery_is_polled(self, node, tree, battery):
-        """It needs polling like any other topic."""
         low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=0.5))
         low.tick()
 
@@ -247,28 +229,24 @@ class TestBattery:
 
     @pytest.mark.parametrize("topic", ["/wall_e/battery_state", "battery_state", "/battery_status"])
     def test_the_topic_may_be_named(self, node, tree, battery, topic):
-        """By what robots here call it, with or without a name before it, or by the name in Nav2's own trees."""
         low = node(IsBatteryLow, min_battery="0.3", battery_topic=topic)
 
         assert "F" == tree(low, **battery(percentage=0.5)).tick()
 
     @pytest.mark.parametrize("topic", ["eve/battery_state", "/eve/battery_state"])
     def test_the_battery_of_another_robot(self, node, tree, battery, topics, topic):
-        """Its robot's name stands before it."""
         low = tree(node(IsBatteryLow, min_battery="0.3", battery_topic=topic), **battery(percentage=0.2))
 
         assert [("eve", "battery_state")] == topics.watched
         assert "S" == low.tick()
 
     def test_another_topic_is_refused(self, node, tree, battery):
-        """Battery states are on no other topic."""
         low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery")
 
         with pytest.raises(PortError, match=r"no topic '/battery'; the battery state is on 'battery_state'"):
             tree(low, **battery())
 
     def test_another_topic_is_an_error_when_a_file_is_read(self, tmp_path):
-        """Before any tree runs, as `bt-controller check` does."""
         path = tmp_path / "low.xml"
         path.write_text(
             '<root BTCPP_format="4"><BehaviorTree ID="Low"><IsBatteryLow min_battery="0.3" battery_topic="low"/>'
@@ -282,7 +260,6 @@ class TestDistanceTraveled:
     """DistanceTraveled measures the distance from an earlier position."""
 
     def test_it_succeeds_each_time_the_robot_has_come_so_far(self, node, tree, topics):
-        """From where it was when the node was idle, or has succeeded."""
         ticked = tree(node(DistanceTraveled, distance="2.0"), **topics.known)
         statuses = []
         for x in (0.0, 1.9, 2.1, 4.0, 4.2):
@@ -296,13 +273,11 @@ class TestIsStopped:
     """IsStopped succeeds after a robot was slow for a while."""
 
     def test_it_runs_until_the_robot_has_stood_long_enough(self, node, tree, topics):
-        """The default is one second."""
         ticked = tree(node(IsStopped), **topics.known)
 
         assert "RRS" == ticked.ticks(0, 0.9, 1.0)
 
     def test_it_fails_while_the_robot_moves(self, node, tree, topics):
-        """And counts anew when it stands again."""
         ticked = tree(node(IsStopped, velocity_threshold="0.1", duration_stopped="500"), **topics.known)
         ticked.tick(0.0)
         topics.at(0.0, 0.0, speed=0.1)
@@ -318,7 +293,6 @@ class TestIsStopped:
         assert 1.0 == ticked.due()
 
     def test_it_counts_anew_after_a_success(self, node, tree, topics):
-        """A later stop is counted separately."""
         ticked = tree(node(IsStopped), **topics.known)
 
         assert "RSRS" == ticked.ticks(0.0, 1.0, 100.0, 101.0)
@@ -332,7 +306,6 @@ class TestIsStopped:
         assert "RS" == ticked.ticks(100.0, 101.0)
 
     def test_it_has_an_older_name_too(self):
-        """Each is shown as the file has it."""
         assert "CheckStopStatus" == registry()["CheckStopStatus"].__name__
 
 
@@ -350,7 +323,6 @@ class TestIsStuck:
         assert list("FSF") == statuses
 
     def test_braking_as_one_does_is_not_being_stuck(self, node, tree, topics):
-        """2 m/s lost in a second."""
         ticked = tree(node(IsStuck), **topics.known)
         topics.at(0.0, 0.0, speed=2.0, seconds=1.0)
         ticked.tick()
@@ -359,7 +331,6 @@ class TestIsStuck:
         assert "F" == ticked.tick()
 
     def test_the_same_message_again_has_no_effect(self, node, tree, topics):
-        """No time has gone by."""
         assert "FF" == tree(node(IsStuck), **topics.known).ticks(0, 1)
 
 
@@ -367,11 +338,9 @@ class TestTimeExpired:
     """TimeExpired succeeds at regular intervals."""
 
     def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree):
-        """From when it was idle, or from its last success."""
         assert "FFSFS" == tree(node(TimeExpired, seconds="2.0")).ticks(0, 1.9, 2.5, 4.4, 4.5)
 
     def test_a_reset_begins_anew(self, node, tree):
-        """The time that is over then is forgotten."""
         ticked = tree(node(TimeExpired, seconds="2.0"))
         ticked.tick(0)
         ticked.halt()
@@ -379,7 +348,6 @@ class TestTimeExpired:
         assert "FS" == ticked.ticks(1.9, 3.9)
 
     def test_it_looks_again_when_the_time_is_over(self, node, tree):
-        """It needs no tick before that."""
         ticked = tree(node(TimeExpired, seconds="2.5"))
         ticked.tick(1.0)
 
@@ -390,7 +358,6 @@ class TestPathExpiringTimer:
     """PathExpiringTimer measures the age of a path."""
 
     def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree, path):
-        """The default is one second; a reset does not restart it."""
         ticked = tree(node(PathExpiringTimer, path=path((0, 0), (1, 0))))
         ticked.tick(0)
         ticked.halt()
@@ -398,7 +365,6 @@ class TestPathExpiringTimer:
         assert "FSFS" == ticked.ticks(0.9, 1.0, 1.9, 2.0)
 
     def test_another_path_begins_the_time_anew(self, node, tree, path, board):
-        """It is not old yet."""
         board["/path"] = path((0, 0), (1, 0))
         ticked = tree(node(PathExpiringTimer, path="{path}"))
         ticked.tick(0)
@@ -413,7 +379,6 @@ class TestErrorCodes:
 
     @pytest.mark.parametrize(("code", "status"), [(100, "F"), (106, "S"), (208, "S"), (0, "F")])
     def test_the_codes_to_look_for_are_written_with_semicolons(self, node, tree, code, status):
-        """One of them is enough."""
         assert status == tree(node(AreErrorCodesPresent, error_code=code, error_codes_to_check="106;208")).tick()
 
     @pytest.mark.parametrize(
@@ -436,14 +401,12 @@ class TestErrorCodes:
         assert codes == helped
 
     def test_other_codes_can_be_named(self, node, tree):
-        """They count in place of the usual ones."""
         codes = {"error_codes_to_check": "204;206"}
 
         assert "S" == tree(node(WouldAPlannerRecoveryHelp, error_code=204, **codes)).tick()
         assert "F" == tree(node(WouldAPlannerRecoveryHelp, error_code=208, **codes)).tick()
 
     def test_a_code_that_was_never_written_is_none(self, node, tree):
-        """The controller has not been asked yet."""
         assert "F" == tree(node(WouldAControllerRecoveryHelp, error_code="{never}")).tick()
 
 
@@ -462,7 +425,6 @@ class TestIsWithinPathTrackingBounds:
         assert status == tree(node(IsWithinPathTrackingBounds, tracking_feedback=tracking, **bounds)).tick()
 
     def test_a_robot_that_follows_no_path_is_within(self, node, tree):
-        """No feedback has arrived yet."""
         assert "S" == tree(node(IsWithinPathTrackingBounds, tracking_feedback="{never}")).tick()
 
 
@@ -470,13 +432,11 @@ class TestLocalisation:
     """Robots here know where they are."""
 
     def test_the_initial_pose_was_received(self, node, tree):
-        """From the start, unless the file says otherwise."""
         assert "S" == tree(node(InitialPoseReceived)).tick()
         assert "F" == tree(node(InitialPoseReceived, initial_pose_received="false")).tick()
 
     @pytest.mark.parametrize(("child", "status"), [("base_link", "S"), ("odom", "F")])
     def test_two_frames_are_known(self, node, tree, child, status):
-        """The map's and the robot's."""
         ticked = tree(node(TransformAvailable, child=child, parent="map"))
 
         assert status == ticked.tick()
@@ -484,7 +444,6 @@ class TestLocalisation:
 
 
 def test_conditions_never_run_but_for_one(node, tree, topics):
-    """IsStopped alone takes its time; here all the others are looked at once."""
     topics.messages["battery_state"] = BatteryState(percentage=0.5)
     ports = {
         AreErrorCodesPresent: {"error_codes_to_check": "1"},

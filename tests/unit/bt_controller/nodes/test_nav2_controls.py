@@ -19,14 +19,12 @@ class TestRecoveryNode:
     """RecoveryNode ticks a recovery after a failure, and then its first child again."""
 
     def test_the_second_child_has_nothing_to_do_while_the_first_succeeds(self, node, told, tree):
-        """SUCCESS of the first is the node's."""
         first, second = told("S"), told("S")
 
         assert "S" == tree(node(RecoveryNode, first, second)).tick()
         assert (1, 0) == (first.ticks, second.ticks)
 
     def test_the_first_child_is_tried_again_after_a_recovery(self, node, told, tree):
-        """In the same tick, if nothing takes time."""
         first, second = told("FS"), told("S")
 
         assert "S" == tree(node(RecoveryNode, first, second, number_of_retries="1")).tick()
@@ -40,29 +38,24 @@ class TestRecoveryNode:
         assert (7, 6) == (first.ticks, second.ticks)
 
     def test_it_fails_when_the_recovery_does(self, node, told, tree):
-        """Remaining retries don't matter."""
         first, second = told("F"), told("F")
 
         assert "F" == tree(node(RecoveryNode, first, second, number_of_retries="6")).tick()
         assert (1, 1) == (first.ticks, second.ticks)
 
     def test_a_recovery_that_is_skipped_is_none(self, node, told, tree):
-        """Nothing could be done, so the node fails."""
         assert "F" == tree(node(RecoveryNode, told("F"), told("-"), number_of_retries="6")).tick()
 
     def test_it_is_skipped_when_its_first_child_is(self, node, told, tree):
-        """There is nothing to recover from."""
         assert "-" == tree(node(RecoveryNode, told("-"), told("S"))).tick()
 
     def test_either_child_may_take_its_time(self, node, told, tree):
-        """RUNNING, then on from there."""
         first, second = told("RFRS"), told("RS")
 
         assert "RRRS" == tree(node(RecoveryNode, first, second)).ticks(0, 1, 2, 3)
         assert (2, 1) == (first.begun, second.begun)
 
     def test_retries_are_counted_anew_when_it_was_halted(self, node, told, tree):
-        """One that was used up before the halt is there again."""
         first = told("FRFRS")
         ticked = tree(node(RecoveryNode, first, told("S"), number_of_retries="1"))
         ticked.tick()
@@ -71,7 +64,6 @@ class TestRecoveryNode:
         assert "RS" == ticked.ticks(1, 2)
 
     def test_a_halt_halts_the_child_that_runs(self, node, told, tree):
-        """The RUNNING child is the recovery here."""
         first, second = told("F"), told("R")
         ticked = tree(node(RecoveryNode, first, second))
         ticked.tick()
@@ -89,7 +81,6 @@ class TestRecoveryNode:
         assert ("F", 1501) == (ticked.tick(1), first.ticks)
 
     def test_it_waits_for_the_child_that_runs(self, node, told, tree):
-        """The running child announces its changes; the node is not looked at each period."""
         ticked = tree(node(RecoveryNode, told("R"), told("S")))
         ticked.tick()
 
@@ -100,7 +91,6 @@ class TestPipelineSequence:
     """The table of Nav2's documentation: A runs, then B, then both."""
 
     def test_a_child_that_runs_for_the_first_time_keeps_the_next_ones(self, node, told, tree):
-        """B is not ticked before A has succeeded once."""
         a, b = told("RRS"), told("R")
         ticked = tree(node(PipelineSequence, a, b))
 
@@ -108,14 +98,12 @@ class TestPipelineSequence:
         assert 0 == b.ticks
 
     def test_children_before_the_one_that_runs_are_ticked_again(self, node, told, tree):
-        """Also if they have succeeded."""
         a, b = told("S"), told("R")
         tree(node(PipelineSequence, a, b)).ticks(0, 1, 2)
 
         assert (3, 3) == (a.ticks, b.ticks)
 
     def test_a_child_that_runs_again_keeps_the_reached_ones_ticked(self, node, told, tree):
-        """A runs again while B goes on."""
         a, b, c = told("SRRS"), told("RRS"), told("R")
         ticked = tree(node(PipelineSequence, a, b, c))
 
@@ -123,7 +111,6 @@ class TestPipelineSequence:
         assert (3, 3, 1) == (a.ticks, b.ticks, c.ticks)
 
     def test_it_succeeds_when_its_last_child_does(self, node, told, tree):
-        """Even if one before it runs, which is halted then."""
         a, b = told("SR"), told("RS")
         ticked = tree(node(PipelineSequence, a, b))
 
@@ -131,7 +118,6 @@ class TestPipelineSequence:
         assert 1 == a.halts
 
     def test_it_fails_when_any_child_does_and_halts_the_others(self, node, told, tree):
-        """Also one that had succeeded before."""
         a, b = told("SF"), told("R")
         ticked = tree(node(PipelineSequence, a, b))
 
@@ -139,7 +125,6 @@ class TestPipelineSequence:
         assert 1 == b.halts
 
     def test_it_forgets_how_far_it_came_when_it_begins_again(self, node, told, tree):
-        """After a halt A has to succeed once more before B is ticked."""
         a, b = told("SR"), told("R")
         ticked = tree(node(PipelineSequence, a, b))
         ticked.tick()
@@ -149,7 +134,6 @@ class TestPipelineSequence:
         assert (2, 1) == (a.ticks, b.ticks)
 
     def test_skipped_children_are_as_if_they_were_not_there(self, node, told, tree):
-        """The node is skipped if all its children are."""
         assert "S" == tree(node(PipelineSequence, told("-"), told("S"))).tick()
         assert "-" == tree(node(PipelineSequence, told("-"), told("-"))).tick()
 
@@ -158,7 +142,6 @@ class TestRoundRobin:
     """RoundRobin ticks another child each time."""
 
     def test_the_next_time_it_goes_on_after_the_child_that_has_succeeded(self, node, told, tree):
-        """A reset in between, as by a parent, does not change this."""
         children = [told("S"), told("S"), told("S")]
         ticked = tree(node(RoundRobin, *children))
         ticked.tick()
@@ -168,14 +151,12 @@ class TestRoundRobin:
         assert [1, 1, 0] == [child.ticks for child in children]
 
     def test_a_child_that_fails_is_followed_by_the_next_one_in_the_same_tick(self, node, told, tree):
-        """The tick continues until one succeeds."""
         children = [told("F"), told("S"), told("S")]
 
         assert "S" == tree(node(RoundRobin, *children)).tick()
         assert [1, 1, 0] == [child.ticks for child in children]
 
     def test_it_fails_when_all_children_have(self, node, told, tree):
-        """And begins with the first one then."""
         children = [told("FS"), told("F")]
         ticked = tree(node(RoundRobin, *children))
 
@@ -183,14 +164,12 @@ class TestRoundRobin:
         assert [2, 1] == [child.ticks for child in children]
 
     def test_it_waits_for_a_child_that_runs(self, node, told, tree):
-        """The same child is ticked again."""
         children = [told("RS"), told("S")]
 
         assert "RS" == tree(node(RoundRobin, *children)).ticks(0, 1)
         assert [2, 0] == [child.ticks for child in children]
 
     def test_after_the_last_child_it_fails_once_instead_of_wrapping_around(self, node, told, tree):
-        """Then all have had their turn; the first comes after that."""
         children = [told("S"), told("S")]
         ticked = tree(node(RoundRobin, *children))
 
@@ -198,7 +177,6 @@ class TestRoundRobin:
         assert [2, 1] == [child.ticks for child in children]
 
     def test_with_wrap_around_the_first_child_comes_after_the_last(self, node, told, tree):
-        """This repeats without a limit."""
         children = [told("S"), told("S")]
         ticked = tree(node(RoundRobin, *children, wrap_around="true"))
 
@@ -206,14 +184,12 @@ class TestRoundRobin:
         assert [2, 2] == [child.ticks for child in children]
 
     def test_with_wrap_around_it_fails_when_all_have_failed_in_a_row(self, node, told, tree):
-        """The first child of the row does not matter."""
         children = [told("SF"), told("F")]
         ticked = tree(node(RoundRobin, *children, wrap_around="true"))
 
         assert "SF" == ticked.ticks(0, 1)
 
     def test_halted_it_begins_with_the_first_child(self, node, told, tree):
-        """A halt does not count as the end of a turn."""
         children = [told("S"), told("R")]
         ticked = tree(node(RoundRobin, *children))
         ticked.ticks(0, 1)
@@ -223,7 +199,6 @@ class TestRoundRobin:
         assert [2, 1] == [child.ticks for child in children]
 
     def test_all_skipped_is_skipped(self, node, told, tree):
-        """But a failure among them is one."""
         assert "-" == tree(node(RoundRobin, told("-"), told("-"))).tick()
         assert "F" == tree(node(RoundRobin, told("-"), told("F"))).tick()
 
@@ -232,18 +207,15 @@ class TestNonblockingSequence:
     """NonblockingSequence ticks all its children each time."""
 
     def test_a_child_that_runs_does_not_keep_the_next_ones(self, node, told, tree):
-        """All are ticked, also those that have ended."""
         children = [told("R"), told("S"), told("R")]
 
         assert "RR" == tree(node(NonblockingSequence, *children)).ticks(0, 1)
         assert [2, 2, 2] == [child.ticks for child in children]
 
     def test_it_succeeds_when_all_have_in_one_tick(self, node, told, tree):
-        """The node is RUNNING before that."""
         assert "RS" == tree(node(NonblockingSequence, told("RS"), told("S"))).ticks(0, 1)
 
     def test_a_failure_halts_the_others(self, node, told, tree):
-        """Those that come after it are not ticked."""
         first, last = told("R"), told("S")
         ticked = tree(node(NonblockingSequence, first, told("F"), last))
 
@@ -251,7 +223,6 @@ class TestNonblockingSequence:
         assert (1, 0) == (first.halts, last.ticks)
 
     def test_all_skipped_is_skipped(self, node, told, tree):
-        """The node ignores skipped children otherwise."""
         assert "-" == tree(node(NonblockingSequence, told("-"))).tick()
         assert "S" == tree(node(NonblockingSequence, told("-"), told("S"))).tick()
 
@@ -260,7 +231,6 @@ class TestPersistentSequence:
     """The index is on the blackboard."""
 
     def test_it_begins_with_the_child_that_the_index_says(self, node, told, tree, board):
-        """Here the second of three."""
         board["/index"] = 1
         children = [told("S"), told("S"), told("R")]
         tree(node(PersistentSequence, *children, current_child_idx="{index}")).tick()
@@ -269,7 +239,6 @@ class TestPersistentSequence:
         assert 2 == board["/index"]
 
     def test_it_goes_on_where_it_was_when_it_was_halted(self, node, told, tree, board):
-        """A sequence would begin again."""
         board["/index"] = 0
         children = [told("S"), told("R")]
         ticked = tree(node(PersistentSequence, *children, current_child_idx="{index}"))
@@ -280,7 +249,6 @@ class TestPersistentSequence:
         assert [1, 2] == [child.ticks for child in children]
 
     def test_after_a_failure_the_index_is_zero(self, node, told, tree, board):
-        """The failure is the node's."""
         board["/index"] = 0
         ticked = tree(node(PersistentSequence, told("S"), told("F"), current_child_idx="{index}"))
 
@@ -288,7 +256,6 @@ class TestPersistentSequence:
         assert 0 == board["/index"]
 
     def test_after_all_children_the_index_is_zero(self, node, told, tree, board):
-        """Skipped ones are passed by."""
         board["/index"] = 0
         ticked = tree(node(PersistentSequence, told("S"), told("-"), current_child_idx="{index}"))
 

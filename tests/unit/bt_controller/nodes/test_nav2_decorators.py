@@ -25,7 +25,6 @@ class TestRateController:
     """A child that is ticked so often."""
 
     def test_the_child_is_ticked_at_once_and_then_at_the_rate(self, node, told, tree):
-        """Twice a second: at 0, 0.5 and 1; RUNNING between that."""
         child = told("S")
         ticked = tree(node(RateController, child, hz="2.0"))
 
@@ -33,25 +32,21 @@ class TestRateController:
         assert 3 == child.ticks
 
     def test_the_default_is_ten_times_a_second(self, node, told, tree):
-        """The default is that of Nav2's documentation."""
         assert "SRS" == tree(node(RateController, told("S"))).ticks(0, 0.0999, 0.1)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
-        """The node ticks it until it has ended."""
         child = told("RRS")
 
         assert "RRSR" == tree(node(RateController, child, hz="1.0")).ticks(0, 0.1, 0.2, 0.3)
         assert (3, 1) == (child.ticks, child.begun)
 
     def test_the_time_counts_from_the_last_success(self, node, told, tree):
-        """Not from the beginning of what took its time."""
         ticked = tree(node(RateController, told("RS"), hz="1.0"))
         ticked.ticks(0, 0.5)
 
         assert 1.5 == ticked.due()
 
     def test_it_looks_again_when_the_time_comes(self, node, told, tree):
-        """This holds whatever its status is; a running child announces its changes."""
         ticked = tree(node(RateController, told("SR"), hz="1.0"))
         dues = []
         for now in (0.0, 0.5, 1.0):
@@ -61,7 +56,6 @@ class TestRateController:
         assert [1.0, 1.0, math.inf] == dues
 
     def test_halted_it_ticks_its_child_at_once(self, node, told, tree):
-        """A new round of activity begins."""
         child = told("SR")
         ticked = tree(node(RateController, child, hz="1.0"))
         ticked.ticks(0, 0.1)
@@ -71,12 +65,10 @@ class TestRateController:
         assert 2 == child.ticks
 
     def test_a_rate_that_is_none_is_an_error(self, node, told, tree):
-        """One line names the node."""
         with pytest.raises(PortError, match=r"port 'hz': 0 is not a rate; expected a number greater than 0"):
             tree(node(RateController, told("S"), hz=0.0)).tick()
 
     def test_a_failure_is_its_own(self, node, told, tree):
-        """The node returns a failure or a skip of its child."""
         assert "F" == tree(node(RateController, told("F"))).tick()
         assert "-" == tree(node(RateController, told("-"))).tick()
 
@@ -85,7 +77,6 @@ class TestDistanceController:
     """A child that is ticked so far on the way."""
 
     def test_the_child_is_ticked_at_once_and_then_each_so_many_metres(self, node, told, tree, topics):
-        """RUNNING between that; in a straight line from where it was at the last success."""
         child = told("S")
         ticked = tree(node(DistanceController, child, distance="2.0"), **topics.known)
         statuses = []
@@ -97,14 +88,12 @@ class TestDistanceController:
         assert 3 == child.ticks
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
-        """It is ticked wherever the robot is; a running child announces when it is to be ticked."""
         ticked = tree(node(DistanceController, told("RRS")), **topics.known)
 
         assert "RR" == ticked.ticks(0, 1)
         assert math.inf == ticked.due()
 
     def test_the_robots_position_has_to_be_looked_at(self, node, told, tree, topics):
-        """The position is looked at each period."""
         ticked = tree(node(DistanceController, told("S")), **topics.known)
         ticked.ticks(0, 0.5)
 
@@ -124,7 +113,6 @@ class TestSpeedController:
         assert pytest.approx(1.0 + period) == ticked.due(period=100.0)
 
     def test_one_speed_may_be_the_limit_between_two_rates(self, node, told, tree, topics):
-        """Slower than that is the least rate."""
         topics.at(0.0, 0.0, speed=0.4)
         ticked = tree(node(SpeedController, told("S"), min_speed="0.5", max_speed="0.5"), **topics.known)
         ticked.ticks(0, 1)
@@ -132,11 +120,9 @@ class TestSpeedController:
         assert 11.0 == ticked.due(period=100.0)
 
     def test_the_first_period_is_that_of_the_greatest_rate(self, node, told, tree, topics):
-        """However slow the robot is."""
         assert "SRS" == tree(node(SpeedController, told("S")), **topics.known).ticks(0, 0.9, 1.0)
 
     def test_another_goal_has_the_child_ticked_at_once(self, node, told, tree, topics, board):
-        """Also in the middle of a period."""
         board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(SpeedController, told("S")), **topics.known)
         ticked.ticks(0, 0.1)
@@ -145,7 +131,6 @@ class TestSpeedController:
         assert "S" == ticked.tick(0.2)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree, topics):
-        """The node ticks it until it has ended."""
         assert "RRS" == tree(node(SpeedController, told("RRS")), **topics.known).ticks(0, 0.1, 0.2)
 
 
@@ -153,7 +138,6 @@ class TestGoalUpdatedController:
     """A child that is ticked for each goal."""
 
     def test_the_child_is_ticked_at_once_and_when_the_goal_changes(self, node, told, tree, board):
-        """The node is RUNNING in between."""
         child = told("S")
         board["/goal"] = pose_at(1.0, 1.0)
         ticked = tree(node(GoalUpdatedController, child))
@@ -164,7 +148,6 @@ class TestGoalUpdatedController:
         assert 2 == child.ticks
 
     def test_other_goals_count_too(self, node, told, tree, board):
-        """The port goals belongs to NavigateThroughPoses."""
         ticked = tree(node(GoalUpdatedController, told("S")))
         ticked.ticks(0, 1)
         board["/goals"] = [pose_at(1.0, 1.0)]
@@ -172,7 +155,6 @@ class TestGoalUpdatedController:
         assert "S" == ticked.tick(2)
 
     def test_a_child_that_runs_is_ticked_each_time(self, node, told, tree):
-        """The node ticks it until it has ended."""
         assert "RRSR" == tree(node(GoalUpdatedController, told("RRS"))).ticks(0, 1, 2, 3)
 
 
@@ -180,7 +162,6 @@ class TestGoalUpdater:
     """Goals that are handed on."""
 
     def test_the_goals_go_through_at_each_tick(self, node, told, tree, board):
-        """The copies have the current values."""
         updater = node(
             GoalUpdater, told("R"), input_goal="{a}", output_goal="{b}", input_goals="{c}", output_goals="{d}"
         )
@@ -190,7 +171,6 @@ class TestGoalUpdater:
         assert (pose_at(1.0, 2.0), [pose_at(3.0, 4.0)]) == (board["/b"], board["/d"])
 
     def test_it_is_what_its_child_is(self, node, told, tree):
-        """The node needs no goal for that."""
         assert "RSF" == tree(node(GoalUpdater, told("RSF"))).ticks(0, 1, 2)
 
 
@@ -198,14 +178,12 @@ class TestSingleTrigger:
     """SingleTrigger ticks its child until it has ended once."""
 
     def test_the_child_is_ticked_until_it_has_ended_and_then_no_more(self, node, told, tree):
-        """After that the node fails."""
         child = told("RS")
 
         assert "RSFF" == tree(node(SingleTrigger, child)).ticks(0, 1, 2, 3)
         assert 2 == child.ticks
 
     def test_a_reset_gives_it_another_turn(self, node, told, tree):
-        """A new round of activity."""
         ticked = tree(node(SingleTrigger, told("S")))
         ticked.ticks(0, 1)
         ticked.halt()
@@ -213,7 +191,6 @@ class TestSingleTrigger:
         assert "S" == ticked.tick(2)
 
     def test_a_global_one_has_one_turn_even_after_a_reset(self, node, told, tree):
-        """The turn lasts as long as the tree is run."""
         ticked = tree(node(SingleTrigger, told("S"), is_global="true"))
         ticked.tick()
         ticked.halt()
@@ -268,7 +245,6 @@ class TestPathLongerOnApproach:
         ids=["not much longer", "to another goal", "the same"],
     )
     def test_otherwise_it_succeeds_without_it(self, detour, second):
-        """The first path is none that is longer either."""
         assert ("SS", 0) == detour([(0, 0), (2, 0)], second)
 
     def test_a_path_that_was_long_may_become_longer(self, detour):

@@ -50,21 +50,18 @@ class TestTruncatePath:
         ],
     )
     def test_it_ends_so_far_before_the_goal(self, node, tree, path, board, distance, expected):
-        """The distance is measured along the path; the default is 1 m, and at least one pose is left."""
         ticked = tree(node(TruncatePath, input_path=path((0, 0), (4, 0), (4, 3)), output_path="{out}", **distance))
 
         assert "S" == ticked.tick()
         assert expected == points(board["/out"])
 
     def test_its_last_pose_faces_the_goal(self, node, tree, path, board):
-        """The heading is that of a straight line."""
         cut = node(TruncatePath, input_path=path((0, 0), (4, 0), (4, 2)), distance="4", output_path="{out}")
         tree(cut).tick()
 
         assert math.pi / 4 == pytest.approx(yaw_at(board["/out"].poses[-1]))
 
     def test_an_empty_path_stays_empty(self, node, tree, board):
-        """An empty path is not a failure."""
         assert "S" == tree(node(TruncatePath, input_path="{path}", output_path="{out}")).tick()
         assert Path() == board["/out"]
 
@@ -85,12 +82,10 @@ class TestTruncatePathLocal:
         return run
 
     def test_it_is_so_long_before_and_behind_the_robot(self, cut):
-        """The defaults are 8 m ahead and 4 m behind."""
         assert [(6, 0), (18, 0)] == cut()
         assert [(9, 0), (12, 0)] == cut(distance_forward="2", distance_backward="1")
 
     def test_it_adds_nothing_to_the_ends_of_the_path(self, cut):
-        """However long the distances are."""
         assert [(0, 0), (20, 0)] == cut(distance_forward="99", distance_backward="99")
 
     def test_a_negative_distance_is_all_that_comes(self, cut):
@@ -98,11 +93,9 @@ class TestTruncatePathLocal:
         assert [(10, 0), (20, 0)] == cut(distance_forward="-1", distance_backward="0.0")
 
     def test_another_pose_may_take_the_robots_place(self, cut):
-        """It need not be on the path."""
         assert [(3, 0), (4, 0)] == cut(pose="3;5", distance_forward="1", distance_backward="0")
 
     def test_poses_where_the_path_bends_are_kept(self, node, tree, topics, board, path):
-        """The poses keep their headings."""
         way = path((0, 0), (4, 0), (4, 4), (0, 4))
         tree(node(TruncatePathLocal, input_path=way, output_path="{out}", distance_forward="6"), **topics.known).tick()
 
@@ -119,7 +112,6 @@ class TestTruncatePathLocal:
         assert [(5, 0.2), (4, 0.2)] == points(board["/out"])
 
     def test_the_robot_may_be_looked_for_so_far_ahead_only(self, node, tree, topics, board, path):
-        """From where it was found on the same path."""
         board["/path"] = path((0, 0), (10, 0), (10, 1), (0, 1))
         ports = {"max_robot_pose_search_dist": "2", "distance_forward": "1", "distance_backward": "0"}
         part = node(TruncatePathLocal, input_path="{path}", output_path="{out}", **ports)
@@ -134,7 +126,6 @@ class TestTruncatePathLocal:
         assert [(9, 1), (8, 1)] == points(board["/out"])
 
     def test_an_empty_path_stays_empty(self, node, tree, topics, board):
-        """An empty path is not a failure."""
         ticked = tree(node(TruncatePathLocal, input_path="{path}", output_path="{out}"), **topics.known)
 
         assert "S" == ticked.tick()
@@ -145,21 +136,18 @@ class TestConcatenatePaths:
     """One path after the other."""
 
     def test_the_second_path_comes_after_the_first(self, node, tree, path, board):
-        """The concatenation keeps all poses."""
         both = {"input_path1": path((0, 0), (1, 0)), "input_path2": path((1, 0), (1, 1))}
         tree(node(ConcatenatePaths, output_path="{out}", **both)).tick()
 
         assert [(0, 0), (1, 0), (1, 0), (1, 1)] == points(board["/out"])
 
     def test_the_header_is_the_firsts_if_it_has_one(self, node, tree, path, board):
-        """Otherwise it is the header of the second path."""
         first, second = Path(), path((1, 0)).model_copy(update={"header": Header(frame_id="map")})
         tree(node(ConcatenatePaths, output_path="{out}", input_path1=first, input_path2=second)).tick()
 
         assert "map" == board["/out"].header.frame_id
 
     def test_without_any_pose_it_fails(self, node, tree):
-        """There is nothing to join."""
         assert "F" == tree(node(ConcatenatePaths, input_path1=Path())).tick()
 
 
@@ -168,20 +156,17 @@ class TestGetPoseFromPath:
 
     @pytest.mark.parametrize(("index", "x"), [({}, 0.0), ({"index": "-1"}, 2.0), ({"index": "-2"}, 1.0)])
     def test_the_index_counts_from_either_end(self, node, tree, path, board, index, x):
-        """The default is the first pose, as in Nav2."""
         assert "S" == tree(node(GetPoseFromPath, path=path((0, 0), (1, 0), (2, 0)), pose="{pose}", **index)).tick()
         assert x == board["/pose"].pose.position.x
 
     @pytest.mark.parametrize("index", ["2", "-3"])
     def test_a_pose_that_is_not_there_is_a_failure(self, node, tree, path, index):
-        """The path has only two poses."""
         ticked = tree(node(GetPoseFromPath, path=path((0, 0), (1, 0)), index=index))
 
         assert "F" == ticked.tick()
         assert f"no pose {index} in a path of 2" == ticked.root.feedback_message
 
     def test_a_pose_without_a_frame_gets_the_paths(self, node, tree, path, board):
-        """It is in the path's."""
         way = path((0, 0)).model_copy(update={"header": Header(frame_id="map")})
         tree(node(GetPoseFromPath, path=way, pose="{pose}")).tick()
 
@@ -189,7 +174,6 @@ class TestGetPoseFromPath:
 
 
 def test_the_current_pose_is_the_odometrys(node, tree, topics, board):
-    """The pose keeps the frame of the odometry."""
     topics.at(3.0, 4.0, 1.0)
     tree(node(GetCurrentPose, current_pose="{pose}"), **topics.known).tick()
 
@@ -203,7 +187,6 @@ class TestRemovePassedGoals:
     GOALS = "1;0|2;0|3;0|1;0"
 
     def test_the_first_goals_within_the_radius_are_left_out(self, node, tree, topics, board):
-        """Up to the first that is not; what comes after that stays, wherever it is."""
         topics.at(1.4, 0.0)
         ports = {"input_goals": self.GOALS, "output_goals": "{out}", "radius": "0.5", "global_frame": "map"}
         tree(node(RemovePassedGoals, **ports), **topics.known).tick()
@@ -217,7 +200,6 @@ class TestRemovePassedGoals:
         assert 1 == len(board["/out"])
 
     def test_its_waypoint_is_completed(self, node, tree, topics, board):
-        """The first of that pose that is pending."""
         topics.at(1.0, 0.0)
         pose = pose_at(1.0, 0.0)
         statuses = [
@@ -233,14 +215,12 @@ class TestRemovePassedGoals:
 
 
 def test_a_goal_is_added_at_the_end(node, tree, board):
-    """Of whatever goals there are."""
     tree(node(AppendGoalPoseToGoals, input_goals="1;0|2;0", goal_pose="3;0", output_goals="{out}")).tick()
 
     assert [1.0, 2.0, 3.0] == [goal.pose.position.x for goal in board["/out"]]
 
 
 def test_the_waypoints_of_a_route_are_goals(node, tree, board):
-    """The poses are in the frame of the route; a route without waypoints is a failure."""
     header = Header(frame_id="map")
     nodes = [RouteNode(nodeid=7, position=Point(x=1.0)), RouteNode(nodeid=2, position=Point(y=2.0))]
     route = Route(header=header, nodes=nodes)
@@ -256,13 +236,11 @@ class TestGetNextFewGoals:
 
     @pytest.mark.parametrize(("count", "expected"), [("2", [1.0, 2.0]), ("9", [1.0, 2.0, 3.0])])
     def test_so_many_or_all(self, node, tree, board, count, expected):
-        """The goals keep their order."""
         tree(node(GetNextFewGoals, input_goals="1;0|2;0|3;0", num_goals=count, output_goals="{out}")).tick()
 
         assert expected == [goal.pose.position.x for goal in board["/out"]]
 
     def test_without_goals_it_fails(self, node, tree):
-        """There is nothing to take."""
         assert "F" == tree(node(GetNextFewGoals, input_goals=[], num_goals="1")).tick()
 
 
@@ -314,12 +292,10 @@ class TestCancels:
         ],
     )
     def test_the_robot_is_asked_to_cancel_all_goals_of_the_action(self, node, tree, asked, tag, action):
-        """Goals of all clients are canceled."""
         assert "S" == tree(node(registry()[tag]), **asked).tick()
         assert [f"wall_e/{action}"] == asked["client"].requests
 
     def test_a_robot_that_does_not_answer_is_a_failure(self, node, tree, asked):
-        """With the reason as its message."""
         asked["client"].error = RequestTimeout("no answer")
         ticked = tree(node(CancelControl), **asked)
 
@@ -327,7 +303,6 @@ class TestCancels:
         assert "no answer" == ticked.root.feedback_message
 
     def test_the_action_may_have_another_name(self, node, tree, asked):
-        """The port server_name gives it, as for the action's node."""
         tree(node(CancelControl, server_name="/wall_e/wait"), **asked).tick()
 
         assert ["wall_e/wait"] == asked["client"].requests
@@ -345,7 +320,6 @@ NO_OPS = {
 
 @pytest.mark.parametrize("tag", NO_OPS)
 def test_what_there_is_nothing_to_do_for_succeeds_at_once(node, tree, tag):
-    """These nodes have Nav2's ports and no effect."""
     assert "S" == tree(node(registry()[tag], **NO_OPS[tag])).tick()
 
 
@@ -364,7 +338,6 @@ class TestSelectors:
     """The selection of a planner, a controller and so on, without a message on the topic."""
 
     def test_the_default_is_selected(self, node, tree, board, tag, what):
-        """The default is written at the first tick."""
         ports = {f"default_{what}": "Usual", f"selected_{what}": "{chosen}", "topic_name": "choose"}
 
         assert "S" == tree(node(registry()[tag], **ports)).tick()

@@ -67,26 +67,22 @@ def checked(node, tree, world, path):
 
 
 def test_a_path_over_open_lanes_is_valid(checked, board):
-    """There are no invalid poses to report."""
     assert "S" == checked([A, B, C, D])
     assert [] == board["/poses"]
 
 
 def test_a_path_that_begins_a_closed_lane_is_not(checked, board):
-    """The pose at which it begins the closed lane is reported."""
     assert "F" == checked([A, B, C, D], (B, C), (C, B))
     assert [B] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
 
 
 def test_all_such_poses_are_reported_if_requested(checked, board):
-    """Not only the first pose is reported."""
     checked([A, B, C, D], (B, C), (C, D), stop_at_first_collision="false")
 
     assert [4.0, 8.0] == [pose.pose.position.x for pose in board["/poses"]]
 
 
 def test_a_lane_that_is_closed_the_other_way_is_open(checked):
-    """Robots may drive on it."""
     assert "S" == checked([B, C], (C, B))
 
 
@@ -97,18 +93,15 @@ def test_a_robot_on_a_closed_lane_may_leave_it(checked):
 
 
 def test_a_robot_that_has_left_it_may_not_come_back(checked, board):
-    """To come back is to begin the closed lane."""
     assert "F" == checked([(5.0, 0.0), C, B, C], (B, C))
     assert [(4.0, 0.0)] == [(pose.pose.position.x, pose.pose.position.y) for pose in board["/poses"]]
 
 
 def test_a_part_of_a_closed_lane_is_closed(checked):
-    """A goal in the middle of it is not reached."""
     assert "F" == checked([A, B, (6.0, 0.0)], (B, C))
 
 
 def test_a_leg_over_several_lanes_is_closed_if_one_of_them_is(checked):
-    """Paths from elsewhere need not have a pose where lanes meet."""
     assert "F" == checked([(1.0, 0.0), C], (B, C))
 
 
@@ -118,7 +111,6 @@ def test_what_has_never_been_a_lane_is_open(checked):
 
 
 def test_a_lane_that_is_open_again_is_valid_again(node, tree, world, path):
-    """It is looked at anew each time."""
     ticked = tree(node(ValidatePath, path=path(A, B, C)), client=world)
     world.close((B, C))
     assert "F" == ticked.tick()
@@ -127,7 +119,6 @@ def test_a_lane_that_is_open_again_is_valid_again(node, tree, world, path):
 
 
 def test_a_lane_that_was_closed_at_first_is_known_once_it_has_been_open(node, tree, world, path):
-    """Then it is noticed when it closes."""
     world.close((B, C))
     ticked = tree(node(ValidatePath, path=path(A, B, C)), client=world)
     assert "S" == ticked.tick()
@@ -138,7 +129,6 @@ def test_a_lane_that_was_closed_at_first_is_known_once_it_has_been_open(node, tr
 
 
 def test_lanes_may_be_lines_too(checked, world):
-    """As in graphs that others write."""
     world.kind = "LineString"
 
     assert "F" == checked([A, B, C], (B, C))
@@ -146,17 +136,14 @@ def test_lanes_may_be_lines_too(checked, world):
 
 @pytest.mark.parametrize("path", ["{path}", Path()])
 def test_no_path_is_not_valid(node, tree, world, path):
-    """There is nothing to drive along."""
     assert "F" == tree(node(ValidatePath, path=path), client=world).tick()
 
 
 def test_a_path_of_one_pose_is_valid(node, tree, world):
-    """It is not a valid path."""
     assert "S" == tree(node(ValidatePath, path=Path(poses=[pose_at(0.0, 0.0)])), client=world).tick()
 
 
 def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):
-    """With the reason as its message."""
     ticked = tree(node(ValidatePath, path=path(A, B)), client=world)
     world.error = RequestTimeout("no answer")
 
@@ -166,7 +153,6 @@ def test_a_simulator_that_does_not_say_is_a_failure(node, tree, world, path):
 
 @pytest.mark.parametrize("kind", [IsPathValid, ValidatePath])
 def test_it_has_to_be_looked_at_each_period(node, tree, told, world, path, kind):
-    """While another node runs below a reactive control, the closing of a lane is not announced."""
     ticked = tree(node(ReactiveSequence, node(kind, path=path(A, B)), told("R")), client=world)
     ticked.tick()
 
@@ -175,5 +161,4 @@ def test_it_has_to_be_looked_at_each_period(node, tree, told, world, path, kind)
 
 @pytest.mark.parametrize("kind", [IsPathValid, ValidatePath])
 def test_it_says_what_it_does(kind):
-    """For the list of nodes."""
     assert kind.__doc__.startswith("Succeeds if a path is open:")

@@ -104,7 +104,6 @@ class TestScenario2:
         return [[node.line() for node in snapshot.nodes] for snapshot in stage.shown]
 
     def test_first_the_goal_is_sent(self, stage):
-        """Stage 1: not arrived, so go."""
         assert self.stages(stage)[0] == [
             "{-} GoToPoseSequence [*]",
             "    {o} GoToPoseFallback [*]",
@@ -113,7 +112,6 @@ class TestScenario2:
         ]
 
     def test_then_the_robot_reports_the_remaining_distance(self, stage):
-        """The second stage is the feedback."""
         assert self.stages(stage)[1] == [
             "{-} GoToPoseSequence [*]",
             "    {o} GoToPoseFallback [*]",
@@ -122,7 +120,6 @@ class TestScenario2:
         ]
 
     def test_then_it_has_arrived(self, stage):
-        """The third stage is the result."""
         assert self.stages(stage)[2] == [
             "{-} GoToPoseSequence [✓]",
             "    {o} GoToPoseFallback [✓]",
@@ -131,7 +128,6 @@ class TestScenario2:
         ]
 
     def test_at_last_the_check_says_so(self, stage):
-        """Stage 4: one more tick finds nothing left to do, and sends nothing."""
         assert self.stages(stage)[3:] == [
             [
                 "{-} GoToPoseSequence [✓]",
@@ -154,7 +150,6 @@ class TestTicks:
     """When a tree is ticked."""
 
     def test_a_change_of_the_goal_is_a_tick(self, stage):
-        """The verdict is not kept waiting for the period; no clock is needed."""
         outcome = stage.run(wait, lambda: stage.goal().succeed())
 
         assert [snapshot.tick for snapshot in stage.shown] == [1, 2]
@@ -179,7 +174,6 @@ class TestTicks:
         assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 50.0]
 
     def test_a_period_of_the_users_is_a_tick(self, stage):
-        """Whatever the tree waits for."""
         stage.run(
             wait,
             lambda: (stage.client.clock(1.9), stage.client.clock(2.0)),
@@ -191,7 +185,6 @@ class TestTicks:
         assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 2.0, 4.0]
 
     def test_a_timer_ends_by_the_simulators_clock(self, stage):
-        """Not by the wall's, and at its time at the latest."""
         stage.client.began = 100.0
         stage.run(
             lambda: Timer("Timer", 5.0),
@@ -217,7 +210,6 @@ class TestTicks:
         assert outcome.succeeded
 
     def test_only_the_robot_with_news_is_ticked(self, stage):
-        """One robot's feedback does not tick the other's tree."""
         stage.run(
             go,
             lambda: None,
@@ -241,8 +233,6 @@ class TestTicks:
         assert (len(stage.shown), outcome.succeeded) == (1, False)
 
     def test_a_synchronised_parallel_does_not_send_a_finished_goal_again(self, stage):
-        """One child waits for the other."""
-
         def both():
             leaves = [ActionLeaf(name, "wait", Wait.Goal()) for name in ("A", "B")]
             return Parallel("Both", policy=ParallelPolicy.SuccessOnAll(synchronise=True), children=leaves)
@@ -256,7 +246,6 @@ class TestEnds:
     """A run ends with its trees, by a signal or with the simulator."""
 
     def test_all_trees_have_to_succeed(self, stage):
-        """One failure fails the whole."""
         outcome = stage.run(
             go,
             lambda: stage.goal(0).succeed(),
@@ -268,7 +257,6 @@ class TestEnds:
         assert outcome.succeeded is False
 
     def test_a_robot_that_is_not_there_is_an_error_even_for_a_tree_without_actions(self, stage):
-        """A tree for a robot that does not exist is not run."""
         with pytest.raises(NotServed, match="no robot 'wally'; did you mean 'wall_e'"):
             stage.run(lambda: Success("Success"), robots=("wally",))
 
@@ -295,7 +283,6 @@ class TestEnds:
         assert (outcome.interrupted, outcome.left) == (True, ("wall_e",))
 
     def test_goals_are_canceled_while_a_behaviour_blocks(self, stage):
-        """Another thread does it, and sees how they end."""
         seen = []
 
         class Busy(Behaviour):
@@ -315,7 +302,6 @@ class TestEnds:
         assert [(True, ())] == [(outcome.interrupted, outcome.left) for outcome in seen]
 
     def test_a_simulator_that_dies_under_a_goal_ends_the_tree(self, stage):
-        """The goal fails, so the leaf and the tree do."""
         outcome = stage.run(wait, lambda: stage.goal().fail(SimulatorGone("the simulator is gone")))
 
         assert outcome.statuses == {"wall_e": Status.FAILURE}
@@ -328,8 +314,6 @@ class TestEnds:
         assert (outcome.gone, outcome.succeeded) == (True, False)
 
     def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
-        """The error names the robot, the behavior and the place; no goal is left behind."""
-
         def tree():
             policy = ParallelPolicy.SuccessOnAll()
             children = [Sequence("Inner", memory=True, children=[wait()]), Broken("Broken")]
@@ -343,14 +327,11 @@ class TestEnds:
         assert stage.goal().canceled is True
 
     def test_a_tree_that_is_ticked_again_and_again_at_an_instant_ends_the_run(self, stage, monkeypatch):
-        """Time could not go on."""
         monkeypatch.setattr("bt_controller.running.mission._MAX_AT_ONCE", 3)
         with pytest.raises(TreeCrashed, match=r"the tree of 'wall_e' was ticked 3 times at 0\.0 s, so that time can't"):
             stage.run(lambda: Running("Running"), *[lambda: stage.mailbox.put("wall_e")] * 5)
 
     def test_a_behaviour_that_raises_when_it_is_stopped_does_not_keep_goals_from_being_canceled(self, stage, caplog):
-        """Its error is logged in a line."""
-
         def tree():
             policy = ParallelPolicy.SuccessOnAll()
             children = [BreaksWhenStopped("Bad"), Sequence("Good", memory=True, children=[wait()])]

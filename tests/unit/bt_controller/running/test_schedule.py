@@ -52,45 +52,36 @@ def both(*children, policy=None):
 
 
 def test_a_goal_needs_no_tick(leaf):
-    """A goal announces its end, also deep in a tree."""
     root = Sequence("S", memory=True, children=[Selector("F", memory=True, children=[Inverter("N", leaf())])])
 
     assert due_after_a_tick(root) == NEVER
 
 
 def test_a_timer_is_due_at_its_end():
-    """The next period does not matter."""
     assert due_after_a_tick(Timer("T", 3.5)) == 13.75
 
 
 def test_a_timeout_is_due_at_its_end(leaf):
-    """Its child may end before."""
     assert due_after_a_tick(Timeout("T", leaf(), 60.0)) == 70.25
 
 
 def test_the_earliest_deadline_counts(leaf):
-    """Of all that runs side by side."""
     assert due_after_a_tick(both(leaf(), Timer("A", 3.0), Timer("B", 0.5))) == 10.75
 
 
 def test_what_is_unknown_is_looked_at_each_period():
-    """Periods count from zero, so that all trees are ticked at the same instants."""
     assert due_after_a_tick(Running("R")) == 12.0
 
 
 def test_a_period_that_is_over_is_not_due_again():
-    """At the end of a period the next is waited for."""
     assert due_after_a_tick(Running("R"), now=12.0) == 14.0
 
 
 def test_a_deadline_before_the_end_of_the_period_counts(leaf):
-    """Whatever else is looked at."""
     assert due_after_a_tick(both(Running("R"), Timer("T", 1.0), leaf())) == 11.25
 
 
 def test_a_leaf_of_the_users_with_an_update_of_its_own_is_looked_at(leaf):
-    """Its update may depend on anything."""
-
     class Curious(ActionLeaf):
         def update(self):
             return super().update()
@@ -105,14 +96,12 @@ def test_a_condition_of_a_tree_without_memory_is_looked_at(leaf):
 
 
 def test_what_comes_after_the_running_child_is_not_looked_at(leaf):
-    """Nor what came before it, where there is memory."""
     children = [Success("Before"), leaf(), Running("After")]
 
     assert due_after_a_tick(Sequence("S", memory=True, children=children)) == NEVER
 
 
 def test_a_finished_child_of_a_synchronised_parallel_is_left_alone(leaf):
-    """Without synchronisation it would be ticked again."""
     again = ParallelPolicy.SuccessOnAll(synchronise=False)
 
     assert due_after_a_tick(both(Success("S"), leaf())) == NEVER
@@ -162,17 +151,14 @@ def timers():
 
 
 def test_the_earliest_comes_first(timers):
-    """The order of insertion does not matter."""
     assert (1.0, [1, 2], 3.0) == (timers.earliest, timers.pop_due(2.5), timers.earliest)
 
 
 def test_an_empty_queue_has_no_time():
-    """Its earliest time is infinity."""
     assert (math.inf, []) == (TimerQueue().earliest, TimerQueue().pop_due(1e9))
 
 
 def test_what_was_put_last_counts(timers):
-    """A time that was replaced or removed is not due."""
     timers.put(1, 5.0)
     timers.put(2, math.inf)
 
@@ -180,7 +166,6 @@ def test_what_was_put_last_counts(timers):
 
 
 def test_what_was_called_off_and_put_again_comes_once(timers):
-    """Even at the very same time."""
     timers.put(1, math.inf)
     timers.put(1, 1.0)
 
@@ -197,7 +182,6 @@ def test_a_time_is_reached_to_the_nanosecond():
 
 @given(st.lists(st.tuples(st.integers(0, 4), st.one_of(st.just(math.inf), st.integers(0, 9).map(float)))))
 def test_it_is_as_a_table_that_is_searched(puts):
-    """A search in a table gives the same results."""
     timers, table = TimerQueue(), {}
     for who, time in puts:
         timers.put(who, time)
@@ -257,7 +241,6 @@ def alarms(lockstep, topics, woken):
 
 
 def test_a_condition_is_watched_until_it_is_not_wanted(alarms, lockstep):
-    """The simulator gets it once, no matter how often the tree is ticked meanwhile."""
     alarms.set("wall_e", [LOW])
     alarms.set("wall_e", [LOW, FULL])
     alarms.set("wall_e", [FULL])
@@ -266,7 +249,6 @@ def test_a_condition_is_watched_until_it_is_not_wanted(alarms, lockstep):
 
 
 def test_a_condition_that_is_met_wakes_its_tree(alarms, lockstep, woken):
-    """And is watched again if the tree still wants it."""
     alarms.set("wall_e", [LOW])
     lockstep.watched[LOW](None)
     alarms.set("wall_e", [LOW])
@@ -275,7 +257,6 @@ def test_a_condition_that_is_met_wakes_its_tree(alarms, lockstep, woken):
 
 
 def test_after_a_reset_nothing_is_watched(alarms, lockstep):
-    """Until trees are ticked again."""
     alarms.set("wall_e", [LOW])
     alarms.set("eve", [FULL])
     alarms.clear()
@@ -284,7 +265,6 @@ def test_after_a_reset_nothing_is_watched(alarms, lockstep):
 
 
 def test_a_topic_that_can_not_be_watched_is_polled(alarms, lockstep, topics, woken):
-    """Its tree is woken to learn of it."""
     before = topics.stop_time("wall_e", "battery_state")
     alarms.set("wall_e", [LOW])
     lockstep.watched[LOW](RequestError("no"))
@@ -294,7 +274,6 @@ def test_a_topic_that_can_not_be_watched_is_polled(alarms, lockstep, topics, wok
 
 
 def test_when_lockstep_is_over_topics_are_polled(lockstep, topics):
-    """Time goes by itself then, and stops for nothing."""
     lockstep.over = True
 
     assert not topics.stop_time("wall_e", "battery_state")

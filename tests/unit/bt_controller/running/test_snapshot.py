@@ -50,7 +50,6 @@ class TestSymbols:
     """Each kind of behavior has its symbol."""
 
     def test_a_tree_is_drawn_as_py_trees_draws_it(self):
-        """Users of py_trees know these symbols."""
         root = Parallel(
             "Parallel",
             policy=ParallelPolicy.SuccessOnAll(),
@@ -66,11 +65,9 @@ class TestSymbols:
 
     @pytest.mark.parametrize(("kind", "symbol"), [(PipelineSequence, "[-]"), (RecoveryNode, "{*}"), (Success, "-->")])
     def test_nodes_of_files_have_symbols_too(self, kind, symbol):
-        """A control that corresponds to one of py_trees has its symbol; the others share another one."""
         assert f"{symbol} Node" == nodes_of(kind("Node"))[0].line(status=False)
 
     def test_the_place_in_a_file_is_given(self):
-        """A reader of the JSON can find the node in its file."""
         node = RecoveryNode("Node")
         node.origin = "nav.xml:7"
 
@@ -78,7 +75,6 @@ class TestSymbols:
 
     @pytest.mark.parametrize("message", ["a\nb", "a\x1bb"])
     def test_a_message_can_not_garble_the_terminal(self, message):
-        """A message of a robot stays on its line and contains no control characters."""
         leaf = Success("Leaf")
         leaf.tick_once()
         leaf.feedback_message = message
@@ -95,13 +91,11 @@ class TestReasons:
         return [node.name for node in reasons(ticked(root))]
 
     def test_the_step_that_failed_is_the_reason(self):
-        """Of a sequence it is the last that was ticked, however deep."""
         inner = Sequence("Inner", memory=True, children=[Success("A"), Failure("B"), Success("C")])
 
         assert ["B"] == self.of(Sequence("Root", memory=True, children=[Success("First"), inner]))
 
     def test_all_choices_are_reasons(self):
-        """A selector fails as none would do."""
         assert ["A", "C"] == self.of(
             Selector(
                 "Root",
@@ -121,7 +115,6 @@ class TestReasons:
         assert ["Not"] == self.of(Sequence("Root", memory=True, children=[Inverter("Not", Success("A"))]))
 
     def test_a_tree_that_has_not_failed_has_no_reasons(self):
-        """There is nothing to explain."""
         assert [] == self.of(Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
 
 
@@ -129,17 +122,14 @@ class TestTip:
     """The tip is the current behavior of a tree."""
 
     def test_it_is_the_behaviour_that_runs(self):
-        """A line for a robot says what it does."""
         root = Sequence("Root", memory=True, children=[Success("A"), Running("B"), Success("C")])
 
         assert "B" == tip(ticked(root)).name
 
     def test_it_is_what_failed_in_the_end(self):
-        """And then, why it doesn't."""
         assert "B" == tip(ticked(Sequence("Root", memory=True, children=[Success("A"), Failure("B")]))).name
 
     def test_it_is_the_root_where_nothing_is_left_to_say(self):
-        """A tree that has succeeded is at its end."""
         assert "Root" == tip(ticked(Sequence("Root", memory=True, children=[Success("A")]))).name
 
 
@@ -147,7 +137,6 @@ class TestBlackboard:
     """A snapshot has the entries of the blackboard as JSON values."""
 
     def test_values_are_listed_by_key(self):
-        """Messages, enumerations and containers of them become JSON."""
         storage = {"/b": [Found.LEFT, 1.5], "/a/code": 208, "/p": {"at": Point(x=1.0)}, "/e": ()}
 
         at = {"x": 1.0, "y": 0.0, "z": 0.0}
@@ -159,7 +148,6 @@ class TestBlackboard:
 
     @pytest.mark.parametrize("value", [object(), [object()], print])
     def test_what_json_can_not_say_is_left_out(self, value):
-        """One value does not spoil the others."""
         assert {"b": 1} == board_values({"/a": value, "/b": 1})
 
     @pytest.mark.parametrize(
@@ -170,7 +158,6 @@ class TestBlackboard:
         assert {} == board_values({key: 1})
 
     def test_a_snapshot_has_the_blackboard_of_its_robot_if_asked(self):
-        """Another tree's is not in it."""
         other, one = mission(lambda: Success("Root")), mission(lambda: Success("Root"))
         with one._board.in_use:
             Blackboard.set("code", 208)
@@ -183,7 +170,6 @@ class TestEnd:
     """A snapshot shows if its tree has ended."""
 
     def test_a_tree_that_is_over_has_ended(self):
-        """The snapshot of the last tick says so."""
         one = mission(lambda: Failure("Root"))
         before = one.snapshot(0.0).ended
         one.tick(0.0)
@@ -191,7 +177,6 @@ class TestEnd:
         assert (False, True) == (before, one.snapshot(0.0).ended)
 
     def test_a_tree_that_was_stopped_has_ended(self):
-        """Its behaviors are inactive."""
         one = mission(lambda: Running("Root"))
         one.tick(0.0)
         one.interrupt()
@@ -201,7 +186,6 @@ class TestEnd:
 
 
 def test_json_is_what_the_schema_says():
-    """A reader with the schema can read all of it."""
     one = mission(lambda: Sequence("Root", memory=True, children=[Success("A"), Running("B")]))
     one.tick(1.5)
     told = one.snapshot(1.5, blackboard=True).to_json()
@@ -210,7 +194,6 @@ def test_json_is_what_the_schema_says():
 
 
 def test_json_has_the_coverage_if_it_is_counted():
-    """Each node has its counts, and the outcomes that it can have but never had."""
     steps = [Failure("A"), Success("B")]
     plan = Plan("test", lambda: Selector("Root", memory=True, children=steps), takes_robot=False, confirmed=False)
     one = Mission("wall_e", plan, coverage=TreeCoverage())

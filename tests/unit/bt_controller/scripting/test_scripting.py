@@ -50,7 +50,6 @@ def after(text, **entries):
     ],
 )
 def test_literals(text, value):
-    """Numbers, also hexadecimal, texts in either kind of quotes, and truth values."""
     assert (value, type(value)) == (value_of(text), type(value_of(text)))
 
 
@@ -69,7 +68,6 @@ def test_literals(text, value):
     ],
 )
 def test_arithmetic(text, value):
-    """Products bind more strongly than sums; both go from left to right."""
     assert value == value_of(text)
 
 
@@ -78,7 +76,6 @@ def test_arithmetic(text, value):
     [("6 & 3", 2), ("6 | 3", 7), ("6 ^ 3", 5), ("~5", -6), ("1 | 6 & 3", 3), ("2.0 & 3", 2)],
 )
 def test_bits(text, value):
-    """Of whole numbers; ``&`` binds more strongly than ``|`` and ``^``."""
     assert value == value_of(text)
 
 
@@ -90,7 +87,6 @@ def test_bits_and_arithmetic_need_parentheses(text):
 
 
 def test_parentheses_join_bits_and_arithmetic():
-    """Then it is clear what is meant."""
     assert 3 == value_of("(1 + 2) & 3")
 
 
@@ -99,7 +95,6 @@ def test_parentheses_join_bits_and_arithmetic():
     [("'a' + 'b'", "ab"), ("'a' .. 'b'", "ab"), ("'a' .. 1", "a1"), ("2.5 .. 'a'", "2.5a"), ("'a' .. 1 + 2", "a3")],
 )
 def test_texts_are_joined(text, value):
-    """Two texts by ``+``; ``..`` joins numbers, too, and binds less strongly than ``+``."""
     assert value == value_of(text)
 
 
@@ -122,7 +117,6 @@ def test_texts_are_joined(text, value):
     ],
 )
 def test_comparisons(text, value):
-    """Also in chains; numbers that hardly differ are equal."""
     assert value is value_of(text)
 
 
@@ -178,22 +172,18 @@ def test_logic_looks_at_both_sides():
     ],
 )
 def test_choices(text, value):
-    """A number that is not zero is true, and so is a text that is not empty."""
     assert value == value_of(text)
 
 
 def test_a_choice_evaluates_what_it_takes():
-    """The other may have no value."""
     assert 1 == value_of("true ? 1 : missing")
 
 
 def test_names_are_entries():
-    """Of the blackboard; one that begins with @ is the main tree's."""
     assert 5 == value_of("own + @main", **{"own": 2, "@main": 3})
 
 
 def test_the_names_are_known_beforehand():
-    """In order of first use, once each; and those that are changed."""
     script = parse("b := a + @c; a = b; b += 1")
 
     assert (("b", "a", "@c"), ("b", "a")) == (script.names, script.changed)
@@ -204,13 +194,11 @@ def test_the_names_are_known_beforehand():
     [("x := 1", 1), ("x = 1", 1), ("x += 2", 7), ("x -= 2", 3), ("x *= 2", 10), ("x /= 2", 2.5)],
 )
 def test_assignments(text, value):
-    """They change an entry, and their value is the new one."""
     assert {"x": value} == after(text, x=5)
     assert value == value_of(text, x=5)
 
 
 def test_only_one_assignment_makes_an_entry():
-    """The other assignments raise an error that names ':='."""
     assert {"x": 1} == after("x := 1")
     with pytest.raises(ScriptError, match=r"script 'x = 1': no entry 'x'; ':=' creates one"):
         after("x = 1")
@@ -219,14 +207,12 @@ def test_only_one_assignment_makes_an_entry():
 
 
 def test_anything_can_be_passed_on():
-    """Such as a pose, of which a script knows nothing else."""
     pose = object()
 
     assert {"one": pose, "other": pose} == after("other := one", one=pose)
 
 
 def test_statements_follow_each_other():
-    """The value is that of the last; a semicolon may end it."""
     assert {"a": 1, "b": 2, "c": 3} == after("a := 1; b := a + 1; c := a + b;")
     assert 3 == value_of("1; 2; 3")
 
@@ -266,7 +252,6 @@ def test_a_number_of_more_than_64_bits_is_a_float():
     ],
 )
 def test_a_malformed_script_is_an_error(text, error):
-    """The error has the script, the character and what is expected there."""
     with pytest.raises(ScriptError, match=error):
         parse(text)
 
@@ -289,7 +274,6 @@ def test_a_malformed_script_is_an_error(text, error):
     ],
 )
 def test_a_script_that_can_t_be_run_is_an_error(text, error):
-    """The error has the script and the value."""
     with pytest.raises(ScriptError, match=error):
         value_of(text, thing=[], huge=10**400)
 
@@ -299,7 +283,6 @@ _PIECES = st.lists(st.sampled_from([*"()+-*/<>=!&|^~?:;.'\" ", "a", "@b", "1", "
 
 @given(st.one_of(st.text(), _PIECES.map("".join), st.integers(0, 2000).map(lambda n: "(" * n + "a" + "-a" * n)))
 def test_nothing_but_a_script_error_is_raised(text):
-    """Whatever the text, and whatever is on the blackboard."""
     with suppress(ScriptError):
         parse(text).run(Board({"a": "text", "@b": 3}))
 
@@ -318,5 +301,4 @@ _EXPRESSIONS = st.recursive(
 
 @given(_EXPRESSIONS)
 def test_arithmetic_is_python_s(text):
-    """Wherever the two languages have the same operators."""
     assert pytest.approx(eval(text)) == value_of(text)

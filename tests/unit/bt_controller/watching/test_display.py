@@ -21,7 +21,6 @@ def snapshot(message="", *, tick=1):
 
 
 def test_an_unchanged_tree_is_not_written_again():
-    """A tick that changes nothing is not printed."""
     out = io.StringIO()
     display = PlainDisplay(out)
     display.show(snapshot("one", tick=1))
@@ -40,7 +39,6 @@ def test_a_stream_without_unicode_gets_py_trees_ascii_symbols():
 
 
 def test_a_name_that_a_stream_can_not_encode_does_not_crash():
-    """A character that the stream's encoding lacks is a question mark."""
     out = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     PlainDisplay(out).show(snapshot("Tür"))
 
@@ -48,7 +46,6 @@ def test_a_name_that_a_stream_can_not_encode_does_not_crash():
 
 
 def test_json_has_a_line_for_each_change():
-    """Programs read the whole tree from one line."""
     out = io.StringIO()
     display = JsonDisplay(out)
     display.show(snapshot("one", tick=1))
@@ -60,7 +57,6 @@ def test_json_has_a_line_for_each_change():
 
 
 def test_json_has_changes_of_the_blackboard_only():
-    """A tree may be unchanged while its blackboard changes."""
     out = io.StringIO()
     display = JsonDisplay(out)
     for tick, known in ((1, {}), (2, {"code": 208}), (3, {"code": 208})):

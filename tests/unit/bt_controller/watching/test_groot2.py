@@ -90,7 +90,6 @@ def ask(client):
 
 
 def test_subtrees_are_trees_behind_the_one_that_has_them():
-    """Their numbers are those of all nodes, from the root on."""
     root = ET.fromstring(tree_xml(TREE))
     trees = [
         (tree.get("ID"), [(each.tag, each.get("name"), each.get("_uid")) for each in tree.iter() if each is not tree])
@@ -126,21 +125,18 @@ def test_replies_repeat_the_request_and_name_the_tree(ask):
 
 
 def test_statuses(ask):
-    """Each node has its number and BehaviorTree.CPP's value of its status."""
     _, content = ask("S")
 
     assert [*struct.iter_unpack("<HB", content)] == [(1, 1), (2, 1), (3, 1), (4, 0), (5, 0), (6, 0)]
 
 
 def test_blackboard(ask):
-    """All subtrees share the one of the robot."""
     _, content = ask("B", b"ROOT;fetch")
 
     assert {"ROOT": {"goal": "ward_a"}, "fetch": {"goal": "ward_a"}} == msgpack.unpackb(content)
 
 
 def test_transitions_are_recorded_on_request(ask, served, mission):
-    """Those before the recording and those that were taken already are not in it."""
     ask("r", b"start")
     mission.nodes = (TREE[0]._replace(status=Status.SUCCESS), *TREE[1:])
     served.ticked(mission, 1.0)
@@ -164,7 +160,6 @@ def test_transitions_are_recorded_on_request(ask, served, mission):
     ],
 )
 def test_requests_that_are_not_supported_are_errors(client, frames, error):
-    """The server answers the next request."""
     client.send_multipart(frames)
     answer = client.recv_multipart()
     client.send(struct.pack("<BBI", 2, ord("S"), 1))
@@ -180,7 +175,6 @@ def test_a_control_with_one_child_is_no_decorator():
 
 
 def test_another_tree_has_another_id(port):
-    """A client that stays connected reads the new tree."""
     ids = []
     for nodes in (TREE, TREE[:3], TREE):
         mission = FakeMission()
@@ -212,7 +206,6 @@ def test_ports_that_do_not_exist(mission):
 
 
 def test_a_port_that_is_taken(mission):
-    """The error names it."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with pytest.raises(BadOptions, match=f"port {port} can't be served"), Groot2Publishers([mission], port):

@@ -59,7 +59,6 @@ def screen():
 
 
 def test_all_trees_are_whole_where_they_fit(screen):
-    """All robots are on the screen at once, in the order in which they were named."""
     assert [
         "wall_e at 1.500 s",
         "{-} Mission of wall_e [✓]",
@@ -73,7 +72,6 @@ def test_all_trees_are_whole_where_they_fit(screen):
 
 
 def test_what_does_not_fit_is_a_line(screen):
-    """Running trees come first, then failed ones; succeeded ones come last."""
     assert [
         "eve at 1.500 s",
         "{-} Mission of eve [*]",
@@ -87,7 +85,6 @@ def test_what_does_not_fit_is_a_line(screen):
 
 
 def test_robots_that_do_not_fit_are_counted(screen):
-    """However many robots there are, the terminal does not scroll."""
     trees = {f"r{number}": RUNS for number in range(4)}
 
     assert ["r0 [*] Step 2", "r1 [*] Step 2", "… and 4 more: 2 running, 1 succeeded, 1 failed"] == screen(
@@ -96,8 +93,6 @@ def test_robots_that_do_not_fit_are_counted(screen):
 
 
 def test_of_a_tree_that_is_too_high_what_is_over_is_folded(screen):
-    """Of one robot alone it is shown as well as can be where it is."""
-
     def tree(robot):
         first = Sequence("First", memory=True, children=[Step("A", Status.SUCCESS), Step("B", Status.SUCCESS)])
         then = Sequence("Then", memory=True, children=[Step("C", Status.RUNNING), Step("D", Status.SUCCESS)])
@@ -114,12 +109,10 @@ def test_of_a_tree_that_is_too_high_what_is_over_is_folded(screen):
 
 
 def test_of_a_terminal_of_four_lines_the_end_of_the_way_is_left(screen):
-    """A running tree stays on the screen, even if nothing else fits."""
     assert ["eve at 1.500 s", "{-} Mission of eve [*]", "    --> Step 2 [*]"] == screen(4, eve=RUNS)
 
 
 def test_in_the_end_there_is_room_for_the_outcome(screen):
-    """The lines with the outcome come below the trees, which stay."""
     assert ["wall_e [✓] Mission of wall_e", "eve    [✓] Mission of eve"] == screen(5, wall_e=SUCCEEDS, eve=SUCCEEDS)
 
 
@@ -146,7 +139,6 @@ def test_long_lines_are_cut(symbols, encoding, line):
 
 
 def test_a_tree_that_was_stopped_is_shown_as_it_was():
-    """After Ctrl-C one wants to see how far it had come."""
     display = LiveDisplay()
     mission = Mission("wall_e", Plan("test", RUNS, takes_robot=True, confirmed=False))
     mission.tick(1.5)
@@ -173,7 +165,6 @@ class Prints(Behaviour):
 
 
 def test_a_behaviour_may_print():
-    """The tree is drawn as it was before the tick that is under way."""
     display = LiveDisplay()
     leaf = Prints(display)
     mission = Mission("wall_e", Plan("test", lambda: leaf, takes_robot=False, confirmed=False))

@@ -91,7 +91,6 @@ def told(messages):
 
 
 def test_a_get_is_answered_with_the_latest(control, tester):
-    """One answer, from the controller that has the robot."""
     control("wall_e").tick("wall_e", 1.5, "on its way")
     (reply,) = tester.ask(TREE)
 
@@ -106,7 +105,6 @@ def test_a_get_is_answered_with_the_latest(control, tester):
 
 
 def test_a_tree_that_was_not_ticked_can_be_got(control, tester):
-    """A controller that waits for its turn is there."""
     control("wall_e")
 
     assert (None, 0, "INVALID") == tuple(tester.one(TREE)[key] for key in ("sim_time", "tick", "status"))
@@ -119,7 +117,6 @@ def test_without_a_controller_there_is_no_answer(tester, key):
 
 
 def test_each_controller_answers_for_its_robots(control, tester):
-    """Also where there are several, and with one question for all."""
     control("wall_e", "eve")
     control("cart")
 
@@ -129,14 +126,12 @@ def test_each_controller_answers_for_its_robots(control, tester):
 
 
 def test_the_simulators_own_keys_are_answered_once(control, tester):
-    """A controller does not get in the way."""
     control("wall_e")
 
     assert [(True, "hmrsim/wall_e/odom")] == [(reply.ok, reply.key) for reply in tester.ask("wall_e/odom")]
 
 
 def test_changes_are_published(control, tester):
-    """A tick that changes nothing is not published."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)
@@ -153,7 +148,6 @@ def test_changes_are_published(control, tester):
 
 
 def test_the_end_of_the_controller_is_published(control, tester):
-    """A viewer learns that no further messages come, and queries get no reply afterwards."""
     controller = control("wall_e")
     heard = tester.hear(TREE)
     tester.one(TREE)
@@ -179,7 +173,6 @@ def test_without_subscribers_no_snapshot_is_made(control, tester, monkeypatch):
 
 
 def test_advanced_subscribers_get_the_latest_first(control, tester):
-    """Zenoh asks for it by itself."""
     control("wall_e").tick("wall_e", 1.5, "on its way")
     heard = Heard()
     subscriber = zenoh.ext.declare_advanced_subscriber(
@@ -194,7 +187,6 @@ def test_advanced_subscribers_get_the_latest_first(control, tester):
 
 
 def test_what_is_published_is_json(control, tester):
-    """A letter of any script is one on the other side, too."""
     control("wall_e").tick("wall_e", 1.5, "zur Tür")
 
     (reply,) = tester.session.get(tester.key(TREE))

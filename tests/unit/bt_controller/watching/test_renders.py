@@ -21,7 +21,6 @@ def tree():
 
 
 def test_a_graph_has_the_shapes_and_colours_of_py_trees():
-    """Two of one name are two; the order is that of the children."""
     assert [
         '    n0 [label="{-} Root", shape=box, fillcolor=orange];',
         '    n1 [label="[o] Choice", shape=octagon, fillcolor=cyan];',
@@ -36,7 +35,6 @@ def test_a_graph_has_the_shapes_and_colours_of_py_trees():
 
 
 def test_a_graph_may_tell_how_trees_ended():
-    """The border has the color of the status, and the message is below the name."""
     root = Failure("Root")
     root.tick_once()
 
@@ -45,7 +43,6 @@ def test_a_graph_may_tell_how_trees_ended():
 
 
 def test_each_robot_has_its_graph():
-    """All are in one picture, below their names."""
     nodes = nodes_of(Success("Root"))
     lines = dot({"eve": nodes, "wall_e": nodes}).splitlines()
 
@@ -54,13 +51,11 @@ def test_each_robot_has_its_graph():
 
 
 def test_any_name_is_quoted():
-    """Characters with a meaning in Graphviz have none in a name."""
     assert r'label="a:\"b\"\\n{c}", ' in dot({"x": nodes_of(Success(r'a:"b"\n{c}'))})
 
 
 @pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz's dot is not installed")
 def test_graphviz_draws_it():
-    """Each behavior is in the picture, and it is the same each time."""
     drawn = svg(dot({"Tür": nodes_of(tree())}))
 
     assert all(f">{text}</text>" in drawn for text in ("Tür", "{&#45;} Root", "[o] Choice", "Not", "A"))
@@ -68,7 +63,6 @@ def test_graphviz_draws_it():
 
 
 def test_without_graphviz_it_is_said_what_to_do(monkeypatch):
-    """Another way is named, too."""
     monkeypatch.setenv("PATH", "")
 
     with pytest.raises(BadOptions, match=r"--svg needs Graphviz's `dot`.*apt install graphviz, or use --dot"):

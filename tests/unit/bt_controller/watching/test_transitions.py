@@ -39,7 +39,6 @@ class Log:
 
 
 def test_a_line_says_what_became_of_a_behaviour():
-    """It has all that one has to know, and simulated time."""
     log = Log(lambda: Running("Root"))
     log.tick(1.5)
 
@@ -48,7 +47,6 @@ def test_a_line_says_what_became_of_a_behaviour():
 
 
 def test_an_unchanged_status_is_not_a_transition():
-    """Children come before their parents, as they are ticked."""
     log = Log(lambda: Sequence("Root", memory=True, children=[Success("A"), Running("B")]))
     log.tick(1.0)
     log.tick(2.0)
@@ -61,7 +59,6 @@ def test_an_unchanged_status_is_not_a_transition():
 
 
 def test_what_is_reset_within_a_tick_is_logged():
-    """A selector without memory stops what ran as soon as something better does."""
     first = [Status.FAILURE, Status.RUNNING]
     log = Log(
         lambda: Selector("Root", memory=False, children=[StatusQueue("A", queue=first, eventually=None), Running("B")])
@@ -73,7 +70,6 @@ def test_what_is_reset_within_a_tick_is_logged():
 
 
 def test_what_fails_and_is_tried_again_is_logged_each_time():
-    """The decorator is RUNNING meanwhile."""
     log = Log(lambda: Retry("Root", Sequence("Try", memory=True, children=[Success("A"), Failure("B")]), 2))
     log.tick(1.0)
     log.tick(2.0)
@@ -92,7 +88,6 @@ def test_what_fails_and_is_tried_again_is_logged_each_time():
 
 
 def test_what_is_stopped_after_the_last_tick_is_logged():
-    """Ctrl-C is a transition, too."""
     log = Log(lambda: Running("Root"))
     log.tick(1.0)
     log.mission.interrupt()
@@ -102,7 +97,6 @@ def test_what_is_stopped_after_the_last_tick_is_logged():
 
 
 def test_siblings_of_one_name_are_numbered():
-    """A path means one behavior."""
     inner = Sequence("B", memory=True, children=[Success("C")])
     root = Sequence("A", memory=True, children=[Success("B"), inner, Success("C")])
 
@@ -110,7 +104,6 @@ def test_siblings_of_one_name_are_numbered():
 
 
 def test_people_read_it_in_the_log(caplog):
-    """With --log-level info it is on stderr."""
     caplog.set_level(logging.INFO, "bt_controller.watching.display")
     mission = Mission("wall_e", Plan("test", lambda: Running("Root"), takes_robot=False, confirmed=False))
     mission.root.feedback_message = "on its way"
@@ -124,7 +117,6 @@ def test_people_read_it_in_the_log(caplog):
 
 @pytest.mark.parametrize(("level", "wanted"), [(logging.INFO, True), (logging.WARNING, False)])
 def test_transitions_are_watched_only_if_they_are_logged(caplog, level, wanted):
-    """Watching has a cost for each behavior that is ticked."""
     caplog.set_level(level, "bt_controller.watching.display")
 
     assert wanted == Transitions.wanted()
