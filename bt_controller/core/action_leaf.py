@@ -12,6 +12,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from py_trees.common import Access, Status
@@ -285,6 +286,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         return plain
 
 
+@cache
 def _named(name: str) -> Action[Any, Any, Any]:
     actions = registry()
     return actions[known_name("action", name, actions)]

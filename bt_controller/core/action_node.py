@@ -175,21 +175,19 @@ class ActionNode(Node, ActionLeaf[Any, Any, Any]):
 
     def ended(self, handle: GoalHandle[Any, Any]) -> Status:
         """Write the code and the result to the output ports, and return the status."""
-        if handle.error is not None:
-            self._write_error(self._code_of_error(handle.error) or self.UNANSWERED, str(handle.error))
+        if (error := handle.error) is not None:
+            self._write_error(self._code_of_error(error) or self.UNANSWERED, str(error))
             self.clear_result()
             self.cancel()
             return super().ended(handle)
-        if handle.status is GoalStatus.CANCELED:
-            self._write_error(0, "")
-        else:
-            self._write_error(*self.code_of(handle.result_message))
-        if handle.status is GoalStatus.SUCCEEDED:
-            self.write_result(handle.result_message)
+        canceled, result = handle.status is GoalStatus.CANCELED, handle.result_message
+        self._write_error(*((0, "") if canceled else self.code_of(result)))
+        status = super().ended(handle)
+        if status is Status.SUCCESS:
+            self.write_result(result)
         else:
             self.clear_result()
-        status = super().ended(handle)
-        return Status.SUCCESS if handle.status is GoalStatus.CANCELED else status
+        return Status.SUCCESS if canceled else status
 
     def terminate(self, new_status: Status) -> None:
         """Cancel the goal and clear the outputs if the node is halted."""

@@ -33,21 +33,6 @@ class _Instant(float):
         return nanoseconds(self) >= nanoseconds(other)
 
 
-class _Time:
-    """Replaces the module ``time`` in py_trees."""
-
-    def __init__(self, now: float) -> None:
-        self._now = _Instant(now)
-
-    def time(self) -> float:
-        return self._now
-
-    monotonic = time
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(time, name)
-
-
 def now() -> float:
     """Return the simulated seconds of the current tick; Python's own time outside of ticks."""
     known = _NOW.get()
@@ -75,20 +60,28 @@ def time_behind(seconds: float) -> Iterator[None]:
 def simulated_time(now: float | None) -> AbstractContextManager[None]:
     """Tick trees at this simulated time; None means Python's own time."""
     # Fractions of nanoseconds would accumulate, so that a timer would miss the instant of its end.
-    return nullcontext() if now is None else _Simulated(nanoseconds(now) / NANOSECONDS)
+    return nullcontext() if now is None else _SimulatedTime(round(now * NANOSECONDS) / NANOSECONDS)
 
 
-class _Simulated(AbstractContextManager[None]):
-    """Gives py_trees' modules that use ``time`` and this package's nodes a time; for every tick, so no generator."""
+class _SimulatedTime(AbstractContextManager[None]):
+    """The time of this package's nodes, and of py_trees in place of ``time``; for every tick, so no generator."""
 
     def __init__(self, now: float) -> None:
-        self._now = now
+        self._now = _Instant(now)
+
+    def time(self) -> float:
+        return self._now
+
+    monotonic = time
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(time, name)
 
     def __enter__(self) -> None:
-        stand_in: Any = _Time(self._now)
+        stand_in: Any = self
         self._others = _TIMERS.time, _DECORATORS.time
         _TIMERS.time = _DECORATORS.time = stand_in
-        self._token = _NOW.set(self._now)
+        self._token = _NOW.set(float(self._now))
 
     def __exit__(self, *_error: object) -> None:
         _NOW.reset(self._token)

@@ -51,6 +51,9 @@ class Mission:
             begin anew each time.
         coverage: Where to count what happens to the tree's nodes, if anywhere.
 
+    Attributes:
+        over: Whether the tree needs no further tick.
+
     Raises:
         TreeError: The tree can't be built.
     """
@@ -77,15 +80,10 @@ class Mission:
         self._changes = 0
         self._instant: float | None = None
         self._ticks_at = 0
-        self._over = False
+        self.over = False
         self._stopped = False
         # Who takes a snapshot in another thread sees the tree between two ticks.
         self._ticking = threading.Lock()
-
-    @property
-    def over(self) -> bool:
-        """True if the tree needs no further tick."""
-        return self._over
 
     @property
     def status(self) -> Status:
@@ -158,9 +156,9 @@ class Mission:
         status = self.root.status
         if status is Status.SUCCESS:
             self._successes_due -= 1
-            self._over = self._successes_due == 0
+            self.over = self._successes_due == 0
         else:
-            self._over = status is not Status.RUNNING
+            self.over = status is not Status.RUNNING
 
     def due(self, now: float, period: float) -> Due:
         """Return when the running tree has to be ticked again; what it waits for may depend on its blackboard."""
@@ -189,7 +187,7 @@ class Mission:
         with self._ticking, self._board.in_use, simulated_time(now):
             self._stopped = True
             try:
-                if not self._over:
+                if not self.over:
                     self.root.stop(Status.INVALID)
             except Exception as error:  # noqa: BLE001 - whatever a behavior raises, the goals are canceled
                 _log.error("the tree of %r broke while it was stopped: %s", self.robot, described_error(error))
@@ -223,7 +221,7 @@ class Mission:
             self._ticking.release()
 
     def _seen(self, sim_time: float | None, blackboard: dict[str, Any] | None) -> Snapshot:
-        ended = self._over or self._stopped
+        ended = self.over or self._stopped
         nodes = nodes_of(self.root, None if self._recorder is None else self._recorder.covered)
         return Snapshot(self.robot, sim_time, self._ticks, nodes, ended, blackboard)
 

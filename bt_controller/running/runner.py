@@ -181,16 +181,12 @@ class Runner:
         """Tick the trees until all have ended, or the user wants an end; return whether it was that."""
         self._tick(self._numbers.values())
         while self._running:
-            woken = self._clock.wait(self._until())
+            earliest = self._timers.earliest
+            woken = self._clock.wait(None if earliest == math.inf else earliest)
             if STOP in woken:
                 return True
             self._tick(self._whose_turn(woken))
         return False
-
-    def _until(self) -> float | None:
-        """Return when the next tree has to be ticked; None for when something happens."""
-        earliest = self._timers.earliest
-        return None if earliest == math.inf else earliest
 
     def _whose_turn(self, woken: frozenset[str]) -> Iterable[int]:
         """Return the numbers of the trees that have to be ticked."""
@@ -219,7 +215,8 @@ class Runner:
                 if mission.status is Status.RUNNING:
                     needed, awaited = self._due(mission, time)
                     # A write may change the result of polled nodes, which then need not wait for a period.
-                    if mission.changed_entries and turns < _MAX_TURNS and needed <= self._next_period(time):
+                    again = needed != math.inf and mission.changed_entries and turns < _MAX_TURNS
+                    if again and needed <= self._next_period(time):
                         continue
                     self._timers.put(number, needed)
                     self._await(mission, awaited)

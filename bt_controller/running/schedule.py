@@ -6,14 +6,13 @@ In lockstep, the simulator also watches the conditions that trees wait for, so t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from heapq import heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from py_trees import decorators
+from py_trees import composites, decorators
 from py_trees.common import Status
-from py_trees.composites import Parallel, Selector, Sequence
 from py_trees.timers import Timer
 
 from bt_controller.behaviours.subscribers import Handler
@@ -108,8 +107,8 @@ def _kind(kind: type[Behaviour]) -> _Kind:
         waits=_is_alone(kind) if issubclass(kind, Node) else _waits(kind),
         reads=issubclass(kind, Handler),
         timed=issubclass(kind, (Timer, decorators.Timeout)),
-        in_turn=issubclass(kind, (Sequence, Selector)),
-        parallel=issubclass(kind, Parallel),
+        in_turn=issubclass(kind, (composites.Sequence, composites.Selector)),
+        parallel=issubclass(kind, composites.Parallel),
     )
 
 
@@ -123,7 +122,7 @@ def _waits(kind: type[Behaviour]) -> bool:
     if kind.__module__ == decorators.__name__:
         # A guard evaluates a user's function at each tick.
         return kind is not decorators.EternalGuard
-    return kind in (Sequence, Selector, Parallel, Timer)
+    return kind in (composites.Sequence, composites.Selector, composites.Parallel, Timer)
 
 
 def _next_ticked(node: Any, kind: _Kind) -> list[Behaviour]:
@@ -172,7 +171,7 @@ class TimerQueue:
     def pop_due(self, now: float) -> list[int]:
         """Remove and return the trees that are due."""
         numbers = []
-        while self.earliest <= nanoseconds(now) / NANOSECONDS:
+        while self._heap and self.earliest <= nanoseconds(now) / NANOSECONDS:
             numbers.append(heappop(self._heap)[1])
             del self._times[numbers[-1]]
         return numbers
@@ -193,8 +192,10 @@ class Alarms:
         self._wake = wake
         self._waiting: dict[str, dict[Condition, Callable[[], None]]] = {}
 
-    def set(self, name: str, conditions: Iterable[Condition]) -> None:
+    def set(self, name: str, conditions: Sequence[Condition]) -> None:
         """Replace the conditions that wake a tree; the next advance sends them to the simulator."""
+        if not conditions and name not in self._waiting:
+            return
         waiting = self._waiting.setdefault(name, {})
         wanted = dict.fromkeys(conditions)
         for condition in [condition for condition in waiting if condition not in wanted]:
