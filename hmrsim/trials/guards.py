@@ -118,18 +118,14 @@ def guarded(limits: Limits, tail: Tail, seconds: float = math.inf) -> Iterator[N
 
     When one of its times is over, `TimeLimit` is raised in it. If it ignores that, its process is ended.
     """
+    meter = Meter(limits, seconds)
+    in_time = _alarm if threading.current_thread() is threading.main_thread() else _watcher
     in_memory = nullcontext() if limits.memory is None else _in_memory(limits.memory)
-    with redirect_stdout(tail), redirect_stderr(tail), _in_time(Meter(limits, seconds)), in_memory:
-        yield
-
-
-@contextmanager
-def _in_time(meter: Meter) -> Iterator[None]:
-    on_main = threading.current_thread() is threading.main_thread()
     _end_process_after(meter)
-    with _alarm(meter) if on_main else _watcher(meter):
+    with redirect_stdout(tail), redirect_stderr(tail), in_time(meter):
         try:
-            yield
+            with in_memory:
+                yield
         finally:
             if _ends_process():
                 faulthandler.cancel_dump_traceback_later()
