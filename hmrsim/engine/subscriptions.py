@@ -45,7 +45,7 @@ class Interest:
         sinks: All sinks; those that are added take effect with the next `refresh`, as reactions do.
 
     Each attribute says whether a reaction or a sink wants the `Topic` of its name, and *sampled* whether any wants one
-    that is sampled between events.
+    that is sampled between events; *topics* are all that are wanted.
     """
 
     status: bool
@@ -58,6 +58,7 @@ class Interest:
     motion: bool
     time: bool
     sampled: bool
+    topics: Collection[Topic]
 
     def __init__(self, reactions: Sequence[Reaction], sinks: Sequence[Sink]) -> None:
         self._reactions = reactions
@@ -75,14 +76,10 @@ class Interest:
                 wanted.update(topics)
         for part in self._reactions:
             wanted.update(part.topics)
+        self.topics = wanted
         for topic, name in _NAMES.items():
             setattr(self, name, topic in wanted)
         self.sampled = self.feedback or self.odom or self.clock or self.battery_state or self.detections
-
-    def in_(self, topic: Topic) -> bool:
-        """Return whether a topic is wanted."""
-        wanted: bool = getattr(self, _NAMES[topic])
-        return wanted
 
 
 class Clock(Protocol):
@@ -122,7 +119,7 @@ class EventPublisher:
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
         """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""
-        if self.interest.in_(topic):
+        if topic in self.interest.topics:
             self.emit(Sampled(topic, robot, message()))
 
 
@@ -164,7 +161,7 @@ class Telemetry:
     ) -> None:
         """Sample *take* from *now* on, at *rate* samples a second since *begin*; *key* stops it again."""
         sampler = self._samplers[key] = _Sampler(topic, begin, 1.0 / rate, take)
-        if self._interest.in_(topic):
+        if topic in self._interest.topics:
             self._push(sampler, sampler.due_after(max(begin, now)))
 
     def __contains__(self, key: object) -> bool:
@@ -183,7 +180,7 @@ class Telemetry:
         due = {sampler: time for time, _, sampler in self._heap}
         self._heap.clear()
         for sampler in self._samplers.values():
-            if self._interest.in_(sampler.topic):
+            if sampler.topic in self._interest.topics:
                 self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
     def sample(self, let_it_be: Callable[[float], None]) -> None:

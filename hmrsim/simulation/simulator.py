@@ -426,10 +426,9 @@ class Simulator:
 
     def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
         """Return the handlers of a type of output: those of reactions, which act on it, then those of sinks."""
-        handlers: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = [
-            *((part, part.handler_for(kind)) for part in self._reactions),
-            *((sink, handler_of(sink, kind)) for sink in self._sinks),
-        ]
+        handlers: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = []
+        handlers += [(part, part.handler_for(kind)) for part in self._reactions]
+        handlers += [(sink, handler_of(sink, kind)) for sink in self._sinks]
         return [(owner, handler) for owner, handler in handlers if handler is not None]
 
     def _sink_failed(self, sink: Reaction | Sink, bug: BaseException) -> None:
