@@ -95,10 +95,8 @@ class Doors(_Facilities[str]):
         self._states: dict[str, str] = {}
         self._jams: dict[str, str] = {}
         self.begin_anew()
-        for kind in _STATES:
-            timeline.on(kind, self._move)
-        for fault in (FaultBegan, FaultEnded):
-            timeline.on(fault, self._jam)
+        timeline.on(tuple(_STATES), self._move)
+        timeline.on((FaultBegan, FaultEnded), self._jam)
         timeline.on(SceneSeen, self._see)
 
     def is_(self, door: str, state: str) -> bool:

@@ -40,10 +40,8 @@ class Items(Part):
         self._items: dict[str, Item] = {}
         self.begin_anew()
         timeline.on(ItemPicked, lambda _at, event: self._set(event.item, None, event.robot))
-        for lies in (ItemPlaced, ItemDropped):
-            timeline.on(lies, lambda _at, event: self._set(event.item, event.at))
-        for put in (Teleported, Spawned):
-            timeline.on(put, self._put)
+        timeline.on((ItemPlaced, ItemDropped), lambda _at, event: self._set(event.item, event.at))
+        timeline.on((Teleported, Spawned), self._put)
         timeline.on(Deleted, self._delete)
         timeline.on(SceneSeen, self._see)
 
@@ -127,8 +125,7 @@ class Orders(Part):
         timeline.on(OrderDelivered, self._end)
         timeline.on(OrderLost, self._end)
         timeline.on(OrderLate, self._be_late)
-        for lies in (ItemPlaced, ItemDropped):
-            timeline.on(lies, self._put_down)
+        timeline.on((ItemPlaced, ItemDropped), self._put_down)
 
     def is_(self, order: str, state: str) -> bool:
         """Return whether an order is in a state; a late order is also in another one."""

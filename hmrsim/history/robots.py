@@ -146,12 +146,10 @@ class Robots(Part):
         timeline.on(MotionBegan, self._move)
         timeline.on(Stopped, lambda _at, event: self._stand(event.robot, waits=False))
         timeline.on(Waiting, lambda _at, event: self._stand(event.robot, waits=True))
-        for goes_on in (WentOn, Rerouted, MadeRoom):
-            timeline.on(goes_on, self._go_on)
+        timeline.on((WentOn, Rerouted, MadeRoom), self._go_on)
         timeline.on(DockQueued, lambda _at, event: self._queue(event.robot, queues=True))
         timeline.on(Docked, lambda _at, event: self._queue(event.robot, queues=False))
-        for kind in (BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded, FaultBegan, FaultEnded):
-            timeline.on(kind, self._apply)
+        timeline.on((BatteryEmpty, BatteryRevived, ChargingBegan, ChargingEnded, FaultBegan, FaultEnded), self._apply)
         timeline.on(Teleported, lambda _at, event: self._stand(event.entity, waits=False))
         timeline.on(Spawned, self._spawn)
         timeline.on(Deleted, self._delete)
@@ -288,8 +286,7 @@ class Batteries(Part):
         super().__init__()
         self._world = world
         self.shares: dict[str, float] = {}
-        for kind in (*BATTERIES.events, BatterySeen):
-            timeline.on(kind, self._read)
+        timeline.on((*BATTERIES.events, BatterySeen), self._read)
         timeline.on(SceneSeen, self._see)
 
     def follow(self, robot: str) -> None:

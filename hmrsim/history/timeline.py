@@ -97,9 +97,10 @@ class Timeline:
         self.began = self.now = self._latest = 0 if stamp == _UNSET else stamp
         return True
 
-    def on(self, kind: type, handler: Handler) -> None:
-        """Call a handler with each later occurrence of a kind, after the earlier handlers."""
-        self.handlers[kind] = (*self.handlers.get(kind, ()), handler)
+    def on(self, kinds: type | tuple[type, ...], handler: Handler) -> None:
+        """Call a handler with each later occurrence of a kind, or of some kinds, after the earlier handlers."""
+        for kind in kinds if isinstance(kinds, tuple) else (kinds,):
+            self.handlers[kind] = (*self.handlers.get(kind, ()), handler)
 
     def on_reset(self, scopes: int, call: Callable[[int], object]) -> None:
         """Call a function with the time of each reset with any of some scopes of ResetSimulation, or of a new world."""

@@ -41,10 +41,8 @@ class NoDeadlock(Watcher):
         self._waits = 0
         timeline.on(Deadlock, self._begin)
         timeline.on(Waiting, self._wait)
-        for kind in (WentOn, Rerouted, MadeRoom, Stopped):
-            timeline.on(kind, self._go)
-        for moved in (Deleted, Teleported):
-            timeline.on(moved, self._move)
+        timeline.on((WentOn, Rerouted, MadeRoom, Stopped), self._go)
+        timeline.on((Deleted, Teleported), self._move)
         # A reset of either scope halts all robots.
         timeline.on_reset(ResetSimulation.Request.SCOPE_STATE | ResetSimulation.Request.SCOPE_TIME, self._begin_anew)
 
@@ -111,8 +109,7 @@ class NobodyStranded(Watcher):
         self._empty: dict[str, None] = {}
         self._stranded: Obligations[str] = Obligations(timeline, limit, self._expired, keep=True)
         self._lowest = 1.0
-        for kind in (BatteryLow, BatteryCritical, BatteryFull):
-            timeline.on(kind, self._look)
+        timeline.on((BatteryLow, BatteryCritical, BatteryFull), self._look)
         timeline.on(BatteryEmpty, self._run_out)
         timeline.on(BatteryRevived, self._revive)
         timeline.on(ChargingBegan, self._charge)

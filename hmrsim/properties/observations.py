@@ -68,11 +68,9 @@ class Positions:
         self._reset(0)
         timeline.on_reset(ResetSimulation.Request.SCOPE_STATE, self._reset)
         timeline.on(MotionBegan, self._on_motion)
-        for stop in (Stopped, Waiting):
-            timeline.on(stop, lambda _at, event: self._stand(event.robot, event.at))
+        timeline.on((Stopped, Waiting), lambda _at, event: self._stand(event.robot, event.at))
         timeline.on(MadeRoom, lambda _at, event: self._stand(event.robot, event.from_))
-        for placement in (Teleported, Spawned):
-            timeline.on(placement, self._on_placement)
+        timeline.on((Teleported, Spawned), self._on_placement)
         timeline.on(Deleted, lambda _at, event: self._stand(event.entity, None))
         timeline.on(SceneSeen, self._on_scene)
 

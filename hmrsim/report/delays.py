@@ -54,8 +54,9 @@ class Delays:
         self._of_item: dict[str, list[_Handled]] = defaultdict(list)
         self._of_robot: dict[str, list[int]] = defaultdict(list)
         timeline.on(ItemPicked, lambda at, event: self._handle(at, event.robot, event.item, picked=True))
-        for puts_down in (ItemPlaced, ItemDropped):
-            timeline.on(puts_down, lambda at, event: self._handle(at, event.robot, event.item, picked=False))
+        timeline.on(
+            (ItemPlaced, ItemDropped), lambda at, event: self._handle(at, event.robot, event.item, picked=False)
+        )
 
     def _handle(self, at: int, robot: str, item: str, *, picked: bool) -> None:
         times = self._of_robot[robot]

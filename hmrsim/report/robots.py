@@ -297,8 +297,7 @@ class Waiting:
         self._lanes = lanes
         self.deadlocks: list[tuple[int, tuple[str, ...], tuple[tuple[str, str], ...]]] = []
         timeline.on(events.Waiting, self._begin)
-        for ends in (events.WentOn, events.Rerouted, events.MadeRoom):
-            timeline.on(ends, self._end)
+        timeline.on((events.WentOn, events.Rerouted, events.MadeRoom), self._end)
         timeline.on(DockQueued, self._queue)
         timeline.on(Docked, self._dock)
         timeline.on(events.Deadlock, self._lock)

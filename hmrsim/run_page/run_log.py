@@ -198,19 +198,17 @@ class RunLog:
         timeline = self._story.timeline
         timeline.on(SceneSeen, self._see)
         timeline.on(MotionBegan, lambda at, event: self._poses(event.robot).move(at, event))
-        for halts in (Stopped, Waiting, BatteryEmpty):
-            timeline.on(halts, lambda at, event: self._poses(event.robot).halt(at, event.at))
-        for put in (Teleported, Spawned):
-            timeline.on(put, self._put)
+        timeline.on((Stopped, Waiting, BatteryEmpty), lambda at, event: self._poses(event.robot).halt(at, event.at))
+        timeline.on((Teleported, Spawned), self._put)
         timeline.on(DockQueued, lambda at, event: self._queued.append((event.robot, at)))
         timeline.on(Deleted, lambda at, event: self._change("gone", event.entity, at, True))
         timeline.on(ItemPicked, lambda at, event: self._change("item", event.item, at, event.robot))
-        for lies in (ItemPlaced, ItemDropped):
-            timeline.on(lies, lambda at, event: self._change("item", event.item, at, event.at))
-        for door in (DoorOpened, DoorClosed):
-            timeline.on(door, lambda at, event: self._change("door", event.door, at, isinstance(event, DoorOpened)))
-        for lane in (LaneClosed, LaneOpened):
-            timeline.on(lane, self._close)
+        timeline.on((ItemPlaced, ItemDropped), lambda at, event: self._change("item", event.item, at, event.at))
+        timeline.on(
+            (DoorOpened, DoorClosed),
+            lambda at, event: self._change("door", event.door, at, isinstance(event, DoorOpened)),
+        )
+        timeline.on((LaneClosed, LaneOpened), self._close)
 
     @property
     def world(self) -> World:
