@@ -24,9 +24,14 @@ _KINDS = {"Goal": "action", "Result": "action", "Feedback": "action", "Request":
 
 @dataclass(frozen=True)
 class Primitive:
-    """Names the ROS primitive type that an annotated Python type stands for."""
+    """Names the ROS primitive type that an annotated Python type stands for.
+
+    Attributes:
+        capacity: The largest length of a bounded string; 0 for any other type.
+    """
 
     name: str
+    capacity: int = 0
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from hmrsim.interfaces.rcl_interfaces import (
     SetParametersAtomically,
 )
 from hmrsim.interfaces.std_srvs import Trigger
+from hmrsim.interfaces.type_description_interfaces import GetTypeDescription
 from hmrsim.protocol.goal import WORLD
 from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.codec.types import service_type
@@ -235,8 +236,12 @@ def _service(package: str, service: Any) -> NodeService:
     return NodeService(f"{package}/srv/{service.__name__}", service.Request, service.Response)
 
 
-PARAMETER_SERVICES: Final = MappingProxyType(
+GET_TYPE_DESCRIPTION: Final = "get_type_description"
+"""The service of a node that describes the types of its endpoints."""
+
+_OF_ALL_NODES: Final = MappingProxyType(
     {
+        GET_TYPE_DESCRIPTION: _service("type_description_interfaces", GetTypeDescription),
         "describe_parameters": _service("rcl_interfaces", DescribeParameters),
         "get_parameter_types": _service("rcl_interfaces", GetParameterTypes),
         "get_parameters": _service("rcl_interfaces", GetParameters),
@@ -245,7 +250,7 @@ PARAMETER_SERVICES: Final = MappingProxyType(
         "set_parameters_atomically": _service("rcl_interfaces", SetParametersAtomically),
     }
 )
-"""The services of all nodes; a client of parameters waits for all of them."""
+"""The services of all nodes; a client of parameters waits for all that concern parameters."""
 
 LIFECYCLE_SERVICES: Final = MappingProxyType(
     {
@@ -299,12 +304,12 @@ def own_services(node: Node) -> dict[str, NodeService]:
     return {f"{node.namespace.rstrip('/')}/{name}": of for name, of in _OWN_SERVICES.get(node.name, {}).items()}
 
 
-NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType({**PARAMETER_SERVICES, **LIFECYCLE_SERVICES})
+NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType({**_OF_ALL_NODES, **LIFECYCLE_SERVICES})
 """The services below the names of nodes."""
 
 
 def services_of(node: Node) -> dict[str, NodeService]:
     """Return the services of a node by their full names."""
     of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
-    named = {f"{node.full_name}/{name}": service for name, service in (PARAMETER_SERVICES | of_lifecycle).items()}
+    named = {f"{node.full_name}/{name}": service for name, service in (_OF_ALL_NODES | of_lifecycle).items()}
     return named | own_services(node)

@@ -37,6 +37,7 @@ _TYPE_IDS: Final = MappingProxyType(
         "boolean": 15,
         "byte": 16,
         "string": 17,
+        "bounded string": 21,
     }
 )
 _OFFSET: Final = 48
@@ -59,6 +60,7 @@ class Field:
         primitive: The primitive type of its values; empty for a nested type.
         kind: Whether it is a single value, an array or a sequence.
         capacity: The length of a fixed array, or the largest one of a bounded sequence; else 0.
+        string_capacity: The largest length of a bounded string; else 0.
         nested: The nested structure, or None for a primitive.
         path: The path of the value in our message, outermost name first; None if our message lacks it.
             With the empty path, our outer message has the fields of the nested structure itself.
@@ -70,11 +72,12 @@ class Field:
     capacity: int = 0
     nested: Structure | None = None
     path: tuple[str, ...] | None = None
+    string_capacity: int = 0
 
     @property
     def type_id(self) -> int:
         """The number of the type, with the offset of an array."""
-        return _TYPE_IDS[self.primitive] + _OFFSET * self.kind
+        return _TYPE_IDS["bounded string" if self.string_capacity else self.primitive] + _OFFSET * self.kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +137,7 @@ def _individual(described: Structure) -> dict[str, Any]:
                 "type": {
                     "type_id": field.type_id,
                     "capacity": field.capacity,
-                    "string_capacity": 0,
+                    "string_capacity": field.string_capacity,
                     "nested_type_name": field.nested.name if field.nested else "",
                 },
             }
@@ -159,7 +162,7 @@ def _single(name: str, annotation: object, metadata: Iterable[object]) -> Field:
     if isinstance(annotation, type) and issubclass(annotation, Message):
         return Field(name, nested=structure(annotation), path=(name,))
     primitive = next(mark for mark in metadata if isinstance(mark, Primitive))
-    return Field(name, primitive.name, path=(name,))
+    return Field(name, primitive.name, path=(name,), string_capacity=primitive.capacity)
 
 
 @cache
@@ -242,6 +245,8 @@ def _own(described: Structure, constants: dict[str, dict[str, int]]) -> str:
 
 def _type(field: Field) -> str:
     held = _short(field.nested.name) if field.nested else _WORDS.get(field.primitive, field.primitive)
+    if field.string_capacity:
+        held = f"{held}<={field.string_capacity}"
     match field.kind:
         case Kind.SINGLE:
             return held

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from hmrsim_zenoh.ros2.codec.types import action_types, service_type
-from hmrsim_zenoh.ros2.names import NODE_SERVICES, node_of, ros_services, services_of
-from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, view_services
+from hmrsim.protocol.goal import WORLD
+from hmrsim_zenoh.ros2.codec.types import action_types, message_type, service_type
+from hmrsim_zenoh.ros2.names import (
+    GET_TYPE_DESCRIPTION,
+    NODE_SERVICES,
+    WORLD_NODE,
+    node_of,
+    ros_services,
+    services_of,
+)
+from hmrsim_zenoh.ros2.publishing.endpoints import TOPICS
+from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, type_descriptions, view_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
@@ -23,6 +32,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType
     from hmrsim_zenoh.ros2.keys import Node
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.requests.handlers import Handler
@@ -63,6 +73,7 @@ class Catalog:
         self._actions = actions
         self._services = ros_services(services)
         self._layouts = cache(self._find_layouts)
+        self._responses = {**_RESPONSES, GET_TYPE_DESCRIPTION: self._describe_type}
         self._names = names
         self._handlers: dict[str, Handler] = {}
         self._lost_actions: dict[str, tuple[str, str]] = {}
@@ -115,8 +126,8 @@ class Catalog:
         if node is None or service is None:
             return None
         layouts = Layouts(tuple(service.in_distro(distro) for distro in self._distros))
-        if verb in _RESPONSES:
-            response, respond = service.response, _RESPONSES[verb]
+        if verb in self._responses:
+            response, respond = service.response, self._responses[verb]
             return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=there is None)
         if verb == MANAGE_NODES:
             nodes = lifecycle_services.managed(self._names.nodes.get(node.robot, ()), node)
@@ -131,7 +142,24 @@ class Catalog:
 
     def _actions_of(self, node: Node) -> tuple[str, ...]:
         """Return the actions that a node serves."""
-        return tuple(action for action in self._names.serves.get(node.robot, ()) if node_of(node.robot, action) == node)
+        robot = node.robot or WORLD
+        return tuple(action for action in self._names.serves.get(robot, ()) if node_of(robot, action) == node)
+
+    def _describe_type(self, _simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Mapping[str, Any]:
+        return type_descriptions.describe(self._types_of(node), request)
+
+    def _types_of(self, node: Node) -> Iterator[MessageType | ServiceType]:
+        """Yield the types of the endpoints of a node."""
+        for topic in TOPICS.values():
+            if topic.node == node.name or not node.robot:
+                yield message_type(topic.message, self._distros[0])
+        for action in self._actions_of(node):
+            for type_ in action_types(self._actions[action], self._distros):
+                yield from (type_.send_goal, type_.cancel_goal, type_.get_result, type_.feedback, type_.status)
+        for service in services_of(node).values():
+            yield from (service.in_distro(distro) for distro in self._distros)
+        for of_world in self._services.values() if node == WORLD_NODE else ():
+            yield from self._of_service(of_world.ros_type, of_world.request, of_world.response).types
 
     def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
         return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))

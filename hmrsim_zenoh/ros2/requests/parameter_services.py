@@ -66,7 +66,10 @@ class NodeParameter(NamedTuple):
 
 def parameters_of(simulator: Simulator, node: Node) -> dict[str, NodeParameter]:
     """Return the parameters of a node by name, in order of name."""
-    parameters = {"use_sim_time": NodeParameter(True, "Stamps are simulated time.")}
+    parameters = {
+        "start_type_description_service": NodeParameter(True, "Whether get_type_description is there."),
+        "use_sim_time": NodeParameter(True, "Stamps are simulated time."),
+    }
     robot = simulator.robots.get(node.robot)
     if node == MAP_SERVER:
         parameters["frame_id"] = NodeParameter("map", "The frame of the map.")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -9,17 +11,22 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.interfaces.lifecycle_msgs import Transition
 from hmrsim.interfaces.nav2_msgs import ManageLifecycleNodes
+from hmrsim.interfaces.nav_msgs import OccupancyGrid
 from hmrsim.interfaces.rcl_interfaces import ParameterValue
+from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.trace.replay import replay
+from hmrsim_zenoh.ros2.codec.types import message_type
 from hmrsim_zenoh.ros2.names import NODE_SERVICES, nodes_of, own_services
 from tests.patience import PATIENCE
-from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient
+from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient, ros_action
 from tests.wire.ros2.test_end_to_end import LONG, hosting
 
 DEACTIVATE, ACTIVATE = Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_ACTIVATE
 MANAGE = ManageLifecycleNodes.Request
 STARTUP, PAUSE, RESUME, RESET, SHUTDOWN = MANAGE.STARTUP, MANAGE.PAUSE, MANAGE.RESUME, MANAGE.RESET, MANAGE.SHUTDOWN
 ACTIONS = tuple(registry())
+CLOCK, MAP, BATTERY = (message_type(kind).hash for kind in (Clock, OccupancyGrid, BatteryState))
 NODES = [
     *("amcl", "bt_navigator", "planner_server", "controller_server", "behavior_server", "waypoint_follower"),
     *("docking_server", "route_server", "smoother_server", "move_group", "base_driver"),
@@ -115,8 +122,40 @@ def test_parameters_are_listed_by_prefix_and_depth(tool):
 
     assert {"FollowPath"} == {name.partition(".")[0] for name in of_plugin["names"]}
     assert ["FollowPath"] == of_plugin["prefixes"]
-    assert ["controller_plugins", "odom_topic", "use_sim_time"] == top["names"]
+    assert ["controller_plugins", "odom_topic", "start_type_description_service", "use_sim_time"] == top["names"]
     assert [] == tool.call("list_parameters", prefixes=["Follow"])["result"]["names"]
+
+
+# --- types -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("distro", ["jazzy", "lyrical"])
+def test_a_node_describes_the_types_of_its_endpoints(tool, distro):
+    """A tool that has not installed a type finds its hash in the graph, and checks the description against it."""
+    tool, action = tool("/wall_e/bt_navigator", distro=distro), ros_action("navigate_to_pose", distro)
+    for type_ in (action.feedback, action.status, action.get_result, NODE_SERVICES["get_state"].in_distro(distro)):
+        reply = tool.call("get_type_description", type_name=type_.name, type_hash=type_.hash)
+        described = reply["type_description"]
+        for one in (described["type_description"], *described["referenced_type_descriptions"]):
+            assert {""} == {field.pop("default_value") for field in one["fields"]}
+
+        assert (True, type_.name) == (reply["successful"], described["type_description"]["type_name"])
+        assert type_.hash == f"RIHS01_{hashlib.sha256(json.dumps(described).encode()).hexdigest()}"
+
+
+def test_a_node_does_not_describe_the_types_of_others(tool):
+    type_ = ros_action("dock_robot").feedback
+    reply = tool("/wall_e/bt_navigator").call("get_type_description", type_name=type_.name, type_hash=type_.hash)
+
+    assert (False, "Type not currently in use by this node") == (reply["successful"], reply["failure_reason"])
+    assert tool("/wall_e/docking_server").call("get_type_description", type_hash=type_.hash)["successful"]
+
+
+@pytest.mark.parametrize(
+    ("node", "hash_"), [("/hmrsim", CLOCK), ("/map_server", MAP), ("/wall_e/base_driver", BATTERY)]
+)
+def test_nodes_describe_the_types_of_topics(tool, node, hash_):
+    assert tool(node).call("get_type_description", type_hash=hash_)["successful"]
 
 
 # --- lifecycle ---------------------------------------------------------------------------------------------------

@@ -102,6 +102,11 @@ SEEN = [
     ),
     (
         "kilted",
+        "type_description_interfaces/srv/GetTypeDescription",
+        "69b9c19c1021405984cc60dbbb1edceb147a6538b411d812ba6afabeed962cd5",
+    ),
+    (
+        "kilted",
         "simulation_interfaces/msg/SpawnEntity",
         "94a349a865ccf673c18c080520299c88c3d8d5f4842ecf1482d6c997ac4b69f9",
     ),
@@ -119,7 +124,10 @@ SEEN = [
 """Hashes shown by `ros2 topic info -v` or written by ROS's generator on other machines."""
 
 # The table was made without these packages.
-WITHOUT_HASHES = {"simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_msgs"}
+WITHOUT_HASHES = {
+    *("simulation_interfaces", "vision_msgs", "tf2_msgs", "hmrsim_msgs"),
+    "type_description_interfaces",  # GetTypeDescription nests all of its types
+}
 
 
 def checked_types() -> set[str]:
