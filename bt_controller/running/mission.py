@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Sequence
@@ -15,7 +16,7 @@ from py_trees.common import Status
 from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
-from bt_controller.running.schedule import Due, due
+from bt_controller.running.schedule import POLL_SECONDS, Due, due
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
@@ -32,6 +33,8 @@ _log = logging.getLogger(__name__)
 
 _MAX_AT_ONCE: Final = 10_000
 """Ticks at one instant: more than any tree needs."""
+
+_NEVER: Final = Due(math.inf, [])
 
 _FLEET: Final = "fleet"
 """The name of all robots of one tree together."""
@@ -53,6 +56,7 @@ class Mission:
 
     Attributes:
         over: Whether the tree needs no further tick.
+        due: When the running tree has to be ticked again, as of its last tick; never as long as time is unknown.
 
     Raises:
         TreeError: The tree can't be built.
@@ -81,6 +85,7 @@ class Mission:
         self._instant: float | None = None
         self._ticks_at = 0
         self.over = False
+        self.due = _NEVER
         self._stopped = False
         # Who takes a snapshot in another thread sees the tree between two ticks.
         self._ticking = threading.Lock()
@@ -130,8 +135,12 @@ class Mission:
             for node in self._nodes():
                 node.setup(client=client, robot=self.robot, wake=wake, resume=self._resume, **known)
 
-    def tick(self, now: float | None) -> None:
+    def tick(self, now: float | None, period: float = POLL_SECONDS) -> None:
         """Tick the tree at a simulated time.
+
+        Args:
+            now: Simulated seconds; None while they are unknown.
+            period: Simulated seconds between two polls of state that has no notification.
 
         Raises:
             TreeCrashed: A behavior raised an error.
@@ -146,6 +155,9 @@ class Mission:
                     self.root.tick_once()
                 else:
                     self._recorder.tick()
+                running = self.root.status is Status.RUNNING
+                # What a node waits for may depend on its blackboard.
+                self.due = due(self.root, now, period) if running and now is not None else _NEVER
         except (SimulatorNotFound, SimulatorGone):
             raise
         except Exception as error:
@@ -159,11 +171,6 @@ class Mission:
             self.over = self._successes_due == 0
         else:
             self.over = status is not Status.RUNNING
-
-    def due(self, now: float, period: float) -> Due:
-        """Return when the running tree has to be ticked again; what it waits for may depend on its blackboard."""
-        with self._board.in_use:
-            return due(self.root, now, period)
 
     def _count_at(self, now: float | None) -> None:
         """Refuse to hold time up for ever: goals that end at once have their tree ticked at the same instant."""

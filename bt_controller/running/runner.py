@@ -22,7 +22,7 @@ from py_trees.common import Status
 from bt_controller.core.robots import Directory, Topics
 from bt_controller.running.clocks import RESET, STOP, Mailbox, clock_for
 from bt_controller.running.mission import missions_for
-from bt_controller.running.schedule import Alarms, Due, TimerQueue, next_period
+from bt_controller.running.schedule import POLL_SECONDS, Alarms, TimerQueue, next_period
 from bt_controller.running.snapshot import nodes_of, reasons, tip
 from hmrsim_zenoh.errors import Idle, SimulatorGone, SimulatorNotFound
 
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.conditions import Condition
 
-
-_PERIOD: Final = 1.0
-"""Simulated seconds between two polls of state that has no notification."""
 
 _MAX_TURNS: Final = 10
 """Ticks of one tree at one instant, if each of them writes something new."""
@@ -117,6 +114,7 @@ class Runner:
         self._mailbox = mailbox
         self._show = show
         self._period = period
+        self._polls = period or POLL_SECONDS
         self._grace = grace
         self._numbers = {mission.robot: number for number, mission in enumerate(missions)}
         self._running = set(self._numbers.values())
@@ -197,7 +195,7 @@ class Runner:
             # After a reset, and before the first clock message, the state of their goals and timers is unknown.
             return self._numbers.values()
         due_now = [] if time is None else self._timers.pop_due(time)
-        return sorted({*due_now, *(self._numbers[robot] for robot in woken & self._numbers.keys())})
+        return sorted({*due_now, *map(self._numbers.__getitem__, woken & self._numbers.keys())})
 
     def _tick(self, numbers: Iterable[int]) -> None:
         """Tick trees. Their time does not go back: a timer waits for as long as it says."""
@@ -208,15 +206,17 @@ class Runner:
         for number in numbers:
             mission, turns = self._missions[number], 0
             while not mission.over:
-                mission.tick(time)
+                mission.tick(time, self._polls)
                 turns += 1
                 if self._show is not None:
                     self._show(mission, now)
                 if mission.status is Status.RUNNING:
-                    needed, awaited = self._due(mission, time)
+                    needed, awaited = mission.due
+                    if self._period is not None and time is not None:
+                        needed = min(needed, next_period(time, self._period))
                     # A write may change the result of polled nodes, which then need not wait for a period.
                     again = needed != math.inf and mission.changed_entries and turns < _MAX_TURNS
-                    if again and needed <= self._next_period(time):
+                    if again and time is not None and needed <= next_period(time, self._polls):
                         continue
                     self._timers.put(number, needed)
                     self._await(mission, awaited)
@@ -226,18 +226,9 @@ class Runner:
                 self._timers.put(number, math.inf)
                 self._await(mission, ())
 
-    def _due(self, mission: Mission, time: float | None) -> Due:
-        if time is None:
-            return Due(math.inf, [])
-        needed = mission.due(time, self._period or _PERIOD)
-        return needed if self._period is None else needed._replace(time=min(needed.time, self._next_period(time)))
-
     def _await(self, mission: Mission, conditions: Sequence[Condition]) -> None:
         if self._alarms is not None:
             self._alarms.set(mission.robot, conditions)
-
-    def _next_period(self, time: float | None) -> float:
-        return -math.inf if time is None else next_period(time, self._period or _PERIOD)
 
     def _settled(self) -> Callable[[], bool]:
         """Return a function that checks whether the canceled goals have ended; only one may be in use."""

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from heapq import heappop, heappush
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from py_trees import composites, decorators
 from py_trees.common import Status
@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.conditions import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError
+
+
+POLL_SECONDS: Final = 1.0
+"""Simulated seconds between two polls of state that has no notification."""
 
 
 class Due(NamedTuple):
