@@ -1,4 +1,4 @@
-"""The codec agrees with rosbags and with a decoder that reads value by value, for every type and any values."""
+"""The codec agrees with rosbags, Foxglove's codec and a decoder that reads value by value, for every type."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
+from mcap.records import Schema
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 
 from hmrsim_zenoh.ros2.codec.decoder import decoder
 from hmrsim_zenoh.ros2.codec.encoder import encoder
-from hmrsim_zenoh.ros2.codec.structures import PADDING, Field, Kind, Structure
+from hmrsim_zenoh.ros2.codec.structures import PADDING, Field, Kind, Structure, definition
 from hmrsim_zenoh.ros2.codec.types import DISTROS
 from tests import ros_cdr
 from tests.cases import case
@@ -176,6 +177,37 @@ def test_rosbags_writes_the_same(seed: int) -> None:
 
             assert expected.removeprefix(written).strip(b"\0") == b""
             assert len(expected) - len(written) < 4
+
+
+@a_few
+@given(seeds)
+def test_foxglove_writes_and_reads_the_same(seed: int) -> None:
+    """The codec for MCAP files, which knows types by their definitions, writes the same bytes and reads the values."""
+    reason = "Foxglove's codec, mcap-ros2-support, is not installed"
+    writer = pytest.importorskip("mcap_ros2.writer", reason=reason)
+    factory = pytest.importorskip("mcap_ros2.decoder", reason=reason).DecoderFactory()
+    for number, (own, described) in enumerate(each_type(seed)):
+        with case(own):
+            values = Values(own).of(described)
+            name, text = for_foxglove(described.name), for_foxglove(definition(described))
+            written = writer.serialize_dynamic(name, text)[name](values)
+
+            assert written == encoder(as_it_is(described))(values)
+            assert values == plain(factory.decoder_for("cdr", Schema(number, text.encode(), "ros2msg", name))(written))
+
+
+def for_foxglove(text: str) -> str:
+    """Return names of types without underscores, which Foxglove's codec rejects."""
+    return re.sub(r"/\w+", lambda name: name[0].replace("_", ""), text)
+
+
+def plain(value: Any) -> Any:
+    """Return a value that Foxglove's codec has read as plain values."""
+    if isinstance(value, (bytes, list)):
+        return [plain(item) for item in value]
+    if not hasattr(value, "__slots__"):
+        return value
+    return {name: plain(getattr(value, name)) for name in value.__slots__ if not name.startswith("_")}
 
 
 @a_few
