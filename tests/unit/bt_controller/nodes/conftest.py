@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
+from itertools import count
+from typing import NamedTuple
 
 import pytest
 from py_trees.blackboard import Blackboard
@@ -17,7 +20,9 @@ from hmrsim.interfaces.geometry_msgs import PoseWithCovariance, Twist, TwistWith
 from hmrsim.interfaces.nav_msgs import Odometry, Path
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.client.places import pose_at
+from tests.cases import case
 
+NEVER = math.inf
 STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "-": Status.INVALID}
 LETTERS = {status: letter for letter, status in STATUSES.items()}
 
@@ -65,13 +70,13 @@ class Topics:
         self.watched = []
         self.stops = False
         self.known = {"topics": self, "robot": "wall_e"}
-        self.at(0.0, 0.0)
+        self.at()
 
     def stop_time(self, _robot, _topic):
         """Return what the test says."""
         return self.stops
 
-    def at(self, x, y, yaw=0.0, *, speed=0.0, seconds=0.0):
+    def at(self, x=0.0, y=0.0, yaw=0.0, speed=0.0, seconds=0.0):
         """Set the robot's pose and velocity."""
         self.messages["odom"] = Odometry(
             header=Header(frame_id="map", stamp=Time.from_nanoseconds(round(seconds * 1e9))),
@@ -123,6 +128,98 @@ class Tree:
     def awaited(self):
         """Return the conditions that the tree waits for: key, path, operator and value of each."""
         return [(each.key, *when) for each in due(self.root, self.now, 1.0).awaited for when in each.when]
+
+
+class At(NamedTuple):
+    """Where a robot is, in m and rad, and how fast, in m/s; the stamp of the message is in seconds."""
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+    speed: float = 0.0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a node does when it is ticked and halted.
+
+    Attributes:
+        kinds: The node's class, or all classes that behave so.
+        children: The statuses of its leaves, one word each.
+        steps: The statuses that its ticks return, and `!` for a halt; in a list, blackboard entries or where the
+            robot is come between them.
+        ports: The node's ports.
+        times: When it is ticked, in seconds; at 0, 1, 2, … without any.
+        before: Entries of the blackboard when the node is set up.
+        at: Where the robot is when the node is set up.
+        after: Entries of the blackboard afterwards.
+        due: When the node has to be ticked again, if others are looked at each `period`.
+        ticks: How often each leaf was ticked.
+        begun: How often each leaf was begun.
+        halts: How often each leaf was halted while it ran.
+    """
+
+    kinds: type | list[type]
+    children: str
+    steps: str | list
+    ports: dict = field(default_factory=dict)
+    times: tuple = ()
+    before: dict = field(default_factory=dict)
+    at: tuple = ()
+    after: dict = field(default_factory=dict)
+    due: float | None = None
+    period: float = 1.0
+    ticks: str = ""
+    begun: str = ""
+    halts: str = ""
+
+
+def rows(table):
+    """Parametrize a test with a table of rows by their sentences."""
+    return pytest.mark.parametrize("row", table.values(), ids=table)
+
+
+@pytest.fixture
+def behaves(node, tree, told, topics, board):
+    """Return what fails unless nodes do what a row says."""
+
+    def write(entries):
+        for key, value in entries.items():
+            board[f"/{key}"] = [*value] if isinstance(value, list) else value
+
+    def step(root, step, times):
+        if isinstance(step, str):
+            return "".join(root.halt() or "!" if letter == "!" else root.tick(next(times)) for letter in step)
+        if isinstance(step, dict):
+            write(step)
+        else:
+            topics.at(*step)
+        return step
+
+    def check_one(kind, row):
+        board.clear()
+        write(row.before)
+        topics.at(*row.at)
+        leaves = [told(statuses) for statuses in row.children.split()]
+        root = tree(node(kind, *leaves, **row.ports), **topics.known)
+        times = iter(row.times or count())
+        counted = [counter for counter in ("ticks", "begun", "halts") if getattr(row, counter)]
+
+        steps = [row.steps] if isinstance(row.steps, str) else row.steps
+        assert steps == [step(root, each, times) for each in steps]
+        assert [getattr(row, counter) for counter in counted] == [
+            " ".join(str(getattr(leaf, counter)) for leaf in leaves) for counter in counted
+        ]
+        assert row.due in (None, pytest.approx(root.due(row.period)))
+        assert row.after == {key: board.get(f"/{key}") for key in row.after}
+
+    def check(row):
+        for kind in row.kinds if isinstance(row.kinds, list) else [row.kinds]:
+            with case(kind.__name__):
+                check_one(kind, row)
+
+    return check
 
 
 @pytest.fixture(autouse=True)

@@ -6,138 +6,65 @@ import pytest
 
 from bt_controller.core.node import PortError
 from bt_controller.nodes.controls.sequences import Parallel, ParallelAll, Sequence
+from tests.unit.bt_controller.nodes.conftest import NEVER, Row, rows
+
+BOTH = [Parallel, ParallelAll]
 
 
-@pytest.fixture
-def given(node, tree, told):
-    """Return what makes a tree of a control with leaves that return these statuses; the leaves come after it."""
-
-    def make(kind, *statuses, **ports):
-        leaves = [told(each, f"leaf{number}") for number, each in enumerate(statuses)]
-        return tree(node(kind, *leaves, **ports)), *leaves
-
-    return make
-
-
-def test_by_default_all_children_have_to_succeed(given):
-    root, *leaves = given(Parallel, "S", "RS", "RRS")
-
-    assert "RRS" == root.ticks(0, 1, 2)
-    assert [1, 2, 3] == [leaf.ticks for leaf in leaves]
-
-
-def test_one_failure_is_enough_if_nothing_is_said(given):
-    root, first, _, last = given(Parallel, "R", "RF", "R")
-
-    assert "RF" == root.ticks(0, 1)
-    assert (1, 1) == (first.halts, last.halts)
-
-
-def test_it_succeeds_when_so_many_have(given):
-    root, first, _, _, last = given(Parallel, "R", "RS", "S", "R", success_count="2")
-
-    assert "RS" == root.ticks(0, 1)
-    assert (1, 1) == (first.halts, last.halts)
-    assert 1 == last.ticks
-
-
-def test_it_fails_when_so_many_have(given):
-    root, *_ = given(Parallel, "F", "RF", "R", success_count="1", failure_count="2")
-
-    assert "RF" == root.ticks(0, 1)
-
-
-def test_a_negative_number_counts_from_the_end(given):
-    """-1 is all of them, -2 all but one."""
-    all_but_one, *_ = given(Parallel, "S", "S", "R", success_count="-2")
-    all_fail, *_ = given(Parallel, "F", "F", "RF", success_count="1", failure_count="-1")
-
-    assert "S" == all_but_one.tick()
-    assert "F" == given(Parallel, "F", "F", "F", success_count="1", failure_count="-1")[0].tick()
-    assert "RF" == all_fail.ticks(0, 1)
-
-
-def test_it_fails_when_it_can_t_succeed_any_more(given):
-    root, *_ = given(Parallel, "F", "R", "R", success_count="3", failure_count="2")
-
-    assert "F" == root.tick()
-
-
-def test_skipped_children_count_beside_a_negative_number(given):
-    forgiving, *_ = given(Parallel, "S", "-", success_count="-1")
-    strict, *_ = given(Parallel, "S", "-", success_count="2")
-
-    assert "S" == forgiving.tick()
-    assert "R" == strict.tick()
-
-
-def test_skipped_children_are_ticked_again(given):
-    """They may have something to do then."""
-    root, _, skipped = given(Parallel, "S", "-S", success_count="2")
-
-    assert "RS" == root.ticks(0, 1)
-    assert 2 == skipped.ticks
-
-
-@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
-def test_it_is_skipped_if_all_children_are(given, kind):
-    root, *_ = given(kind, "-", "-")
-
-    assert "-" == root.tick()
+@rows(
+    {
+        "by default all children have to succeed": Row(Parallel, "S RS RRS", "RRS", ticks="1 2 3"),
+        "by default one failure is enough": Row(Parallel, "R RF R", "RF", halts="1 0 1"),
+        "it succeeds when so many have": Row(
+            Parallel, "R RS S R", "RS", {"success_count": "2"}, ticks="2 2 1 1", halts="1 0 0 1"
+        ),
+        "it fails when so many have": Row(Parallel, "F RF R", "RF", {"success_count": "1", "failure_count": "2"}),
+        "minus 2 successes are all but one": Row(Parallel, "S S R", "S", {"success_count": "-2"}),
+        "minus 1 failures are all": Row(Parallel, "F F RF", "RF", {"success_count": "1", "failure_count": "-1"}),
+        "minus 1 failures may come in one tick": Row(
+            Parallel, "F F F", "F", {"success_count": "1", "failure_count": "-1"}
+        ),
+        "it fails when it can't succeed any more": Row(
+            Parallel, "F R R", "F", {"success_count": "3", "failure_count": "2"}
+        ),
+        "skipped children count beside a negative number": Row(Parallel, "S -", "S", {"success_count": "-1"}),
+        "skipped children do not count beside another number": Row(Parallel, "S -", "R", {"success_count": "2"}),
+        "skipped children are ticked again, as they may have something to do": Row(
+            Parallel, "S -S", "RS", {"success_count": "2"}, ticks="1 2"
+        ),
+        "either is skipped if all children are": Row(BOTH, "- -", "-"),
+        "a halt halts what runs": Row(BOTH, "S R", "R!R", ticks="2 2", halts="0 1"),
+        "all waits for all": Row(ParallelAll, "F RRS S", "RRF", ticks="1 3 1"),
+        "all succeeds with fewer failures than its port says": Row(ParallelAll, "F S S", "S", {"max_failures": "2"}),
+        "all fails with as many failures as its port says": Row(ParallelAll, "F F S", "F", {"max_failures": "2"}),
+        "all succeeds unless all fail if its port is minus 1": Row(ParallelAll, "F F S", "S", {"max_failures": "-1"}),
+        "all does not wait for skipped children": Row(ParallelAll, "- RS", "RS"),
+    }
+)
+def test_parallels(behaves, row):
+    behaves(row)
 
 
 @pytest.mark.parametrize(
     ("kind", "port"), [(Parallel, "success_count"), (Parallel, "failure_count"), (ParallelAll, "max_failures")]
 )
-def test_more_than_there_are_is_an_error(given, kind, port):
-    root, *_ = given(kind, "S", "S", **{port: "3"})
+def test_more_than_there_are_is_an_error(node, tree, told, kind, port):
+    root = tree(node(kind, told("S"), told("S"), **{port: "3"}))
 
     with pytest.raises(PortError, match=rf"port '{port}': 3 of 2 children is never reached"):
         root.tick()
 
 
-@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
-def test_a_halt_halts_what_runs(given, kind):
-    root, first, second = given(kind, "S", "R")
-    root.tick()
-    root.halt()
-    root.tick()
-
-    assert (2, 2, 1) == (first.ticks, second.ticks, second.halts)
-
-
-def test_all_waits_for_all(given):
-    root, *leaves = given(ParallelAll, "F", "RRS", "S")
-
-    assert "RRF" == root.ticks(0, 1, 2)
-    assert [1, 3, 1] == [leaf.ticks for leaf in leaves]
-
-
-def test_all_succeeds_with_fewer_failures_than_its_port_says(given):
-    fewer, *_ = given(ParallelAll, "F", "S", "S", max_failures="2")
-    as_many, *_ = given(ParallelAll, "F", "F", "S", max_failures="2")
-    not_all, *_ = given(ParallelAll, "F", "F", "S", max_failures="-1")
-
-    assert ("S", "F", "S") == (fewer.tick(), as_many.tick(), not_all.tick())
-
-
-def test_all_does_not_wait_for_skipped_children(given):
-    root, *_ = given(ParallelAll, "-", "RS")
-
-    assert "RS" == root.ticks(0, 1)
-
-
-@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+@pytest.mark.parametrize("kind", BOTH)
 def test_what_has_not_ended_is_looked_at(node, tree, told, kind):
     ended = tree(node(kind, node(Sequence, told("S")), told("R")))
     ended.tick()
     skipped = tree(node(kind, node(Sequence, told("-")), told("R")))
     skipped.tick()
 
-    assert float("inf") == ended.due()
-    assert 1.0 == skipped.due()
+    assert (NEVER, 1.0) == (ended.due(), skipped.due())
 
 
-@pytest.mark.parametrize("kind", [Parallel, ParallelAll])
+@pytest.mark.parametrize("kind", BOTH)
 def test_what_is_idle_begins_with_itself(node, told, kind):
     assert [] == node(kind, told("R")).next_ticked()

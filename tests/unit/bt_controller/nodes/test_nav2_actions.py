@@ -30,6 +30,7 @@ from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.places import pose_at
 from hmrsim_zenoh.errors import SimulatorNotFound
+from tests.cases import case
 
 
 @pytest.fixture
@@ -53,59 +54,95 @@ def sent(node, tree, known, client):
     return run
 
 
+def at(x, y):
+    """Return what a goal has of a pose."""
+    return {"pose": {"position": {"x": x, "y": y}}}
+
+
+ONE, THREE = at(1.0, 2.0), at(3.0, 4.0)
+TEN_SECONDS = {"time_allowance": {"sec": 10}}
+BY_POSE = {"use_poses": "true", "goal": "1;2", "start": "3;4"}
+
+GOALS = [
+    (NavigateToPose, {"goal": "1;2", "behavior_tree": "x.xml"}, {"pose": ONE, "behavior_tree": "x.xml"}),
+    (NavigateThroughPoses, {"goals": "1;2|3;4"}, {"poses": {"goals": [ONE, THREE]}}),
+    (ComputePathToPose, {"goal": "1;2", "planner_id": "GridBased"}, {"goal": ONE, "planner_id": "GridBased"}),
+    (ComputePathToPose, {"goal": "1;2", "start": "3;4"}, {"goal": ONE, "start": THREE, "use_start": True}),
+    (ComputePathToPose, {"goal": "1;2", "start": "3;4", "use_start": "false"}, {"goal": ONE, "start": THREE}),
+    (ComputePathThroughPoses, {"goals": "1;2|3;4"}, {"goals": {"goals": [ONE, THREE]}}),
+    (
+        ComputePathThroughPoses,
+        {"goals": "1;2", "start": "3;4", "planner_id": "GridBased"},
+        {"goals": {"goals": [ONE]}, "start": THREE, "use_start": True, "planner_id": "GridBased"},
+    ),
+    (Spin, {}, {"target_yaw": 1.57, **TEN_SECONDS}),
+    (
+        Spin,
+        {"spin_dist": "-3", "time_allowance": "0.5"},
+        {"target_yaw": -3.0, "time_allowance": {"nanosec": 500000000}},
+    ),
+    (Wait, {}, {"time": {"sec": 1}}),
+    (Wait, {"wait_duration": "5.0"}, {"time": {"sec": 5}}),
+    (Wait, {"wait_duration": "-5"}, {"time": {"sec": 5}}),
+    (BackUp, {}, {"target": {"x": 0.15}, "speed": 0.025, **TEN_SECONDS}),
+    (
+        BackUp,
+        {"backup_dist": "0.3", "backup_speed": "0.2", "time_allowance": "0"},
+        {"target": {"x": 0.3}, "speed": 0.2},
+    ),
+    (DriveOnHeading, {}, {"target": {"x": 0.15}, "speed": 0.025, **TEN_SECONDS}),
+    (
+        DriveOnHeading,
+        {"dist_to_travel": "0.3", "speed": "0.2", "time_allowance": "0"},
+        {"target": {"x": 0.3}, "speed": 0.2},
+    ),
+    (DockRobot, {"dock_id": "charger"}, {"dock_id": "charger"}),
+    (
+        DockRobot,
+        {"use_dock_id": "false", "dock_pose": "1;2", "dock_type": "charger", "max_staging_time": "30"},
+        {"use_dock_id": False, "dock_pose": ONE, "dock_type": "charger", "max_staging_time": 30.0},
+    ),
+    (UndockRobot, {}, {}),
+    (UndockRobot, {"max_undocking_time": "5"}, {"max_undocking_time": 5.0}),
+    (Pickup, {"target_name": "parcel"}, {"target_name": "parcel"}),
+    (Place, {}, {}),
+    (
+        Place,
+        {"attached_object_name": "parcel", "place_pose": "1;2"},
+        {"attached_object_name": "parcel", "place_locations": [{"place_pose": ONE}]},
+    ),
+]
+for route in (ComputeRoute, ComputeAndTrackRoute):
+    GOALS += [
+        (route, {"start_id": "2", "goal_id": "3", "goal": "1;2"}, {"start_id": 2, "goal_id": 3}),
+        (route, {**BY_POSE, "goal_id": "3"}, {"goal": ONE, "use_poses": True}),
+        (route, {**BY_POSE, "use_start": "true"}, {"goal": ONE, "start": THREE, "use_poses": True, "use_start": True}),
+    ]
+
+
 class TestGoals:
     """The goals of action nodes follow from their ports."""
 
-    def test_navigate_to_pose(self, sent):
-        goal = sent(NavigateToPose, goal="1;2", behavior_tree="x.xml")
+    def test_a_goal_is_made_from_ports(self, sent):
+        for kind, ports, goal in GOALS:
+            with case(f"{kind.__name__}, {ports}"):
+                assert goal == sent(kind, **ports)
 
-        assert {"x": 1.0, "y": 2.0} == goal["pose"]["pose"]["position"]
-        assert "x.xml" == goal["behavior_tree"]
-
-    def test_navigate_through_poses(self, sent):
-        goal = sent(NavigateThroughPoses, goals="1;2|3;4")
-
-        assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["poses"]["goals"]]
-
-    def test_compute_path_to_pose(self, sent):
-        goal = sent(ComputePathToPose, goal="1;2", planner_id="GridBased")
-
-        assert ({"x": 1.0, "y": 2.0}, "GridBased") == (goal["goal"]["pose"]["position"], goal["planner_id"])
-        assert "use_start" not in goal
-
-    @pytest.mark.parametrize(("use_start", "uses"), [({}, True), ({"use_start": "false"}, False)])
-    def test_compute_path_from_a_pose(self, sent, use_start, uses):
-        goal = sent(ComputePathToPose, goal="1;2", start="3;4", **use_start)
-
-        assert uses == goal.get("use_start", False)
-
-    def test_follow_path(self, sent, path):
-        goal = sent(FollowPath, path=path((0, 0), (1, 0)), controller_id="FollowPath", goal_checker_id="exact")
+    @pytest.mark.parametrize(
+        ("kind", "port", "ports"),
+        [
+            (FollowPath, "path", {"controller_id": "FollowPath", "goal_checker_id": "exact"}),
+            (SmoothPath, "unsmoothed_path", {"smoother_id": "route_smoother"}),
+        ],
+    )
+    def test_a_path_and_its_plugins_are_in_the_goal(self, sent, path, kind, port, ports):
+        goal = sent(kind, **{port: path((0, 0), (1, 0))}, **ports)
 
         assert 2 == len(goal["path"]["poses"])
-        assert ("FollowPath", "exact") == (goal["controller_id"], goal["goal_checker_id"])
+        assert ports == {name: goal[name] for name in ports}
 
-    def test_compute_path_through_poses(self, sent):
-        goal = sent(ComputePathThroughPoses, goals="1;2|3;4", planner_id="GridBased")
-        started = sent(ComputePathThroughPoses, goals="1;2", start="5;6")
-
-        assert [1.0, 3.0] == [pose["pose"]["position"]["x"] for pose in goal["goals"]["goals"]]
-        assert "use_start" not in goal
-        assert (True, {"x": 5.0, "y": 6.0}) == (started["use_start"], started["start"]["pose"]["position"])
-
-    def test_smooth_path(self, sent, path):
-        goal = sent(SmoothPath, unsmoothed_path=path((0, 0), (1, 0)), smoother_id="route_smoother")
-
-        assert 2 == len(goal["path"]["poses"])
-        assert ("route_smoother", {"sec": 3}) == (goal["smoother_id"], goal["max_smoothing_duration"])
-
-    @pytest.mark.parametrize("kind", [ComputeRoute, ComputeAndTrackRoute])
-    def test_routes(self, sent, kind):
-        assert {"start_id": 2, "goal_id": 3} == sent(kind, start_id="2", goal_id="3", goal="1;2")
-        goal = sent(kind, use_poses="true", goal="1;2", start="3;4", goal_id="3")
-        assert ({"goal", "use_poses"}, 1.0) == (goal.keys(), goal["goal"]["pose"]["position"]["x"])
-        goal = sent(kind, use_poses="true", use_start="true", goal="1;2", start="3;4")
-        assert (True, 3.0) == (goal["use_start"], goal["start"]["pose"]["position"]["x"])
+    def test_smoothing_takes_three_seconds_at_most(self, sent, path):
+        assert {"sec": 3} == sent(SmoothPath, unsmoothed_path=path((0, 0)))["max_smoothing_duration"]
 
     @pytest.mark.parametrize(
         ("ports", "text"),
@@ -118,46 +155,6 @@ class TestGoals:
     def test_a_route_without_ends_is_an_error_that_names_the_port(self, node, tree, known, ports, text):
         with pytest.raises(PortError, match=text):
             tree(node(ComputeRoute, **ports), **known).tick()
-
-    def test_spin(self, sent):
-        assert {"target_yaw": 1.57, "time_allowance": {"sec": 10}} == sent(Spin)
-        assert {"target_yaw": -3.0, "time_allowance": {"nanosec": 500000000}} == sent(
-            Spin, spin_dist="-3", time_allowance="0.5"
-        )
-
-    def test_wait(self, sent):
-        assert {"time": {"sec": 1}} == sent(Wait)
-        assert {"time": {"sec": 5}} == sent(Wait, wait_duration="5.0")
-        assert {"time": {"sec": 5}} == sent(Wait, wait_duration="-5")
-
-    @pytest.mark.parametrize(
-        ("kind", "distance", "speed"),
-        [(BackUp, "backup_dist", "backup_speed"), (DriveOnHeading, "dist_to_travel", "speed")],
-    )
-    def test_straight_on_and_back(self, sent, kind, distance, speed):
-        assert {"target": {"x": 0.15}, "speed": 0.025, "time_allowance": {"sec": 10}} == sent(kind)
-        assert {"target": {"x": 0.3}, "speed": 0.2} == sent(
-            kind, **{distance: "0.3", speed: "0.2", "time_allowance": "0"}
-        )
-
-    def test_dock_robot(self, sent):
-        assert {"dock_id": "charger"} == sent(DockRobot, dock_id="charger")
-        goal = sent(DockRobot, use_dock_id="false", dock_pose="1;2", dock_type="charger", max_staging_time="30")
-        assert (False, "charger", 30.0) == (goal["use_dock_id"], goal["dock_type"], goal["max_staging_time"])
-        assert {"x": 1.0, "y": 2.0} == goal["dock_pose"]["pose"]["position"]
-
-    def test_undock_robot(self, sent):
-        assert {} == sent(UndockRobot)
-        assert {"max_undocking_time": 5.0} == sent(UndockRobot, max_undocking_time="5")
-
-    def test_pickup(self, sent):
-        assert {"target_name": "parcel"} == sent(Pickup, target_name="parcel")
-
-    def test_place(self, sent):
-        assert {} == sent(Place)
-        goal = sent(Place, attached_object_name="parcel", place_pose="1;2")
-        assert "parcel" == goal["attached_object_name"]
-        assert [{"x": 1.0, "y": 2.0}] == [place["place_pose"]["pose"]["position"] for place in goal["place_locations"]]
 
     def test_what_ports_lead_to_is_read_when_the_goal_is_sent(self, node, tree, known, client, board):
         ticked = tree(node(NavigateToPose, goal="{goal}"), **known)
@@ -233,43 +230,24 @@ class TestEnds:
         assert "S" == ticked.tick()
         assert (path((0, 0), (1, 0)), 0, "") == (board["/path"], board["/code"], board["/message"])
 
-    def test_aborted_is_failure_with_the_code(self, computing, board):
+    @pytest.mark.parametrize(
+        ("end", "status", "code", "message"),
+        [
+            (lambda goal: goal.abort(208, "no route"), "F", 208, "no route"),
+            (lambda goal: goal.end_canceled(), "S", 0, ""),
+            (lambda goal: goal.reject("not_ready", "battery empty"), "F", 1, "not_ready: battery empty"),
+            (lambda goal: goal.expire(GoalStatus.ABORTED), "F", 200, "the result is not kept any longer"),
+            (lambda goal: goal.fail(SimulatorNotFound("nobody there")), "F", 2, "nobody there"),
+        ],
+        ids=["aborted", "canceled by a client with a reason", "rejected", "aborted in an earlier life", "not answered"],
+    )
+    def test_other_ends_have_a_code_and_no_path(self, computing, board, end, status, code, message):
+        """1 is Nav2's GOAL_REJECTED, and 2 its SEND_GOAL_FAILURE."""
         ticked, goal = computing
-        goal.abort(208, "no route")
+        end(goal)
 
-        assert "F" == ticked.tick()
-        assert (Path(), 208, "no route") == (board["/path"], board["/code"], board["/message"])
-
-    def test_canceled_is_success(self, computing, board):
-        """The client that canceled the goal had a reason: the node succeeds, with an empty path."""
-        ticked, goal = computing
-        goal.end_canceled()
-
-        assert "S" == ticked.tick()
-        assert (Path(), 0) == (board["/path"], board["/code"])
-
-    def test_rejected_is_failure_with_the_code_of_the_answer(self, computing, board):
-        """The code 1 is Nav2's GOAL_REJECTED."""
-        ticked, goal = computing
-        goal.reject("not_ready", "battery empty")
-
-        assert "F" == ticked.tick()
-        assert (1, "not_ready: battery empty") == (board["/code"], board["/message"])
-
-    def test_what_was_aborted_in_an_earlier_life_has_a_code_of_its_own(self, computing, board):
-        ticked, goal = computing
-        goal.expire(GoalStatus.ABORTED)
-
-        assert "F" == ticked.tick()
-        assert (Path(), 200) == (board["/path"], board["/code"])
-
-    def test_a_server_that_does_not_answer_is_failure(self, computing, board):
-        """The code 2 is Nav2's SEND_GOAL_FAILURE."""
-        ticked, goal = computing
-        goal.fail(SimulatorNotFound("nobody there"))
-
-        assert "F" == ticked.tick()
-        assert (2, "nobody there") == (board["/code"], board["/message"])
+        assert status == ticked.tick()
+        assert (Path(), code, message) == (board["/path"], board["/code"], board["/message"])
 
     def test_a_goal_that_can_not_be_sent_is_failure(self, node, tree, known, client, board):
         client.refuses = SimulatorNotFound("nobody there")
@@ -417,28 +395,21 @@ class TestMoveIt:
         ticked.tick()
         return ticked, client.goals[0]
 
-    def test_one_is_success(self, picking, board):
-        """Nav2's code of success would be 0."""
+    @pytest.mark.parametrize(
+        ("end", "status", "code", "message"),
+        [
+            (lambda goal: goal._end(GoalStatus.SUCCEEDED, goal.action.failure(1, "")), "S", 1, ""),
+            (lambda goal: goal.abort(-4, "'anvil' is too heavy"), "F", -4, "'anvil' is too heavy"),
+            (lambda goal: goal.fail(SimulatorNotFound("nobody there")), "F", 99999, "nobody there"),
+        ],
+        ids=["SUCCESS", "CONTROL_FAILED", "FAILURE without a simulator"],
+    )
+    def test_an_end_has_its_code_and_its_message(self, picking, board, end, status, code, message):
         ticked, goal = picking
-        goal._end(GoalStatus.SUCCEEDED, goal.action.failure(1, ""))
+        end(goal)
 
-        assert "S" == ticked.tick()
-        assert 1 == board["/code"]
-
-    def test_a_failure_has_its_code_and_its_message(self, picking, board):
-        ticked, goal = picking
-        goal.abort(-4, "'anvil' is too heavy")
-
-        assert "F" == ticked.tick()
-        assert (-4, "'anvil' is too heavy") == (board["/code"], board["/message"])
-
-    def test_no_simulator_is_failure(self, picking, board):
-        """The error code is MoveIt's FAILURE."""
-        ticked, goal = picking
-        goal.fail(SimulatorNotFound("nobody there"))
-        ticked.tick()
-
-        assert 99999 == board["/code"]
+        assert status == ticked.tick()
+        assert (code, message) == (board["/code"], board["/message"])
 
 
 class TestFollowPath:

@@ -40,128 +40,79 @@ from bt_controller.nodes.conditions.robot import (
 from hmrsim.interfaces.nav2_msgs import TrackingFeedback
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim_zenoh.client.places import pose_at
+from tests.unit.bt_controller.nodes.conftest import At, Row, rows
+
+HERE = pose_at(1.0, 1.0)
 
 
-class TestGoalReached:
-    """GoalReached compares the robot's position with the goal."""
-
-    @pytest.mark.parametrize(("x", "status"), [(4.74, "F"), (4.75, "S"), (5.0, "S"), (5.25, "S"), (5.26, "F")])
-    def test_it_succeeds_within_a_quarter_of_the_unit(self, node, tree, topics, x, status):
-        topics.at(x, 1.0)
-
-        assert status == tree(node(GoalReached, goal="5;1"), **topics.known).tick()
-
-    def test_the_robot_may_face_any_way(self, node, tree, topics):
-        topics.at(5.0, 1.0, 2.0)
-
-        assert "S" == tree(node(GoalReached, goal="5;1;0"), **topics.known).tick()
-
-    def test_it_watches_the_robots_odometry(self, node, tree, topics):
-        tree(node(GoalReached, goal="5;1"), **topics.known)
-
-        assert [("wall_e", "odom")] == topics.watched
-
-    def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
-        """The robot's arrival near the goal is not announced."""
-        ticked = tree(node(GoalReached, goal="5;1"), **topics.known)
-        ticked.tick()
-
-        assert 1.0 == ticked.due()
+@pytest.mark.parametrize(("x", "status"), [(4.74, "F"), (4.75, "S"), (5.0, "S"), (5.25, "S"), (5.26, "F")])
+def test_a_goal_is_reached_within_a_quarter_of_the_unit(behaves, x, status):
+    behaves(Row(GoalReached, "", status, {"goal": "5;1"}, at=At(x, 1.0)))
 
 
-class TestGoalUpdated:
-    """Another goal than at the last tick."""
+def test_goal_reached_watches_the_robots_odometry(node, tree, topics):
+    tree(node(GoalReached, goal="5;1"), **topics.known)
 
-    def test_it_fails_when_it_was_idle(self, node, tree, board):
-        board["/goal"] = pose_at(1.0, 1.0)
-        ticked = tree(node(GoalUpdated))
-
-        assert "FF" == ticked.ticks(0, 1)
-
-    def test_it_succeeds_once_for_each_change(self, node, tree, board):
-        ticked = tree(node(GoalUpdated))
-        ticked.tick()
-        board["/goal"] = pose_at(1.0, 1.0)
-        assert "SF" == ticked.ticks(1, 2)
-        board["/goals"] = [pose_at(1.0, 1.0)]
-        assert "SF" == ticked.ticks(3, 4)
-
-    def test_a_change_while_it_is_idle_is_none(self, node, tree, board):
-        ticked = tree(node(GoalUpdated))
-        ticked.tick()
-        ticked.halt()
-        board["/goal"] = pose_at(1.0, 1.0)
-
-        assert "F" == ticked.tick(1)
-
-    def test_a_goal_that_is_text_is_compared_as_a_pose(self, node, tree, board):
-        board["/goal"] = "1;1"
-        ticked = tree(node(GoalUpdated))
-        ticked.tick()
-        board["/goal"] = pose_at(1.0, 1.0)
-
-        assert "F" == ticked.tick(1)
+    assert [("wall_e", "odom")] == topics.watched
 
 
-class TestGlobalUpdatedGoal:
-    """Another goal than ever before."""
+@rows(
+    {
+        "the goal is reached whatever way the robot faces": Row(
+            GoalReached, "", "S", {"goal": "5;1;0"}, at=At(5.0, 1.0, 2.0)
+        ),
+        "the robot's arrival is not announced": Row(GoalReached, "", "F", {"goal": "5;1"}, due=1.0),
+        "the first goal is no update": Row(GoalUpdated, "", "FF", before={"goal": HERE}),
+        "each change of a goal is one update": Row(
+            GoalUpdated, "", ["F", {"goal": HERE}, "SF", {"goals": [HERE]}, "SF"]
+        ),
+        "a change while it is idle is no update": Row(GoalUpdated, "", ["F!", {"goal": HERE}, "F"]),
+        "a goal that is text is compared as a pose": Row(
+            GoalUpdated, "", ["F", {"goal": HERE}, "F"], before={"goal": "1;1"}
+        ),
+        "the first tick is a global update": Row(GlobalUpdatedGoal, "", "SF"),
+        "a change while it was idle is a global update": Row(GlobalUpdatedGoal, "", ["S!", {"goal": HERE}, "SF"]),
+        "the port may lead elsewhere": Row(
+            GlobalUpdatedGoal, "", ["S", {"goal": HERE}, "F", {"mine": HERE}, "S"], {"goal": "{mine}"}
+        ),
+    }
+)
+def test_conditions_on_goals(behaves, row):
+    behaves(row)
 
-    def test_it_succeeds_at_its_first_tick(self, node, tree):
-        assert "SF" == tree(node(GlobalUpdatedGoal)).ticks(0, 1)
 
-    def test_a_change_while_it_was_idle_counts(self, node, tree, board):
-        ticked = tree(node(GlobalUpdatedGoal))
-        ticked.tick()
-        ticked.halt()
-        board["/goal"] = pose_at(1.0, 1.0)
-
-        assert "SF" == ticked.ticks(1, 2)
-
-    def test_the_port_may_lead_elsewhere(self, node, tree, board):
-        ticked = tree(node(GlobalUpdatedGoal, goal="{mine}"))
-        ticked.tick()
-        board["/goal"] = pose_at(1.0, 1.0)
-        assert "F" == ticked.tick(1)
-        board["/mine"] = pose_at(1.0, 1.0)
-        assert "S" == ticked.tick(2)
+STRAIGHT, ROUND = [(0, 0), (10, 0)], [(0, 0), (10, 0), (10, 1), (0, 1)]
+FOUR = {"proximity_threshold": "4.0"}
 
 
-class TestIsGoalNearby:
-    """IsGoalNearby measures the rest of the path."""
+@pytest.mark.parametrize(
+    ("points", "ports", "at", "steps"),
+    [
+        (STRAIGHT, FOUR, At(0.0, 0.5), "F"),
+        (STRAIGHT, FOUR, At(6.0, 0.5), "F"),
+        (STRAIGHT, FOUR, At(6.01, 0.5), "S"),
+        (STRAIGHT, FOUR, At(10.0, 0.5), "S"),
+        ([(0, 0), (4, 0), (4, 1), (0, 1)], FOUR, At(), "F"),
+        (ROUND, {}, At(), ["F", At(0.0, 0.9), "S"]),
+        (ROUND, {"max_robot_pose_search_dist": "1.5"}, At(), ["F", At(0.0, 0.9), "F"]),
+    ],
+    ids=[
+        "at the start",
+        "as much left as the threshold",
+        "less left than the threshold",
+        "at the goal",
+        "1 m away behind a bend of 9 m",
+        "looked for on the whole path",
+        "looked for on the current part, as the path comes near itself",
+    ],
+)
+def test_a_goal_is_nearby_along_the_path(behaves, path, points, ports, at, steps):
+    behaves(Row(IsGoalNearby, "", steps, {"path": path(*points), **ports}, at=at))
 
-    @pytest.mark.parametrize(("x", "status"), [(0.0, "F"), (6.0, "F"), (6.01, "S"), (10.0, "S")])
-    def test_it_succeeds_if_less_than_the_threshold_is_left(self, node, tree, topics, path, x, status):
-        """4 m of 10, along the path; the robot need not be on it."""
-        topics.at(x, 0.5)
-        condition = node(IsGoalNearby, path=path((0, 0), (10, 0)), proximity_threshold="4.0")
 
-        assert status == tree(condition, **topics.known).tick()
-
-    def test_along_the_path_is_not_in_a_straight_line(self, node, tree, topics, path):
-        """The goal is 1 m away behind a bend of 9 m."""
-        condition = node(IsGoalNearby, path=path((0, 0), (4, 0), (4, 1), (0, 1)), proximity_threshold="2.0")
-
-        assert "F" == tree(condition, **topics.known).tick()
-
-    def test_the_robot_is_looked_for_on_the_whole_path(self, node, tree, topics, path):
-        ticked = tree(node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1))), **topics.known)
-        ticked.tick()
-        topics.at(0.0, 0.9)
-
-        assert "S" == ticked.tick()
-
-    def test_the_robot_is_looked_for_so_far_ahead_only(self, node, tree, topics, path):
-        """A path that comes near itself has two close points; the search stays on the current part."""
-        nearby = node(IsGoalNearby, path=path((0, 0), (10, 0), (10, 1), (0, 1)), max_robot_pose_search_dist="1.5")
-        ticked = tree(nearby, **topics.known)
-        ticked.tick()
-        topics.at(0.0, 0.9)
-
-        assert "F" == ticked.tick()
-
-    @pytest.mark.parametrize("ports", [{}, {"path": "{path}"}])
-    def test_without_a_path_it_fails(self, node, tree, topics, ports):
-        assert "F" == tree(node(IsGoalNearby, **ports), **topics.known).tick()
+@pytest.mark.parametrize("ports", [{}, {"path": "{path}"}])
+def test_no_goal_is_nearby_without_a_path(behaves, ports):
+    behaves(Row(IsGoalNearby, "", "F", ports))
 
 
 @pytest.mark.parametrize(("tolerance", "status"), [("4.99", "F"), ("5", "S")])
@@ -169,82 +120,73 @@ def test_poses_are_near_within_the_tolerance(node, tree, tolerance, status):
     assert status == tree(node(ArePosesNear, ref_pose="0;0", target_pose="3;4;1", tolerance=tolerance)).tick()
 
 
+SHARE, VOLTS = {"min_battery": "0.3"}, {"min_battery": "11.5", "is_voltage": "true"}
+CHARGING, DISCHARGING = {"power_supply_status": 1}, {"power_supply_status": 2}
+
+
 class TestBattery:
     """Conditions on the battery's state."""
 
     @pytest.fixture
-    def battery(self, topics):
-        """Return the function that sets the battery's message."""
+    def battery(self, node, tree, topics):
+        """Return what makes a tree of a condition on a battery with this message."""
 
-        def tell(**fields):
+        def make(kind, ports, fields, *, stops=False):
             topics.messages["battery_state"] = BatteryState(**fields)
-            return topics.known
+            topics.stops = stops
+            return tree(node(kind, **ports), **topics.known)
 
-        return tell
+        return make
 
-    @pytest.mark.parametrize(("left", "status"), [(0.31, "F"), (0.3, "S"), (0.0, "S")])
-    def test_it_is_low_at_the_share_or_below(self, node, tree, battery, left, status):
-        """The share is from 0 to 1, as in BatteryState."""
-        assert status == tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left)).tick()
+    @pytest.mark.parametrize(
+        ("kind", "ports", "fields", "status"),
+        [
+            (IsBatteryLow, SHARE, {"percentage": 0.31}, "F"),
+            (IsBatteryLow, SHARE, {"percentage": 0.3}, "S"),
+            (IsBatteryLow, SHARE, {"percentage": 0.0}, "S"),
+            (IsBatteryLow, VOLTS, {"voltage": 11.6, "percentage": 0.9}, "F"),
+            (IsBatteryLow, VOLTS, {"voltage": 11.5, "percentage": 0.9}, "S"),
+            (IsBatteryCharging, {}, CHARGING, "S"),
+            (IsBatteryCharging, {}, DISCHARGING, "F"),
+            (IsBatteryCharging, {}, {"power_supply_status": 3}, "F"),
+            (IsBatteryCharging, {}, {"power_supply_status": 4}, "F"),
+            (IsBatteryLow, {**SHARE, "battery_topic": "/wall_e/battery_state"}, {"percentage": 0.5}, "F"),
+            (IsBatteryLow, {**SHARE, "battery_topic": "battery_state"}, {"percentage": 0.5}, "F"),
+            (IsBatteryLow, {**SHARE, "battery_topic": "/battery_status"}, {"percentage": 0.5}, "F"),
+        ],
+    )
+    def test_the_message_decides(self, battery, kind, ports, fields, status):
+        """Shares are from 0 to 1, CHARGING is 1, and a full battery is not charging."""
+        assert status == battery(kind, ports, fields).tick()
 
-    @pytest.mark.parametrize(("volts", "status"), [(11.6, "F"), (11.5, "S")])
-    def test_it_is_low_at_the_voltage_or_below(self, node, tree, battery, volts, status):
-        low = node(IsBatteryLow, min_battery="11.5", is_voltage="true")
+    @pytest.mark.parametrize(
+        ("kind", "ports", "fields", "stops", "due", "awaited"),
+        [
+            (IsBatteryLow, SHARE, {"percentage": 0.31}, True, math.inf, [("/percentage", "<=", 0.3)]),
+            (IsBatteryLow, SHARE, {"percentage": 0.3}, True, math.inf, [("/percentage", ">", 0.3)]),
+            (IsBatteryLow, SHARE, {"percentage": 0.5}, False, 1.0, []),
+            (IsBatteryLow, VOLTS, {"voltage": 12.0}, True, 1.0, []),
+            (IsBatteryCharging, {}, CHARGING, True, math.inf, [("/power_supply_status", "!=", 1)]),
+            (IsBatteryCharging, {}, DISCHARGING, True, math.inf, [("/power_supply_status", "==", 1)]),
+        ],
+    )
+    def test_in_lockstep_time_stops_for_the_other_verdict(self, battery, kind, ports, fields, stops, due, awaited):
+        """Voltages are polled, and everything is without lockstep."""
+        condition = battery(kind, ports, fields, stops=stops)
+        condition.tick()
 
-        assert status == tree(low, **battery(voltage=volts, percentage=0.9)).tick()
-
-    @pytest.mark.parametrize(("state", "status"), [(1, "S"), (2, "F"), (3, "F"), (4, "F")])
-    def test_it_is_charging_if_it_says_so(self, node, tree, battery, state, status):
-        """CHARGING is 1; a full battery is not charging."""
-        assert status == tree(node(IsBatteryCharging), **battery(power_supply_status=state)).tick()
-
-    @pytest.mark.parametrize(("left", "operator"), [(0.31, "<="), (0.3, ">")])
-    def test_in_lockstep_time_stops_for_the_other_verdict(self, node, tree, topics, battery, left, operator):
-        topics.stops = True
-        low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=left))
-        low.tick()
-
-        assert (math.inf, [("wall_e/battery_state", "/percentage", operator, 0.3)]) == (low.due(), low.awaited())
-
-    @pytest.mark.parametrize(("state", "operator"), [(1, "!="), (2, "==")])
-    def test_in_lockstep_time_stops_when_charging_begins_or_ends(self, node, tree, topics, battery, state, operator):
-        topics.stops = True
-        charging = tree(node(IsBatteryCharging), **battery(power_supply_status=state))
-        charging.tick()
-
-        assert [("wall_e/battery_state", "/power_supply_status", operator, 1)] == charging.awaited()
-
-    def test_a_voltage_is_polled(self, node, tree, topics, battery):
-        topics.stops = True
-        low = tree(node(IsBatteryLow, min_battery="11.5", is_voltage="true"), **battery(voltage=12.0))
-        low.tick()
-
-        assert (1.0, []) == (low.due(), low.awaited())
-
-    def test_without_lockstep_a_battery_is_polled(self, node, tree, battery):
-        low = tree(node(IsBatteryLow, min_battery="0.3"), **battery(percentage=0.5))
-        low.tick()
-
-        assert (1.0, []) == (low.due(), low.awaited())
-
-    @pytest.mark.parametrize("topic", ["/wall_e/battery_state", "battery_state", "/battery_status"])
-    def test_the_topic_may_be_named(self, node, tree, battery, topic):
-        low = node(IsBatteryLow, min_battery="0.3", battery_topic=topic)
-
-        assert "F" == tree(low, **battery(percentage=0.5)).tick()
+        assert (due, [("wall_e/battery_state", *each) for each in awaited]) == (condition.due(), condition.awaited())
 
     @pytest.mark.parametrize("topic", ["eve/battery_state", "/eve/battery_state"])
-    def test_the_battery_of_another_robot(self, node, tree, battery, topics, topic):
-        low = tree(node(IsBatteryLow, min_battery="0.3", battery_topic=topic), **battery(percentage=0.2))
+    def test_the_battery_of_another_robot(self, battery, topics, topic):
+        low = battery(IsBatteryLow, {**SHARE, "battery_topic": topic}, {"percentage": 0.2})
 
         assert [("eve", "battery_state")] == topics.watched
         assert "S" == low.tick()
 
-    def test_another_topic_is_refused(self, node, tree, battery):
-        low = node(IsBatteryLow, min_battery="0.3", battery_topic="/battery")
-
+    def test_another_topic_is_refused(self, battery):
         with pytest.raises(PortError, match=r"no topic '/battery'; the battery state is on 'battery_state'"):
-            tree(low, **battery())
+            battery(IsBatteryLow, {**SHARE, "battery_topic": "/battery"}, {})
 
     def test_another_topic_is_an_error_when_a_file_is_read(self, tmp_path):
         path = tmp_path / "low.xml"
@@ -256,102 +198,48 @@ class TestBattery:
             load(str(path))
 
 
-class TestDistanceTraveled:
-    """DistanceTraveled measures the distance from an earlier position."""
-
-    def test_it_succeeds_each_time_the_robot_has_come_so_far(self, node, tree, topics):
-        ticked = tree(node(DistanceTraveled, distance="2.0"), **topics.known)
-        statuses = []
-        for x in (0.0, 1.9, 2.1, 4.0, 4.2):
-            topics.at(x, 0.0)
-            statuses.append(ticked.tick())
-
-        assert list("FFSFS") == statuses
-
-
-class TestIsStopped:
-    """IsStopped succeeds after a robot was slow for a while."""
-
-    def test_it_runs_until_the_robot_has_stood_long_enough(self, node, tree, topics):
-        ticked = tree(node(IsStopped), **topics.known)
-
-        assert "RRS" == ticked.ticks(0, 0.9, 1.0)
-
-    def test_it_fails_while_the_robot_moves(self, node, tree, topics):
-        ticked = tree(node(IsStopped, velocity_threshold="0.1", duration_stopped="500"), **topics.known)
-        ticked.tick(0.0)
-        topics.at(0.0, 0.0, speed=0.1)
-        assert "F" == ticked.tick(0.4)
-        topics.at(0.0, 0.0, speed=0.09)
-        assert "RRS" == ticked.ticks(0.5, 0.9, 1.0)
-
-    def test_it_has_to_be_looked_at_each_period(self, node, tree, topics):
-        """The robot may drive before the time is over, and this is not announced."""
-        ticked = tree(node(IsStopped, duration_stopped="10000"), **topics.known)
-        ticked.tick()
-
-        assert 1.0 == ticked.due()
-
-    def test_it_counts_anew_after_a_success(self, node, tree, topics):
-        ticked = tree(node(IsStopped), **topics.known)
-
-        assert "RSRS" == ticked.ticks(0.0, 1.0, 100.0, 101.0)
-
-    def test_it_counts_anew_after_a_halt(self, node, tree, topics):
-        """The robot may have driven meanwhile."""
-        ticked = tree(node(IsStopped), **topics.known)
-        ticked.tick(0.0)
-        ticked.halt()
-
-        assert "RS" == ticked.ticks(100.0, 101.0)
-
-    def test_it_has_an_older_name_too(self):
-        assert "CheckStopStatus" == registry()["CheckStopStatus"].__name__
+@rows(
+    {
+        "it succeeds each time the robot has come so far": Row(
+            DistanceTraveled,
+            "",
+            ["F", At(1.9), "F", At(2.1), "S", At(4.0), "F", At(4.2), "S"],
+            {"distance": "2.0"},
+        ),
+        "it runs until the robot has stood long enough": Row(IsStopped, "", "RRS", times=(0, 0.9, 1.0)),
+        "it fails while the robot moves": Row(
+            IsStopped,
+            "",
+            ["R", At(speed=0.1), "F", At(speed=0.09), "RRS"],
+            {"velocity_threshold": "0.1", "duration_stopped": "500"},
+            (0.0, 0.4, 0.5, 0.9, 1.0),
+        ),
+        "the robot may drive before the time is over": Row(IsStopped, "", "R", {"duration_stopped": "10000"}, due=1.0),
+        "it counts anew after a success": Row(IsStopped, "", "RSRS", times=(0.0, 1.0, 100.0, 101.0)),
+        "it counts anew after a halt": Row(IsStopped, "", "R!RS", times=(0.0, 100.0, 101.0)),
+        "2 m/s lost in 0.1 s are being stuck, and standing is not": Row(
+            IsStuck,
+            "",
+            ["F", At(seconds=1.1), "S", At(seconds=1.2), "F"],
+            at=At(speed=2.0, seconds=1.0),
+        ),
+        "2 m/s lost in a second are not being stuck": Row(
+            IsStuck, "", ["F", At(seconds=2.0), "F"], at=At(speed=2.0, seconds=1.0)
+        ),
+        "the same message again has no effect": Row(IsStuck, "", "FF"),
+        "it succeeds each time so many seconds are over": Row(
+            TimeExpired, "", "FFSFS", {"seconds": "2.0"}, (0, 1.9, 2.5, 4.4, 4.5)
+        ),
+        "a reset begins anew": Row(TimeExpired, "", "F!FS", {"seconds": "2.0"}, (0, 1.9, 3.9)),
+        "it looks again when the time is over": Row(TimeExpired, "", "F", {"seconds": "2.5"}, (1.0,), due=3.5),
+    }
+)
+def test_conditions_on_motion_and_time(behaves, row):
+    behaves(row)
 
 
-class TestIsStuck:
-    """Braking like into a wall."""
-
-    def test_it_succeeds_if_the_robot_has_braked_too_hard(self, node, tree, topics):
-        """2 m/s lost in 0.1 s; the next time it stands, and is not stuck."""
-        ticked = tree(node(IsStuck), **topics.known)
-        statuses = []
-        for seconds, speed in ((1.0, 2.0), (1.1, 0.0), (1.2, 0.0)):
-            topics.at(0.0, 0.0, speed=speed, seconds=seconds)
-            statuses.append(ticked.tick())
-
-        assert list("FSF") == statuses
-
-    def test_braking_as_one_does_is_not_being_stuck(self, node, tree, topics):
-        ticked = tree(node(IsStuck), **topics.known)
-        topics.at(0.0, 0.0, speed=2.0, seconds=1.0)
-        ticked.tick()
-        topics.at(0.0, 0.0, speed=0.0, seconds=2.0)
-
-        assert "F" == ticked.tick()
-
-    def test_the_same_message_again_has_no_effect(self, node, tree, topics):
-        assert "FF" == tree(node(IsStuck), **topics.known).ticks(0, 1)
-
-
-class TestTimeExpired:
-    """TimeExpired succeeds at regular intervals."""
-
-    def test_it_succeeds_each_time_so_many_seconds_are_over(self, node, tree):
-        assert "FFSFS" == tree(node(TimeExpired, seconds="2.0")).ticks(0, 1.9, 2.5, 4.4, 4.5)
-
-    def test_a_reset_begins_anew(self, node, tree):
-        ticked = tree(node(TimeExpired, seconds="2.0"))
-        ticked.tick(0)
-        ticked.halt()
-
-        assert "FS" == ticked.ticks(1.9, 3.9)
-
-    def test_it_looks_again_when_the_time_is_over(self, node, tree):
-        ticked = tree(node(TimeExpired, seconds="2.5"))
-        ticked.tick(1.0)
-
-        assert 3.5 == ticked.due()
+def test_is_stopped_has_an_older_name_too():
+    assert "CheckStopStatus" == registry()["CheckStopStatus"].__name__
 
 
 class TestPathExpiringTimer:
