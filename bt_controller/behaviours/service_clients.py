@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from bt_controller.core.robots import Topics
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.queries import Reply
+    from hmrsim_zenoh.client.connection import Reply
 
 _TIMEOUT: Final = 10.0
 """The response's timeout in wall seconds."""

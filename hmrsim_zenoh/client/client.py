@@ -19,7 +19,6 @@ import threading
 import time
 import weakref
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Literal, Self
 
 import zenoh
@@ -28,7 +27,7 @@ from hmrsim.geometry import Pose, yaw_of
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
-from hmrsim_zenoh.client.connection import PATIENCE, Ask, ReadInfo
+from hmrsim_zenoh.client.connection import PATIENCE, Ask, Read, ReadInfo, unless_closed
 from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep
 from hmrsim_zenoh.client.participant import check_name
@@ -36,7 +35,6 @@ from hmrsim_zenoh.client.places import NamedPlaces
 from hmrsim_zenoh.client.subscription import SimClock, read_clock
 from hmrsim_zenoh.errors import (
     BadOptions,
-    ClientClosed,
     RequestError,
     RequestTimeout,
     SimulationEnded,
@@ -52,8 +50,7 @@ from hmrsim_zenoh.wire.session import enclave_of, open_client
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim.errors import HmrsimError
-    from hmrsim_zenoh.client.connection import Call
-    from hmrsim_zenoh.client.queries import Reply
+    from hmrsim_zenoh.client.connection import Asked, Reply
     from hmrsim_zenoh.client.subscription import Subscription
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
@@ -334,8 +331,7 @@ class Client:
         """
         self._link.check_open()
         _check_key(key)
-        call = partial(self._link.queries.call, key, payload, latest=True)
-        answer: bytes = self._answer(call, key, timeout, 1 if payload is not None else _TRIES)
+        answer: bytes = self._answer(Read(key, payload), key, timeout, 1 if payload is not None else _TRIES)
         if payload is not None and key in self._resets and self._lockstep is not None:
             self._lockstep.look_at_time()
         return answer
@@ -343,15 +339,15 @@ class Client:
     def _ask(self, asked: ReadInfo | Ask, key: str, timeout: float) -> Any:
         """Return the answer to a request that changes nothing, and that is repeated if the answer is lost."""
         self._link.check_open()
-        return self._answer(partial(self._link.connection.call, asked), key, timeout, _TRIES)
+        return self._answer(asked, key, timeout, _TRIES)
 
-    def _answer(self, call: Callable[..., Call], key: str, timeout: float, tries: int) -> Any:
-        """Return the answer to a call, which is tried at most so many times until it has one."""
+    def _answer(self, asked: Asked, key: str, timeout: float, tries: int) -> Any:
+        """Return the answer to a request, which is sent at most so many times until it has one."""
         until = time.monotonic() + timeout
         self._link.presence.start()
         for _ in range(tries):
             left = max(until - time.monotonic(), _PAUSE)
-            pending = call(timeout=left)
+            pending = self._link.connection.call(asked, timeout=left)
             pending.wait(left + _PAUSE)
             answer = pending.answer
             if isinstance(answer, RequestError):
@@ -375,10 +371,8 @@ class Client:
         """
         self._link.check_open()
         _check_key(key)
-        try:
+        with unless_closed():
             replies = self.session.get(key, timeout=timeout)
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
         return {str(reply.ok.key_expr): reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None}
 
     def ask(self, key: str, payload: bytes, then: Callable[[Reply], None], *, timeout: float) -> None:
@@ -393,7 +387,7 @@ class Client:
         """
         self._link.check_open()
         _check_key(key)
-        self._link.queries.ask(key, payload, then, timeout=timeout, latest=True)
+        self._link.connection.ask(Read(key, payload), then, timeout=timeout)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
         """Call back with the key and payload of each sample, in the subscription's own thread, until it is closed.

@@ -7,14 +7,17 @@ at the server's. Nothing else in the client knows which, or what JSON looks like
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
 
-from pydantic_core import ValidationError
+import zenoh
+from pydantic_core import ValidationError, to_json
 
 from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire.envelopes import plain, unreadable
 
 if TYPE_CHECKING:
@@ -22,12 +25,16 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
     from hmrsim.protocol.time import Join, Leave, ReadTime
     from hmrsim_zenoh.errors import Denied
+    from hmrsim_zenoh.wire.enclave import Enclave
 
 M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 
 PATIENCE: Final = 60.0
 """Wall seconds to wait for an answer by default; an absent simulator is noticed earlier."""
+
+# Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
+_TIMED_OUT: Final = b"Timeout"
 
 _LOOK: Final = 1.0
 """The longest wait in wall seconds."""
@@ -67,10 +74,20 @@ class Ask(NamedTuple):
     response: type[Message]
 
 
+class Read(NamedTuple):
+    """Read the latest value of a key, or call the service at a key with a payload; answered by bytes."""
+
+    key: str
+    payload: bytes | None = None
+
+
+Reply = bytes | RequestError | None
+"""The reply, the error that was replied, or None: nothing came back, and the request's effect is unknown."""
+
 GoalCommand = Union["SendGoal", "CancelGoal", "GetResult"]
 """A command about the goals of one action."""
 
-Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask]
+Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask, Read]
 """A request that blocks the calling thread until its answer arrives."""
 
 
@@ -138,15 +155,35 @@ class Listener(Protocol):
         """Process the feedback of a goal."""
 
 
-class Connection(Commands, Protocol):
-    """A way to one simulator.
+class Connection(ABC):
+    """A way to one simulator; it takes the `Commands` of goal handles.
 
     Attributes:
+        ordered: Whether commands arrive in the order in which they are sent.
         in_process: Whether the simulator runs in this process, where time moves only while a client waits.
+        broken: Whether the connection is known to be closed.
+        enclave: The identity of the client; None where sessions are open.
     """
 
-    in_process: bool
+    ordered = False
+    in_process = False
+    broken = False
+    enclave: Enclave | None = None
 
+    @abstractmethod
+    def send(
+        self,
+        target: ActionTarget,
+        command: GoalCommand,
+        then: Callable[[Answer], None],
+        *,
+        timeout: float,
+        read: bool = True,
+        ended: bool = False,
+    ) -> None:
+        """Send a command about goals, as `Commands.send`."""
+
+    @abstractmethod
     def execute(
         self,
         target: ActionTarget,
@@ -159,15 +196,35 @@ class Connection(Commands, Protocol):
     ) -> None:
         """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
 
+    @abstractmethod
+    def listen(self, target: ActionTarget, listener: Listener) -> None:
+        """Subscribe a listener to the feedback of an action; it may be called in Zenoh's thread."""
+
+    @abstractmethod
     def call(self, command: Asked, *, timeout: float) -> Call:
         """Send a command for whose answer a thread waits; see `hmrsim.protocol.time` for answers about time."""
 
+    @abstractmethod
+    def ask(self, request: Read, then: Callable[[Reply], None], *, timeout: float) -> None:
+        """Send a request and return at once; *then* receives the answer, once, in any thread."""
+
+    @abstractmethod
+    def subscribe(self, key: str, take: Callable[[str, bytes], None], *, history: bool = False) -> Callable[[], object]:
+        """Call a function with the key and payload of each sample; return a function that ends that.
+
+        Raises:
+            ClientClosed: The connection is closed.
+        """
+
+    @abstractmethod
     def token(self) -> str:
         """Return a text that no other connection has."""
 
     def fitting(self, commands: list[Any]) -> int:
         """Return how many of some commands go with one advance; one at least."""
+        return len(commands)
 
+    @abstractmethod
     def announce(self, name: str) -> Callable[[], None]:
         """Announce a participant; return a function that withdraws the announcement.
 
@@ -175,21 +232,51 @@ class Connection(Commands, Protocol):
             ClientClosed: The connection is closed.
         """
 
-    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+    @abstractmethod
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], object]:
         """Report whether the simulator is alive, now and whenever that changes; return a function to stop that.
 
         Raises:
             ClientClosed: The connection is closed.
         """
 
+    @abstractmethod
     def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:
         """Look whether the simulator is alive: call a function if it is, and then, within *timeout* s, the other."""
 
-    def close(self) -> None:
+    @abstractmethod
+    def unlisten(self) -> None:
         """Unsubscribe all listeners; the session stays open."""
 
-    def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
+    def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:  # noqa: ARG002 - for subclasses
         """Return why a command to an action is denied; None if access control allows it, or there is none."""
+        return None
+
+
+@contextmanager
+def unless_closed() -> Iterator[None]:
+    """Turn Zenoh's error about a closed session into that of a closed client.
+
+    Raises:
+        ClientClosed: The session is closed.
+    """
+    try:
+        yield
+    except zenoh.ZError:
+        raise ClientClosed("the client is closed") from None
+
+
+def body_of(reply: Any) -> Reply:
+    """Return the payload or the error of a reply of Zenoh, or of what passes for one."""
+    if (sample := reply.ok) is not None:
+        payload: bytes = sample.payload.to_bytes()
+        if (attachment := sample.attachment) is None:
+            return payload
+        # Why a goal did not succeed comes beside its result, which has the fields of its ROS type.
+        cause = to_json(attachment.to_bytes().decode(errors="replace"))
+        return b'%b,"cause":%b}' % (payload[:-1], cause)
+    body = reply.err.payload.to_bytes() if reply.err is not None else b""
+    return None if body == _TIMED_OUT else RequestError.from_json(body)
 
 
 def take_within(queue: SimpleQueue[T], timeout: float) -> T:

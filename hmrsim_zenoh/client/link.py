@@ -8,20 +8,17 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, Protocol
 
-import zenoh
-
 from hmrsim.protocol.goal import made_goal_id
-from hmrsim_zenoh.client.local_connection import LocalConnection
-from hmrsim_zenoh.client.queries import Queries
+from hmrsim_zenoh.client.connection import Connection
 from hmrsim_zenoh.client.subscription import SimClock, Subscription
 from hmrsim_zenoh.client.threads import Rounds, Worker
 from hmrsim_zenoh.client.zenoh_connection import ZenohConnection
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
-from hmrsim_zenoh.loopback.session import LoopbackSession
 
 if TYPE_CHECKING:
+    import zenoh
+
     from hmrsim.errors import HmrsimError
-    from hmrsim_zenoh.client.connection import Connection
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -40,9 +37,7 @@ class Link:
 
     Attributes:
         keys: How the simulator's keys are spelled.
-        session: The session below it.
         connection: Takes commands.
-        queries: Takes requests on any key.
         worker: Runs deferred calls.
         rounds: Runs those that may wait for some seconds.
         presence: Whether the simulator is alive.
@@ -51,20 +46,17 @@ class Link:
 
     def __init__(
         self,
-        session: zenoh.Session,
+        session: zenoh.Session | Connection,
         keys: Keys,
         *,
         acknowledge_timeout: float,
         grace: float,
         enclave: Enclave | None = None,
     ) -> None:
-        local = session if isinstance(session, LoopbackSession) else None
-        self.session = session
         self.keys = keys
-        self.worker = Worker("hmrsim client", at_once=local is None)
-        self.queries = Queries(session, self.worker, enclave)
+        self.worker = Worker("hmrsim client", at_once=not isinstance(session, Connection))
         self.connection: Connection = (
-            ZenohConnection(self.queries, keys) if local is None else LocalConnection(local, self.queries.note_closed)
+            session if isinstance(session, Connection) else ZenohConnection(session, keys, self.worker, enclave)
         )
         self.rounds = Rounds(self.worker, _ROUND)
         self.presence = Presence(self.connection, self.worker, grace=grace, on_gone=self._give_up)
@@ -80,7 +72,7 @@ class Link:
     @property
     def closed(self) -> bool:
         """Return whether the link or its session is known to be closed."""
-        return self._closed or self.queries.broken
+        return self._closed or self.connection.broken
 
     def check_open(self) -> None:
         """Check that the link is open.
@@ -88,7 +80,7 @@ class Link:
         Raises:
             ClientClosed: It is not.
         """
-        if self._closed or self.queries.broken:
+        if self._closed or self.connection.broken:
             raise ClientClosed("the client is closed")
 
     def enter(self, goal: Failing) -> None:
@@ -134,10 +126,7 @@ class Link:
             ClientClosed: The link is closed.
         """
         self.check_open()
-        try:
-            subscription = Subscription(self.session, key, callback, history=history)
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
+        subscription = Subscription(self.connection, key, callback, history=history)
         with self._lock:
             self._subscriptions = [*(each for each in self._subscriptions if not each.closed), subscription]
         return subscription
@@ -168,10 +157,10 @@ class Link:
     def unseen(self) -> str:
         """A possible reason why no simulator was found, and a remedy."""
         token = self.keys.alive()
-        if self.queries.enclave is None:
+        if self.connection.enclave is None:
             return f"there is no token {token!r}; start `hmrsim run WORLD`, or check --connect and --prefix"
         return (
-            f"there is no token {token!r}, or it is hidden from {self.queries.enclave.name!r}, who may be revoked; "
+            f"there is no token {token!r}, or it is hidden from {self.connection.enclave.name!r}, who may be revoked; "
             "ask `hmrsim security explain`, or check --prefix"
         )
 
@@ -183,7 +172,7 @@ class Link:
             self._closed = True
             subscriptions = list(self._subscriptions)
         self.fail(ClientClosed("the client was closed while the goal was under way"))
-        self.connection.close()
+        self.connection.unlisten()
         for subscription in subscriptions:
             subscription.close()
         self.presence.close()

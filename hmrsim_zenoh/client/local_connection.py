@@ -2,23 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Protocol
 
 import zenoh
 
 from hmrsim.protocol.commands import CallService
-from hmrsim_zenoh.client.connection import Ask, take_within
-from hmrsim_zenoh.errors import ClientClosed
-from hmrsim_zenoh.loopback.session import Pending
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_within, unless_closed
+from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import AnyCommand, SendGoal
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, ReadInfo
-    from hmrsim_zenoh.errors import Denied
-    from hmrsim_zenoh.loopback.session import LoopbackSession
+    from hmrsim.protocol.commands import SendGoal
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
+    from hmrsim_zenoh.client.exchange import Declaration, Delivery, Exchange
+
+
+class Pending:
+    """A command that awaits its answer.
+
+    Attributes:
+        may_be_lost: Whether the answer may get lost on its way.
+    """
+
+    __slots__ = ("_connection", "_then", "may_be_lost")
+
+    def __init__(self, connection: LocalConnection, then: Callable[[Answer], None]) -> None:
+        self._connection = connection
+        self._then: Callable[[Answer], None] | None = then
+        self.may_be_lost = False
+
+    def take(self, answer: Answer) -> None:
+        """Take the answer unless the connection was cut off; only the first one counts. None: it is lost."""
+        then, self._then = self._then, None
+        if then is not None and self._connection.error is None:
+            then(answer)
 
 
 class LocalCall(Pending):
@@ -30,16 +51,16 @@ class LocalCall(Pending):
 
     __slots__ = ("_bell", "_ended", "answer")
 
-    def __init__(self, session: LoopbackSession) -> None:
+    def __init__(self, connection: LocalConnection) -> None:
         # As the base class does, in place of a call for each advance.
-        self.session, self.may_be_lost = session, False
+        self._connection, self.may_be_lost = connection, False
         self.answer: Answer = None
         self._ended = False
         self._bell: SimpleQueue[None] | None = None
 
     def take(self, answer: Answer) -> None:
-        """Take the answer, unless the session was cut off; from any thread."""
-        if not self._ended and self.session.error is None:
+        """Take the answer, unless the connection was cut off; from any thread."""
+        if not self._ended and self._connection.error is None:
             self.answer, self._ended = answer, True
             if self._bell is not None:
                 self._bell.put(None)
@@ -59,34 +80,53 @@ class LocalCall(Pending):
         return self._ended
 
 
-class _Sent(Pending):
-    """A command whose answer goes to a function."""
+class Simulation(Protocol):
+    """The simulation of a process, as its connections reach it."""
 
-    __slots__ = ("_then",)
+    @property
+    def exchange(self) -> Exchange:
+        """The declarations of all connections; the first use begins to serve keys."""
 
-    def __init__(self, session: LoopbackSession, then: Callable[[Answer], None]) -> None:
-        super().__init__(session)
-        self._then = then
+    @property
+    def delivery(self) -> Delivery:
+        """Runs the simulation, and delivers its messages while it pauses."""
 
-    def take(self, answer: Answer) -> None:
-        """Pass the answer on, unless the session was cut off."""
-        if self.session.error is None:
-            self._then(answer)
+    def send(self, command: Any, pending: Pending) -> None:
+        """Send a command; *pending* takes its answer while the simulation does not run."""
+
+    def announce(self, name: str, *, alive: bool) -> None:
+        """Report that a participant has come or gone."""
+
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], object]:
+        """Report whether the simulation serves its clients, now and when it ends; return a function to stop that."""
 
 
-class LocalConnection:
-    """A `Connection` within one process.
+class LocalConnection(Connection):
+    """A connection to the simulation of this process. Requests are answered, if possible, before a call returns.
+
+    Commands go to the simulation as objects. On keys it passes for a session of Zenoh, with what is used of that here.
 
     Args:
-        on_closed: Called when the session turns out to be closed.
+        simulation: The simulation.
+        waits: Returns whether to wait before anything is sent, because other threads come first.
+
+    Attributes:
+        simulation: The simulation; read-only.
+        error: The error with which the connection was cut off, so that it receives nothing; None if it was not.
     """
 
-    ordered = False
     in_process = True
 
-    def __init__(self, session: LoopbackSession, on_closed: Callable[[], None]) -> None:
-        self._session = session
-        self._on_closed = on_closed
+    def __init__(self, simulation: Simulation, waits: Callable[[], bool] | None = None) -> None:
+        self.error: BaseException | None = None
+        self.broken = False
+        self.simulation = simulation
+        self._delivery = simulation.delivery
+        self._waits = waits
+        self._number = self._delivery.number()
+        self._participants: dict[str, None] = {}
+        self._declared: list[Declaration] = []
+        self._closed = False
 
     def send(
         self,
@@ -99,7 +139,7 @@ class LocalConnection:
         ended: bool = False,  # noqa: ARG002 - there is no event to wait for
     ) -> None:
         """Send a command to the simulator's inbox."""
-        self._submit(command, _Sent(self._session, then))
+        self._submit(command, Pending(self, then))
 
     def execute(
         self,
@@ -112,61 +152,262 @@ class LocalConnection:
         read: bool = True,  # noqa: ARG002 - as above
     ) -> None:
         """Send a goal; its result is to be asked for."""
-        self._submit(command, _Sent(self._session, on_answer))
+        self._submit(command, Pending(self, on_answer))
         on_end()
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Do nothing: in one process time moves in lockstep only, which delivers the feedback."""
 
+    def unlisten(self) -> None:
+        """Do nothing: there are no listeners."""
+
     def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
         """Send a command for whose answer a thread waits."""
-        call = LocalCall(self._session)
-        sent = CallService(command.service, command.request) if isinstance(command, Ask) else command
-        try:
-            self._session.submit(sent, call)
-        except zenoh.ZError:
-            self._give_up(call)
+        call = LocalCall(self)
+        if isinstance(command, Read):
+            self._query(command, call)
+        else:
+            self._submit(CallService(command.service, command.request) if isinstance(command, Ask) else command, call)
         return call
+
+    def ask(self, request: Read, then: Callable[[Reply], None], *, timeout: float) -> None:  # noqa: ARG002 - as above
+        """Send a request on a key; *then* receives the answer."""
+        self._query(request, Pending(self, then))
+
+    def subscribe(self, key: str, take: Callable[[str, bytes], None], *, history: bool = False) -> Callable[[], object]:
+        """Call a function with the key and payload of each sample; return a function that ends that."""
+
+        def on_sample(sample: Any) -> None:
+            take(str(sample.key_expr), sample.payload.to_bytes())
+
+        with unless_closed():
+            for reply in self.get(key) if history else ():
+                if reply.ok is not None:
+                    on_sample(reply.ok)
+            return self.declare_subscriber(key, on_sample).undeclare
 
     def token(self) -> str:
         """Return a text that no other connection has."""
-        return str(self._session.new_timestamp())
-
-    def fitting(self, commands: Sequence[Any]) -> int:
-        """Return how many of some commands go with one advance: all."""
-        return len(commands)
+        return self.new_timestamp()
 
     def announce(self, name: str) -> Callable[[], None]:
         """Announce a participant; return a function that withdraws the announcement."""
-        try:
-            return self._session.announce(name)
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
+        with unless_closed():
+            self._check()
+        self._participants[name] = None
+        # It is processed before what the participant sends next.
+        self.simulation.announce(name, alive=True)
+        return partial(self._take_leave, name)
 
-    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], object]:
         """Report whether the simulator is alive, now and whenever that changes; return a function to stop that."""
-        if self._session.is_closed():
-            raise ClientClosed("the client is closed")
-        return self._session.simulation.follow(on_change)
+        with unless_closed():
+            self._check()
+        return self.simulation.follow(on_change)
 
-    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:  # noqa: ARG002
+    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:  # noqa: ARG002 - as above
         """Call a function if the simulator is alive, and then the other."""
-        self._session.simulation.follow(lambda alive: on_alive() if alive else None)()
+        self.simulation.follow(lambda alive: on_alive() if alive else None)()
         then()
 
     def close(self) -> None:
-        """Do nothing: there are no listeners."""
+        """Withdraw everything that was declared and announced."""
+        if not self._closed:
+            self._closed = self.broken = True
+            self._withdraw()
+            self._delivery.settle()
 
-    def denial(self, _target: ActionTarget, _command: GoalCommand) -> Denied | None:
-        """Return None: there is no access control."""
-        return None
+    def cut(self, error: BaseException) -> None:
+        """Cut the connection off at once, as the end of its process would; the simulation may call it, too.
 
-    def _submit(self, command: AnyCommand | ReadInfo, pending: Pending) -> None:
+        Its participants are gone, it receives nothing further, and each call raises *error*, including calls in
+        progress.
+        """
+        if not self._closed:
+            self._closed, self.error = True, error
+            self._withdraw()
+            self._delivery.notify()
+
+    def new_timestamp(self) -> str:
+        """Return a text that no connection of the process has returned before."""
+        return f"{self._delivery.number()}/{self._number}"
+
+    def declare_keyexpr(self, key: str) -> str:
+        """Return a key: they need not be declared here."""
+        return key
+
+    def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:
+        """Publish a sample to all subscribers."""
+        self._check()
+        found = self.simulation.exchange.matching(Kind.SUBSCRIBER, str(key))
+        if found:
+            sample = Sample(str(key), Payload.of(payload), str(encoding))
+            for each in found:
+                self._delivery.deliver(each.call, sample)
+            self._settle()
+
+    def get(
+        self,
+        key: object,
+        handler: zenoh.handlers.Callback[Any] | None = None,
+        *,
+        among: Callable[[Declaration], bool] = lambda _declaration: True,
+        **sent: Any,
+    ) -> Iterator[LocalReply]:
+        """Send a query; without a handler the replies are returned.
+
+        Args:
+            key: A key expression.
+            handler: Receives the replies, and their end.
+            among: Selects the queryables to query.
+            **sent: The *payload*, *encoding* and *attachment* of the query; other options of Zenoh mean nothing here.
+        """
+        self._check()
+        delivery, name = self._delivery, str(key)
+        replies: list[LocalReply] = []
+        take = self._heard(replies.append if handler is None else handler.callback)
+        found = [each for each in self.simulation.exchange.matching(Kind.QUERYABLE, name) if among(each)]
+        left = len(found)
+
+        def end() -> None:
+            nonlocal left
+            left -= 1
+            if left <= 0 and handler is not None and handler.drop is not None:
+                delivery.deliver(lambda drop: drop(), handler.drop)
+
+        for each in found:
+            each.call(Query(name, sent, partial(delivery.deliver, take), end))
+        if not found:
+            end()
+        self._settle()
+        return iter(replies)
+
+    def declare(self, kind: Kind, key: str, handler: Any) -> Declaration:
+        """Declare something, and return it."""
+        self._check()
+        call = handler.callback if isinstance(handler, zenoh.handlers.Callback) else handler
+        declaration = self.simulation.exchange.declare(kind, key, self._heard(call), self)
+        self._declared.append(declaration)
+        return declaration
+
+    def declare_subscriber(self, key: str, handler: Any) -> Declaration:
+        """Declare a subscriber, and return it."""
+        return self.declare(Kind.SUBSCRIBER, key, handler)
+
+    def declare_queryable(self, key: str, handler: Any, **_: object) -> Declaration:
+        """Declare a queryable, and return it."""
+        return self.declare(Kind.QUERYABLE, key, handler)
+
+    def declare_querier(self, key: str, **_: object) -> LocalQuerier:
+        """Return a querier for the queryables of the other connections on a key."""
+        return LocalQuerier(self, key)
+
+    def liveliness(self) -> Liveliness:
+        """Return the liveliness tokens of the process."""
+        return Liveliness(self)
+
+    def _query(self, request: Read, pending: Pending) -> None:
+        handler: Any = zenoh.handlers.Callback(
+            lambda reply: pending.take(body_of(reply)), partial(pending.take, None), indirect=False
+        )
         try:
-            self._session.submit(command, pending)
+            self.get(request.key, handler, payload=request.payload, encoding="application/json")
         except zenoh.ZError:
-            self._give_up(pending)
+            pending.take(None)
 
-    def _give_up(self, pending: Pending) -> None:
-        self._on_closed()
-        pending.take(None)
+    def _submit(self, command: Any, pending: Pending) -> None:
+        """Send the simulation a command; *pending* takes its answer, once, unless the connection was cut off."""
+        try:
+            if self._closed or self._waits is not None:
+                self._check()
+        except zenoh.ZError:
+            pending.take(None)
+            return
+        self.simulation.send(command, pending)
+        if self.error is not None:
+            raise self.error
+
+    def _check(self) -> None:
+        if self._waits is not None:
+            self._delivery.wait_while(lambda: not self._closed and self._waits is not None and self._waits())
+        if self.error is not None:
+            raise self.error
+        if self._closed:
+            raise zenoh.ZError("the session is closed")
+
+    def _settle(self) -> None:
+        self._delivery.settle()
+        if self.error is not None:
+            raise self.error
+
+    def _heard(self, take: Callable[[Any], object]) -> Callable[[Any], object]:
+        """Return a callback that ignores its message once the connection was cut off."""
+        return lambda item: take(item) if self.error is None else None
+
+    def _take_leave(self, name: str) -> None:
+        if name in self._participants:
+            del self._participants[name]
+            self.simulation.announce(name, alive=False)
+            self._settle()
+
+    def _withdraw(self) -> None:
+        for declared in self._declared:
+            self.simulation.exchange.take_back(declared)
+        for name in self._participants:
+            self.simulation.announce(name, alive=False)
+        self._participants.clear()
+
+
+class Liveliness:
+    """The liveliness tokens of a process, as a session of Zenoh has them."""
+
+    def __init__(self, connection: LocalConnection) -> None:
+        self._connection = connection
+        self._exchange = connection.simulation.exchange
+        self._delivery = connection.simulation.delivery
+
+    def declare_token(self, key: str) -> Declaration:
+        """Declare a token."""
+        token = self._connection.declare(Kind.TOKEN, key, lambda _message: None)
+        self._delivery.settle()
+        return token
+
+    def declare_subscriber(self, key: str, handler: Any, *, history: bool = False) -> Declaration:
+        """Declare a subscriber to tokens that come and go; *history* includes the tokens that exist already."""
+        declaration = self._connection.declare(Kind.TOKEN_SUBSCRIBER, key, handler)
+        for each in self._exchange.matching(Kind.TOKEN, key) if history else ():
+            self._delivery.deliver(declaration.call, Sample(str(each.key_expr)))
+        self._delivery.settle()
+        return declaration
+
+    def get(self, key: str, handler: zenoh.handlers.Callback[Any], **_: object) -> None:
+        """Query the tokens that exist."""
+        for each in self._exchange.matching(Kind.TOKEN, key):
+            self._delivery.deliver(handler.callback, LocalReply(ok=Sample(str(each.key_expr))))
+        if handler.drop is not None:
+            self._delivery.deliver(lambda drop: drop(), handler.drop)
+        self._delivery.settle()
+
+
+class LocalQuerier:
+    """Queries the other connections on one key."""
+
+    def __init__(self, connection: LocalConnection, key: str) -> None:
+        self._connection = connection
+        self._key = key
+
+    @property
+    def matching_status(self) -> SimpleNamespace:
+        """The status that says whether another connection has a queryable on the key."""
+        found = self._connection.simulation.exchange.matching(Kind.QUERYABLE, self._key)
+        return SimpleNamespace(matching=any(map(self._is_others, found)))
+
+    def declare_matching_listener(self, handler: object) -> None:
+        """Do nothing: the status is read before each request."""
+
+    def get(self, handler: zenoh.handlers.Callback[Any], **sent: Any) -> None:
+        """Send a query to the queryables of the other connections."""
+        self._connection.get(self._key, handler, among=self._is_others, **sent)
+
+    def _is_others(self, declaration: Declaration) -> bool:
+        return declaration.owner is not self._connection

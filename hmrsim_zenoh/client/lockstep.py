@@ -68,7 +68,7 @@ class Lockstep:
         self._name = name
         self._participant = Participant(link, name)
         self._connection = link.connection
-        self._secured = link.queries.enclave is not None
+        self._secured = link.connection.enclave is not None
         self._turns = SingleFlight()
         self._lock = threading.Lock()
         self._untils: list[float] = []

@@ -6,17 +6,14 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self
-
-import zenoh
-import zenoh.ext
+from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim_zenoh.loopback.session import LoopbackSession
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
+    from hmrsim_zenoh.client.connection import Connection
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
@@ -32,7 +29,7 @@ class Subscription:
     """
 
     def __init__(
-        self, session: zenoh.Session, key: str, callback: Callable[[str, bytes], None], *, history: bool
+        self, connection: Connection, key: str, callback: Callable[[str, bytes], None], *, history: bool
     ) -> None:
         self._key = key
         self._callback = callback
@@ -41,12 +38,10 @@ class Subscription:
         self._closed = False
         self._calling = False
         self._thread: threading.Thread | None = None
-        if isinstance(session, LoopbackSession):
-            for reply in session.get(key) if history else ():
-                self._on_local_sample(reply.ok)
-            self._subscriber: Any = session.declare_subscriber(key, self._on_local_sample)
+        if connection.in_process:
+            self._undeclare = connection.subscribe(key, self._take, history=history)
             return
-        self._subscriber = self._declared(session, history=history)
+        self._undeclare = connection.subscribe(key, self._wait, history=history)
         # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there crashes the process.
         self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
         self._thread.start()
@@ -63,7 +58,7 @@ class Subscription:
                 return
             self._closed = True
             self._changed.notify_all()
-        self._subscriber.undeclare()
+        self._undeclare()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
 
@@ -81,23 +76,14 @@ class Subscription:
         """Close it."""
         self.close()
 
-    def _declared(self, session: zenoh.Session, *, history: bool) -> Any:  # plain and advanced subscriber
-        handler = zenoh.handlers.Callback(self._on_sample, indirect=False)
-        if not history:
-            return session.declare_subscriber(self._key, handler)
-        return zenoh.ext.declare_advanced_subscriber(
-            session, self._key, handler, history=zenoh.ext.HistoryConfig(detect_late_publishers=True)
-        )
-
-    def _on_sample(self, sample: zenoh.Sample) -> None:
-        item = str(sample.key_expr), sample.payload.to_bytes()
+    def _wait(self, key: str, payload: bytes) -> None:
         with self._changed:
-            self._waiting.append(item)
+            self._waiting.append((key, payload))
             self._changed.notify_all()
 
-    def _on_local_sample(self, sample: Any) -> None:
-        if sample is not None and not self._closed:
-            self._call(str(sample.key_expr), sample.payload.to_bytes())
+    def _take(self, key: str, payload: bytes) -> None:
+        if not self._closed:
+            self._call(key, payload)
 
     def _run(self) -> None:
         while (item := self._next()) is not None:

@@ -6,12 +6,13 @@ import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
+from queue import Empty, SimpleQueue
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
+import zenoh.ext
 from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import to_json
 
@@ -24,8 +25,8 @@ from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch, Watching
 from hmrsim_zenoh.client.conditions import Watched
-from hmrsim_zenoh.client.connection import Ask, ReadInfo
-from hmrsim_zenoh.errors import ClientClosed, RequestError
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, body_of, take_within, unless_closed
+from hmrsim_zenoh.errors import Denied, RequestError
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.descriptions import WorldInfo, described
 from hmrsim_zenoh.wire.envelopes import (
@@ -46,18 +47,19 @@ from hmrsim_zenoh.wire.envelopes import (
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener
-    from hmrsim_zenoh.client.queries import Queries, QueryCall, Reply
-    from hmrsim_zenoh.errors import Denied
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
+    from hmrsim_zenoh.client.threads import Worker
+    from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
 _log = logging.getLogger(__name__)
 
-M = TypeVar("M", bound=BaseModel)
-
 MAX_BYTES: Final = 2**19
 """Bytes of commands that go with one advance: half of what a simulator takes by default."""
 
+_VERBS: Final[Mapping[type, Verb]] = MappingProxyType(
+    {SendGoal: Verb.SEND_GOAL, CancelGoal: Verb.CANCEL_GOAL, GetResult: Verb.GET_RESULT}
+)
 _NOT_READ: Final[Any] = None
 """In place of a result that does not matter."""
 _STATUSES: Final[Mapping[int | None, GoalStatus]] = MappingProxyType({int(status): status for status in GoalStatus})
@@ -96,63 +98,77 @@ class _Accepted(BaseModel):
     details: Any = None
 
 
-class _Grant(BaseModel):
-    """The reply to an advance."""
+class _Time(BaseModel):
+    """The reply to a request about time: each has the epoch and the time, and some of the other fields."""
 
     epoch: int
     now: float
-    reason: str
+    goals: int = 0
+    clock: str = ""
+    reason: str = ""
     accepted: list[_Accepted | None] = Field(default_factory=list)
     events: list[_GrantedEvent] = Field(default_factory=list)
     met: list[str] = Field(default_factory=list)
     over: str = ""
 
 
-class _Joined(BaseModel):
-    epoch: int
-    now: float
-    goals: int = 0
+class QueryCall:
+    """A query for whose answer one thread waits.
+
+    No Python runs in Zenoh's callbacks: it would take time, and a KeyboardInterrupt raised there would be lost along
+    with the reply.
+
+    Args:
+        decode: Returns the answer of a reply.
+        silence: Returns the answer if nothing comes back.
+
+    Attributes:
+        answer: The answer; None before it arrives, and if it was lost.
+    """
+
+    def __init__(self, decode: Callable[[bytes], Answer], silence: Callable[[], RequestError | None]) -> None:
+        self.answer: Any = None
+        self._decode = decode
+        self._silence = silence
+        self._replies: SimpleQueue[zenoh.Reply | None] = SimpleQueue()
+        self._ended = False
+        self.handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            self._replies.put, partial(self._replies.put, None), indirect=False
+        )
+
+    def give_up(self) -> None:
+        """End the request without an answer; from any thread."""
+        self._replies.put(None)
+
+    def wait(self, timeout: float) -> bool:
+        """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
+        if not self._ended:
+            try:
+                reply = take_within(self._replies, timeout)
+            except Empty:
+                return False
+            self._ended = True
+            body = None if reply is None else body_of(reply)
+            self.answer = self._silence() if body is None else self._decode(body) if isinstance(body, bytes) else body
+        return True
 
 
-class _State(BaseModel):
-    epoch: int
-    now: float
-    clock: str
+class ZenohConnection(Connection):
+    """The connection to a simulator over Zenoh.
 
+    Args:
+        worker: Runs what must not run in Zenoh's threads.
+    """
 
-@dataclass(frozen=True)
-class _Ports:
-    """The keys of an action, and the key and encoding of the request for each kind of command."""
-
-    execute: str
-    feedback: str
-    requests: Mapping[type, tuple[str, str]]
-
-    @classmethod
-    def of(cls, keys: Keys, target: ActionTarget) -> _Ports:
-        """Return the ports of one robot's action."""
-        action = target.action
-        requests = {
-            SendGoal: (Verb.SEND_GOAL, f"application/json;{action.ros_type}_SendGoal_Request"),
-            CancelGoal: (Verb.CANCEL_GOAL, "application/json;action_msgs/srv/CancelGoal_Request"),
-            GetResult: (Verb.GET_RESULT, f"application/json;{action.ros_type}_GetResult_Request"),
-        }
-        key = partial(keys.action, target.robot, action.name)
-        by_command = {command: (key(verb), mime) for command, (verb, mime) in requests.items()}
-        return cls(key(Verb.EXECUTE), key(Verb.FEEDBACK), by_command)
-
-
-class ZenohConnection:
-    """A `Connection` to a simulator over Zenoh."""
-
-    ordered = False
-    in_process = False
-
-    def __init__(self, queries: Queries, keys: Keys) -> None:
-        self._queries = queries
+    def __init__(self, session: zenoh.Session, keys: Keys, worker: Worker, enclave: Enclave | None = None) -> None:
+        self.enclave = enclave
+        # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
+        self.broken = False
+        self._session = session
         self._keys = keys
-        self._ports: dict[tuple[str, str], _Ports] = {}
-        self._listening: list[Callable[[], None]] = []
+        self._worker = worker
+        self._known: dict[tuple[ActionTarget, Verb], str] = {}
+        self._listening: list[Callable[[], object]] = []
         # The commands that go with the next advance, as JSON, by the identities of the commands.
         self._encoded: dict[int, tuple[object, bytes]] = {}
 
@@ -167,18 +183,19 @@ class ZenohConnection:
         ended: bool = False,  # noqa: ARG002 - a result is asked for in the same way
     ) -> None:
         """Send a command as a query."""
-        key, mime = self._of(target).requests[type(command)]
         decoder: Callable[[bytes], Answer]
+        kind = f"{target.action.ros_type}_GetResult_Request"
         match command:
             case SendGoal():
-                payload, decoder = _goal(command), _goal_response
+                kind, payload, decoder = _goal_type(target), _goal(command), _goal_response
             case CancelGoal(goal_id=goal_id):
                 payload = b'{"goal_info":{"goal_id":"%b","stamp":{"sec":0,"nanosec":0}}}' % goal_id.encode()
-                decoder = _cancel_response
+                kind, decoder = "action_msgs/srv/CancelGoal_Request", _cancel_response
             case GetResult(goal_id=goal_id):
                 payload = b'{"goal_id":"%b"}' % goal_id.encode()
                 decoder = partial(_result_response, target, whole=read)
-        self._queries.ask(key, payload, partial(_decode, then, decoder), timeout=timeout, mime=mime)
+        key = self._key(target, _VERBS[type(command)])
+        self._ask(key, payload, partial(_decode, then, decoder), timeout=timeout, kind=kind)
 
     def execute(
         self,
@@ -190,71 +207,91 @@ class ZenohConnection:
         on_end: Callable[[], None],
         read: bool = True,
     ) -> None:
-        """Send a goal and ask for its result in one query."""
-        ports, answered = self._of(target), False
+        """Send a goal and ask for its result in one query, whose replies are taken in Zenoh's thread."""
+        answered = False
 
-        def take(reply: bytes | RequestError) -> None:
+        def take(reply: zenoh.Reply) -> None:
             nonlocal answered
-            decoder = partial(_result_response, target, whole=read) if answered else _goal_response
-            answered = True
-            _decode(on_answer, decoder, reply)
+            # A timeout is no reply, just the end.
+            if (body := body_of(reply)) is not None:
+                decoder = partial(_result_response, target, whole=read) if answered else _goal_response
+                answered = True
+                _decode(on_answer, decoder, body)
 
-        self._queries.ask_often(
-            ports.execute,
-            _goal(command),
-            timeout=timeout,
-            mime=ports.requests[SendGoal][1],
-            on_reply=take,
-            on_end=on_end,
-        )
+        handler = zenoh.handlers.Callback(take, on_end, indirect=False)
+        self._get(self._key(target, Verb.EXECUTE), _goal(command), handler, timeout, kind=_goal_type(target))
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Subscribe a listener to the feedback of an action; it is called in Zenoh's thread."""
-        ports = self._of(target)
         kind: type[Message] = target.action.feedback
         reader = around(FeedbackMessage, kind)
 
-        def take(payload: bytes) -> None:
+        def take(key: str, payload: bytes) -> None:
             if not listener.wanted:
                 return
             try:
                 sent: FeedbackMessage[Any] = read(reader, payload)
             except UnreadableError as error:
-                _log.warning("%s: feedback that can't be read: %s", ports.feedback, error)
+                _log.warning("%s: feedback that can't be read: %s", key, error)
                 return
             listener.take(sent.goal_id, sent.feedback)
 
-        self._listening.append(self._queries.listen(ports.feedback, take))
+        self._listening.append(self.subscribe(self._key(target, Verb.FEEDBACK), take))
 
-    def close(self) -> None:
+    def unlisten(self) -> None:
         """Unsubscribe all listeners; the session stays open."""
         listening, self._listening = self._listening, []
         for end in listening:
             end()
 
+    def subscribe(self, key: str, take: Callable[[str, bytes], None], *, history: bool = False) -> Callable[[], object]:
+        """Call a function in Zenoh's thread with the key and payload of each sample; return a function to end that."""
+        handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(
+            lambda sample: take(str(sample.key_expr), sample.payload.to_bytes()), indirect=False
+        )
+        with unless_closed():
+            if not history:
+                return self._session.declare_subscriber(key, handler).undeclare
+            late = zenoh.ext.HistoryConfig(detect_late_publishers=True)
+            subscriber = zenoh.ext.declare_advanced_subscriber(self._session, key, handler, history=late)
+            undeclare: Callable[[], object] = subscriber.undeclare
+            return undeclare
+
     def call(self, command: Asked, *, timeout: float) -> QueryCall:
         """Send a command for whose answer a thread waits."""
+        payload: bytes | None = None
+        decoder: Callable[[bytes], Answer]
         match command:
             case Join(name, _, token):
-                return self._call("join", dump({"name": name, "token": token}), timeout, _joined)
+                key, payload, decoder = "time/join", dump({"name": name, "token": token}), _joined
             case Advance():
-                return self._call("advance", self._advance(command), timeout, partial(_granted, command))
+                member = self.enclave.member if self.enclave else None
+                own = f"/{member.name}" if member is not None and member.role == "controller" else ""
+                key, payload, decoder = f"time/advance{own}", self._advance(command), partial(_granted, command)
             case Leave(name):
-                return self._call("leave", dump({"participant": name}), timeout, lambda _reply: HasLeft(name))
+                key, payload, decoder = "time/leave", dump({"participant": name}), lambda _reply: HasLeft(name)
             case ReadTime():
-                return self._call("state", None, timeout, _state)
+                key, decoder = "time/state", _state
             case ReadInfo():
-                key = self._keys.world("info")
-                return self._query(key, None, timeout, partial(described, key, kind=WorldInfo), latest=True)
-            case Ask(service, request, response):
+                key, decoder = "info", partial(described, self._keys.world("info"), kind=WorldInfo)
+            case Ask(key, request, response):
                 payload = request.model_dump_json(exclude_unset=True).encode()
                 decoder = partial(read_often, plain(response))
-                return self._query(self._keys.world(service), payload, timeout, decoder, latest=True)
+            case Read(key, payload):
+                decoder = bytes
+        key = key if isinstance(command, Read) else self._keys.world(key)
+        call = QueryCall(decoder, partial(self._denial, key))
+        self._get(key, payload, call.handler, timeout, latest=isinstance(command, (ReadInfo, Ask, Read)))
+        return call
+
+    def ask(self, request: Read, then: Callable[[Reply], None], *, timeout: float) -> None:
+        """Send a query; *then* receives the answer, once: a reply in Zenoh's thread, its absence in the worker's."""
+        self._ask(request.key, request.payload, then, timeout=timeout, latest=True)
 
     def token(self) -> str:
         """Return a text that no other connection has."""
         # Zenoh's timestamps contain the session's id and are unique within it.
-        return str(self._queries.session.new_timestamp())
+        return str(self._session.new_timestamp())
 
     def fitting(self, commands: Sequence[Any]) -> int:
         """Return how many of some commands go with one advance."""
@@ -269,28 +306,22 @@ class ZenohConnection:
 
     def announce(self, name: str) -> Callable[[], None]:
         """Declare the liveliness token of a participant; return a function that undeclares it."""
-        try:
-            token = self._queries.session.liveliness().declare_token(self._keys.participant(name))
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
-        undeclare: Callable[[], None] = token.undeclare
-        return undeclare
+        with unless_closed():
+            undeclare: Callable[[], None] = (
+                self._session.liveliness().declare_token(self._keys.participant(name)).undeclare
+            )
+            return undeclare
 
-    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
+    def follow(self, on_change: Callable[[bool], None]) -> Callable[[], object]:
         """Report whether the simulator's liveliness token is there, now and whenever that changes."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             on_change(sample.kind == zenoh.SampleKind.PUT)
 
         handler = zenoh.handlers.Callback(on_sample, lambda: on_change(False), indirect=False)
-        try:
-            subscriber = self._queries.session.liveliness().declare_subscriber(
-                self._keys.alive(), handler, history=True
-            )
-        except zenoh.ZError:
-            raise ClientClosed("the client is closed") from None
-        undeclare: Callable[[], None] = subscriber.undeclare
-        return undeclare
+        with unless_closed():
+            liveliness = self._session.liveliness()
+            return liveliness.declare_subscriber(self._keys.alive(), handler, history=True).undeclare
 
     def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:
         """Query the simulator's liveliness token: call a function if it is there, and then the other."""
@@ -299,26 +330,24 @@ class ZenohConnection:
         )
         # A closed session has no liveliness.
         with suppress(zenoh.ZError):
-            self._queries.session.liveliness().get(self._keys.alive(), handler, timeout=timeout)
+            self._session.liveliness().get(self._keys.alive(), handler, timeout=timeout)
 
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:
         """Return why a command to an action is denied."""
-        return self._queries.denial(self._of(target).requests[type(command)][0])
+        return self._denial(self._key(target, _VERBS[type(command)]))
 
-    def _of(self, target: ActionTarget) -> _Ports:
-        ports = self._ports.get((target.robot, target.action.name))
-        if ports is None:
-            ports = self._ports[target.robot, target.action.name] = _Ports.of(self._keys, target)
-        return ports
+    def _denial(self, key: str) -> Denied | None:
+        """Return why a query that nothing answers is denied; None if access control allows it, or there is none."""
+        if self.enclave is None:
+            return None
+        text = self.enclave.access_control.denial(self.enclave.name, key)
+        return Denied(text) if text else None
 
-    def _call(
-        self, request: str, payload: bytes | None, timeout: float, decoder: Callable[[bytes], Answer]
-    ) -> QueryCall:
-        enclave = self._queries.enclave
-        member = enclave.member if enclave else None
-        by_name = request == "advance" and member is not None and member.role == "controller"
-        key = self._keys.world(f"time/{request}/{member.name}" if by_name and member else f"time/{request}")
-        return self._query(key, payload, timeout, decoder)
+    def _key(self, target: ActionTarget, verb: Verb) -> str:
+        key = self._known.get((target, verb))
+        if key is None:
+            key = self._known[target, verb] = self._keys.action(target.robot, target.action.name, verb)
+        return key
 
     def _advance(self, command: Advance) -> bytes:
         head = {
@@ -332,19 +361,55 @@ class ZenohConnection:
         commands = [known[id(each)][1] if id(each) in known else _command(each) for each in command.commands]
         return b'%b,"commands":[%b]}' % (to_json(head)[:-1], b",".join(commands))
 
-    def _query(
+    def _ask(
         self,
         key: str,
         payload: bytes | None,
-        timeout: float,
-        decoder: Callable[[bytes], Answer],
+        then: Callable[[Reply], None],
         *,
+        timeout: float,
+        kind: str = "",
         latest: bool = False,
-    ) -> QueryCall:
-        def decode(reply: Reply) -> Answer:
-            return decoder(reply) if isinstance(reply, bytes) else reply
+    ) -> None:
+        """Send a query whose answer is its first reply, or the *latest* of several, which takes a little longer."""
+        open_, worker = True, self._worker
 
-        return self._queries.call(key, payload, timeout=timeout, latest=latest, decode=decode)
+        def answer(body: Reply) -> None:
+            nonlocal open_
+            if not open_:
+                return
+            open_ = False
+            if body is None:
+                # Zenoh may end a query with its lock held: a call on the session in this callback would deadlock.
+                worker.after(0.0, lambda: then(self._denial(key)))
+            else:
+                then(body)
+
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            lambda reply: answer(body_of(reply)), lambda: answer(None), indirect=False
+        )
+        self._get(key, payload, handler, timeout, kind=kind, latest=latest)
+
+    def _get(
+        self,
+        key: str,
+        payload: bytes | None,
+        handler: zenoh.handlers.Callback[zenoh.Reply],
+        timeout: float,
+        *,
+        kind: str = "",
+        latest: bool = False,
+    ) -> None:
+        # For the latest reply Zenoh waits for the end of the query, which is a separate message.
+        mode = zenoh.ConsolidationMode.AUTO if latest else zenoh.ConsolidationMode.NONE
+        mime = f"{encoding.JSON};{kind}" if kind else encoding.JSON
+        try:
+            self._session.get(key, handler, payload=payload, encoding=mime, timeout=timeout, consolidation=mode)
+        except zenoh.ZError:
+            # The keys are valid, so the session is at fault.
+            self.broken = True
+            if handler.drop is not None:
+                handler.drop()
 
 
 def _decode(then: Callable[[Answer], None], decoder: Callable[[bytes], Answer], reply: Reply) -> None:
@@ -364,13 +429,14 @@ def status_of(number: int | None) -> GoalStatus:
     return _STATUSES.get(number, GoalStatus.UNKNOWN)
 
 
+def _goal_type(target: ActionTarget) -> str:
+    return f"{target.action.ros_type}_SendGoal_Request"
+
+
 def _goal(command: SendGoal) -> bytes:
-    goal_id = command.goal_id or ""
-    return b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), _body(command.goal))
-
-
-def _body(goal: Message | Mapping[str, Any] | None) -> bytes:
-    return encoding.message(goal) if isinstance(goal, Message) else to_json(goal)
+    goal, goal_id = command.goal, command.goal_id or ""
+    body = encoding.message(goal) if isinstance(goal, Message) else to_json(goal)
+    return b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), body)
 
 
 def _goal_response(reply: bytes) -> GoalResponse:
@@ -412,19 +478,19 @@ def _result_response(target: ActionTarget, reply: bytes, *, whole: bool) -> Resu
 
 
 def _joined(reply: bytes) -> Joined:
-    sent = _read(_Joined, reply)
+    sent = _read(reply)
     return Joined("", sent.epoch, sent.now, sent.goals)
 
 
 def _state(reply: bytes) -> TimeState:
-    sent = _read(_State, reply)
+    sent = _read(reply)
     return TimeState(
         sent.now, sent.clock, 0.0, paused=False, epoch=sent.epoch, participants=(), waiting_for=(), lag=0.0
     )
 
 
 def _granted(command: Advance, reply: bytes) -> Granted:
-    sent = _read(_Grant, reply)
+    sent = _read(reply)
     accepted = tuple(map(_accepted, command.commands, sent.accepted))
     events = tuple(map(_event, sent.events))
     return Granted(sent.epoch, sent.now, sent.reason, accepted, events, tuple(sent.met), sent.over)
@@ -456,9 +522,9 @@ def _event(sent: _GrantedEvent) -> tuple[str, int, GoalChanged | FeedbackSent]:
     return sent.kind, stamp, change
 
 
-def _read(kind: type[M], payload: bytes) -> M:
+def _read(reply: bytes) -> _Time:
     try:
-        return kind.model_validate_json(payload)
+        return _Time.model_validate_json(reply)
     except ValidationError as error:
         raise unreadable(error) from None
 

@@ -18,15 +18,15 @@ from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import ReadInfo
+from hmrsim_zenoh.client.local_connection import Pending
 from hmrsim_zenoh.errors import RequestError
-from hmrsim_zenoh.loopback.session import Pending
 from hmrsim_zenoh.server.decode_time import WatchRequest, condition, read_goal
 from hmrsim_zenoh.server.replies import after_the_end, finish
 from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts_of, plain, unreadable, unreadable_at
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim_zenoh.loopback.delivery import Delivery
+    from hmrsim_zenoh.client.exchange import Delivery
     from hmrsim_zenoh.server.inbox import QueryInbox
     from hmrsim_zenoh.server.server import Server
     from hmrsim_zenoh.server.world_info import Description

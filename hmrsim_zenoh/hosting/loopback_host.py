@@ -12,11 +12,10 @@ from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing
+from hmrsim_zenoh.client.exchange import Delivery, Exchange, Kind
+from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
-from hmrsim_zenoh.loopback.delivery import Delivery
-from hmrsim_zenoh.loopback.exchange import Exchange, Kind
-from hmrsim_zenoh.loopback.session import LoopbackSession
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
 from hmrsim_zenoh.server.server import Server
@@ -79,7 +78,7 @@ class LoopbackHost:
         self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
         self._exchange: Exchange | None = None
-        self._session: LoopbackSession | None = None
+        self._session: LocalConnection | None = None
         self._tokens: LivelinessTokens | None = None
 
         def watching(simulator: Simulator) -> Sequence[Sink]:
@@ -131,14 +130,14 @@ class LoopbackHost:
 
         *waits* returns whether what the session wants to send has to wait, as another thread comes first.
         """
-        return cast("zenoh.Session", LoopbackSession(self, waits))
+        return cast("zenoh.Session", LocalConnection(self, waits))
 
     def cut(self, session: zenoh.Session, error: BaseException) -> None:
         """Cut a session off, as the end of its process would; also from within the simulation.
 
         Each call of the session raises *error* from now on, also one under way.
         """
-        if isinstance(session, LoopbackSession):
+        if isinstance(session, LocalConnection):
             session.cut(error)
 
     def announce(self, name: str, *, alive: bool) -> None:
@@ -203,7 +202,7 @@ class LoopbackHost:
             tokens.follow(self.simulator.robots.keys(), self.simulator.dispatcher.cut_off)
             server.follow()
 
-        session = self._session = LoopbackSession(self)
+        session = self._session = LocalConnection(self)
         opened = cast("zenoh.Session", session)
         tokens = self._tokens = LivelinessTokens(opened, self._keys)
         server = Server(
@@ -305,7 +304,7 @@ class LocalInterest(Interest[K]):
         self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None]
     ) -> None:
         super().__init__(session, patterns, anything, changed)
-        self._exchange = cast("LoopbackSession", session).exchange
+        self._exchange = cast("LocalConnection", session).simulation.exchange
         self._patterns = patterns
         self._version = -1
 

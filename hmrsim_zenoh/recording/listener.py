@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.queries import Reply
+    from hmrsim_zenoh.client.connection import Reply
     from hmrsim_zenoh.recording.recorder import Recorder
 
 _log = logging.getLogger(__name__)

@@ -97,4 +97,4 @@ def test_no_interrupt_loses_a_goal():
             if not interrupt.where:
                 break
 
-    assert at > 100
+    assert at > 50
