@@ -103,7 +103,7 @@ docs: $(READY)  ## Build the documentation site into .make/site, and fail at a d
 	$(BIN)/python -m tools.site
 
 docs-serve: $(READY)  ## Show the site at localhost:8000, and rebuild it at each change
-	$(BIN)/zensical serve $(ARGS)
+	$(BIN)/python -m tools.site --prepare && $(BIN)/zensical serve $(ARGS)
 
 bench: $(READY)  ## Run the benchmarks and print tables, or some with ARGS="scale --quick"
 	$(BIN)/python -m benchmarks $(ARGS)

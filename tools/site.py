@@ -1,16 +1,18 @@
 """Builds the site of the documentation, and fails if something on it leads nowhere.
 
-Run as ``python -m tools.site``. Zensical reports links to pages and headings that there are not; what it does not look
-at is checked here: images, links of the README and its like, and whether each public name has its place.
+Run as ``python -m tools.site``. The page of the changelog is made from CHANGELOG.md first. Zensical reports links to
+pages and headings that do not exist. This module checks the rest: images, the links of the README and its like, and
+whether each public name has its place.
 """
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 from types import ModuleType
@@ -53,8 +55,14 @@ class Page(HTMLParser):
                 self.targets.append(value)
 
 
-def main() -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Build the site; return 1 if something is wrong with it."""
+    parser = argparse.ArgumentParser(prog="python -m tools.site", description=main.__doc__)
+    parser.add_argument("--prepare", action="store_true", help="only make the pages that are not in docs/")
+    arguments = parser.parse_args(argv)
+    (_ROOT / "docs" / "changelog.md").write_text(changelog_page(_ROOT), encoding="utf-8")
+    if arguments.prepare:
+        return 0
     built = subprocess.run(
         [sys.executable, "-m", "zensical", "build", "--clean", "--strict"],
         cwd=_ROOT,
@@ -71,6 +79,11 @@ def main() -> int:
         sys.stderr.write(f"{line}\n")
     sys.stdout.write(f"{len(pages)} pages in {_SITE.relative_to(_ROOT)}\n")
     return 1 if wrong else 0
+
+
+def changelog_page(root: Path) -> str:
+    """Return the text of the changelog with links as seen from docs/."""
+    return (root / "CHANGELOG.md").read_text(encoding="utf-8").replace("](docs/", "](")
 
 
 def _dead(pages: dict[Path, Page]) -> Iterator[str]:

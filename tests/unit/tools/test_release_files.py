@@ -12,12 +12,14 @@ from tests.paths import ROOT
 
 
 def test_the_version_is_the_same_everywhere():
-    """In the package, its metadata, the citation and the bill of materials."""
+    """In the package, its metadata, the citation, the bill of materials and the header of the site."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     bill = json.loads((ROOT / "sbom.cdx.json").read_text())["metadata"]["component"]
 
-    assert {__version__} == {project["version"], citation["version"], bill["version"]}
+    site = tomllib.loads((ROOT / "zensical.toml").read_text())["project"]["site_name"]
+
+    assert {__version__} == {project["version"], citation["version"], bill["version"], site.removeprefix("hmrsim ")}
     assert project["license"] == citation["license"] == "Apache-2.0"
 
 
