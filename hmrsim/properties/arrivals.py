@@ -98,7 +98,7 @@ class Round:
         return self._count - len(self._left)
 
     def begin(self) -> None:
-        """Begin a new round."""
+        """Begin a new round, in which every place counts again."""
         self._left.update(range(self._count))
 
     def arrive(self, place: int) -> bool:

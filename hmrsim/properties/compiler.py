@@ -28,36 +28,36 @@ if TYPE_CHECKING:
     from hmrsim.history.timeline import Timeline
     from hmrsim.properties.model.file import BuiltIn, Properties
     from hmrsim.properties.observations import Observations
-    from hmrsim.properties.results import Tell
+    from hmrsim.properties.results import OnViolation
     from hmrsim.properties.watcher import Watcher
     from hmrsim.world.model import World
 
 
-def watchers_of(properties: Properties, observations: Observations, tell: Tell) -> list[Watcher]:
+def watchers_of(properties: Properties, observations: Observations, on_violation: OnViolation) -> list[Watcher]:
     """Return the watchers of the properties of a file, in its order."""
-    return [_watcher(name, part, observations, tell) for name, part in properties.properties.items()]
+    return [_watcher(name, part, observations, on_violation) for name, part in properties.properties.items()]
 
 
-def built_in_watchers(settings: BuiltIn, world: World, timeline: Timeline, tell: Tell) -> list[Watcher]:
+def built_in_watchers(settings: BuiltIn, world: World, timeline: Timeline, on_violation: OnViolation) -> list[Watcher]:
     """Return the watchers of the properties that are switched on, in the order of their settings."""
     found: list[Watcher] = []
     if settings.goals_end:
-        found.append(GoalsEnd(timeline, tell))
+        found.append(GoalsEnd(timeline, on_violation))
     if settings.no_deadlock:
-        found.append(NoDeadlock(settings.no_deadlock, timeline, tell))
+        found.append(NoDeadlock(settings.no_deadlock, timeline, on_violation))
     if settings.nobody_stranded:
         batteries = any("battery" in world.robot_type(robot).components for robot in world.robots.values())
-        found.append(NobodyStranded(settings.nobody_stranded, timeline, tell, batteries=batteries))
+        found.append(NobodyStranded(settings.nobody_stranded, timeline, on_violation, batteries=batteries))
     if settings.orders_in_time:
-        found.append(OrdersInTime(timeline, tell))
+        found.append(OrdersInTime(timeline, on_violation))
     if settings.controller_lives:
-        found.append(ControllerLives(timeline, tell))
+        found.append(ControllerLives(timeline, on_violation))
     if settings.no_vain_goals:
-        found.append(NoVainGoals(settings.no_vain_goals, timeline, tell))
+        found.append(NoVainGoals(settings.no_vain_goals, timeline, on_violation))
     if settings.mission_ends:
-        found.append(MissionEnds(tell))
+        found.append(MissionEnds(on_violation))
     if settings.recovers:
-        found.append(Recovers(settings.recovers.within, timeline, tell))
+        found.append(Recovers(settings.recovers.within, timeline, on_violation))
     return found
 
 
@@ -73,20 +73,20 @@ def robots_of(part: BaseModel, world: World) -> list[str]:
     return [name for name, spec in robots.items() if not powered or "battery" in world.robot_type(spec).components]
 
 
-def _watcher(name: str, part: BaseModel, observations: Observations, tell: Tell) -> Watcher:
+def _watcher(name: str, part: BaseModel, observations: Observations, on_violation: OnViolation) -> Watcher:
     if observations.reference is None and compares(part):
-        return Incomparable(name, tell)
+        return Incomparable(name, on_violation)
     make = _MAKERS[key_of(part, KINDS) or ""]
     if not speaks_of_each(part):
-        return make(Instance(name, part, part, _subject(part), observations, tell))
+        return make(Instance(name, part, part, _subject(part), observations, on_violation))
 
     def for_each(robot: str) -> Watcher:
-        return make(Instance(name, for_robot(part, robot), part, robot, observations, tell))
+        return make(Instance(name, for_robot(part, robot), part, robot, observations, on_violation))
 
     # A robot may be spawned in a world that has none yet.
     prepare(part, observations)
     robots = robots_of(part, observations.world)
-    return Each(name, robots, for_each, observations.timeline, tell, all_count=isinstance(part, Sometimes))
+    return Each(name, robots, for_each, observations.timeline, on_violation, all_count=isinstance(part, Sometimes))
 
 
 def _subject(part: BaseModel) -> str:

@@ -22,7 +22,7 @@ from hmrsim.protocol.goal import Cause, GoalStatus
 
 if TYPE_CHECKING:
     from hmrsim.history.timeline import Timeline
-    from hmrsim.properties.results import Ended, Tell, Verdict
+    from hmrsim.properties.results import Ended, OnViolation, Verdict
 
 
 _DEATHS: Final = {
@@ -42,8 +42,8 @@ The name includes the reason of a rejected goal: a broken robot is another cause
 class ControllerLives(Watcher):
     """The controller does not crash, hang, or run out of memory, and is not dropped from lockstep."""
 
-    def __init__(self, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("controller_lives", tell)
+    def __init__(self, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("controller_lives", on_violation)
         self._end_known = False
         timeline.on(ParticipantDropped, self._on_dropped)
 
@@ -78,8 +78,8 @@ def _reason(ended: Ended) -> str:
 class MissionEnds(Watcher):
     """The controller ends before the limit of simulated time."""
 
-    def __init__(self, tell: Tell) -> None:
-        super().__init__("mission_ends", tell)
+    def __init__(self, on_violation: OnViolation) -> None:
+        super().__init__("mission_ends", on_violation)
         self._at = 0
         self._ending = ""
 
@@ -106,8 +106,8 @@ class Recovers(Watcher):
         within: Simulated seconds: the maximum duration of a short fault, and the minimum time since several faults.
     """
 
-    def __init__(self, within: float, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("recovers", tell)
+    def __init__(self, within: float, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("recovers", on_violation)
         self._within = round(within * NANOSECONDS)
         self._active: dict[str, FaultBegan] = {}
         self._begun: list[FaultBegan] = []
@@ -165,8 +165,8 @@ _BY_ITSELF: Final = ("succeeded", "failed")
 class GoalsEnd(Watcher):
     """Each accepted goal gets exactly one terminal status by the end of the run."""
 
-    def __init__(self, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("goals_end", tell)
+    def __init__(self, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("goals_end", on_violation)
         self._open: dict[tuple[str, str], tuple[int, str]] = {}
         self._left: set[tuple[str, str]] = set()
         self._ended: dict[tuple[str, str], int] = {}
@@ -227,7 +227,7 @@ _MANY: Final = 10
 
 @dataclass(slots=True)
 class _Row:
-    """How often a goal has failed, and when it last did."""
+    """A row of failures of one goal, with the time of the last one."""
 
     last: int
     count: int = 0
@@ -235,27 +235,27 @@ class _Row:
 
 
 class NoVainGoals(Watcher):
-    """The same goal to the same robot is not rejected or aborted too often in a row.
+    """The same goal of the same robot is not rejected or aborted too often in a row.
 
-    Goals are the same if robot, action and message are. Failures that the controller causes itself do not count, as
-    where one of its goals preempts another. A row ends when any goal of the robot succeeds, when a goal is sent after a
-    pause, as by a controller that polls whether a robot works again, and when the controller is replaced. Many failures
-    within one instant are too many whatever succeeds in between, as such a loop may never end.
+    Goals are the same if robot, action and message are equal. Failures that the controller causes itself, for instance
+    by preempting its own goal, do not count. The row of failures ends when any goal of the robot succeeds, when a goal
+    follows after a pause (the controller may poll whether the robot works again), and when the controller is replaced.
+    Many failures within one instant violate the property even if goals succeed in between: such a loop may never end.
 
     Args:
-        limit: How many failures in a row are too many.
+        limit: The number of failures in a row that violates the property.
     """
 
-    def __init__(self, limit: int, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("no_vain_goals", tell)
+    def __init__(self, limit: int, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("no_vain_goals", on_violation)
         self._limit = limit
-        self._asked: dict[tuple[str, str], Any] = {}
+        self._messages: dict[tuple[str, str], Any] = {}
         self._running: dict[tuple[str, str], tuple[int, Any]] = {}
         self._rows: dict[str, dict[Hashable, _Row]] = {}
         self._most = 0
         self._goals = 0
         timeline.on(GoalSeen, self._goal)
-        timeline.on(GoalAccepted, lambda _at, event: self.ask(event.robot, event.action, event.goal))
+        timeline.on(GoalAccepted, lambda _at, event: self.take_message(event.robot, event.action, event.goal))
         timeline.on(Commanded, lambda _at, command: self._command(command))
         timeline.on(SendGoalRejected, self._reject)
         timeline.on(ParticipantDropped, lambda _at, _event: self.begin_anew())
@@ -264,23 +264,23 @@ class NoVainGoals(Watcher):
         timeline.on_reset(ends, lambda _at: self.begin_anew())
 
     def begin_anew(self) -> None:
-        """Count from zero, as for another controller."""
+        """Forget all failures, for instance because another controller has taken over."""
         self._rows.clear()
 
-    def ask(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
+    def take_message(self, robot: str, action: str, message: BaseModel | Mapping[str, Any] | None) -> None:
         """Remember the message of the next goal of a robot's action."""
-        self._asked[robot, action] = message
+        self._messages[robot, action] = message
 
     def _command(self, command: Commanded) -> None:
         line = command.line or {}
         if line.get("command") == "send_goal":
-            self.ask(str(line.get("robot", "")), str(line.get("action", "")), line.get("goal"))
+            self.take_message(str(line.get("robot", "")), str(line.get("action", "")), line.get("goal"))
 
     def _goal(self, at: int, goal: GoalSeen) -> None:
         status, key = goal.status, (goal.robot, goal.goal_id)
         if status == _ACCEPTED:
             self._goals += 1
-            self._running[key] = (at, self._asked.pop((goal.robot, goal.action), None))
+            self._running[key] = (at, self._messages.pop((goal.robot, goal.action), None))
         elif status == _SUCCEEDED:
             self._running.pop(key, None)
             self._succeed(goal.robot)
@@ -295,12 +295,12 @@ class NoVainGoals(Watcher):
 
     def _reject(self, at: int, event: SendGoalRejected) -> None:
         self._goals += 1
-        message = self._asked.pop((event.robot, event.action), None)
+        message = self._messages.pop((event.robot, event.action), None)
         content: Hashable = event.error_msg if message is None else _content(message)
         self._fail((at, at), event.robot, event.action, content, ("rejected", event.reason))
 
     def _fail(self, span: tuple[int, int], robot: str, action: str, content: Hashable, how: tuple[str, str]) -> None:
-        """Count a failed goal; *span* is when it was accepted, and when it failed."""
+        """Count a failed goal; *span* has the times of its acceptance and failure."""
         since, at = span
         row = self._rows.setdefault(robot, {}).setdefault((action, content), _Row(at))
         row.count = 1 if since - row.last >= _PAUSE else row.count + 1
@@ -318,7 +318,7 @@ class NoVainGoals(Watcher):
         self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
 
     def unless_violated(self) -> Verdict:
-        """Return whether no goal was repeated in vain."""
+        """Return the verdict for a run in which no goal failed too often."""
         if not self._goals:
             return self._is("never_exercised", 1.0, "no goal was sent")
         said = f"no goal failed more than {self._most} times in a row" if self._most > 1 else "no goal failed twice"

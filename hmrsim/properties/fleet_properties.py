@@ -24,7 +24,7 @@ from hmrsim.properties.watcher import Obligation, Obligations, Watcher
 
 if TYPE_CHECKING:
     from hmrsim.history.timeline import Timeline
-    from hmrsim.properties.results import Ended, Tell, Verdict
+    from hmrsim.properties.results import Ended, OnViolation, Verdict
 
 
 class NoDeadlock(Watcher):
@@ -34,8 +34,8 @@ class NoDeadlock(Watcher):
         limit: Simulated seconds for which a circle may last.
     """
 
-    def __init__(self, limit: float, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("no_deadlock", tell)
+    def __init__(self, limit: float, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("no_deadlock", on_violation)
         self._limit = limit
         self._circles: Obligations[tuple[str, ...]] = Obligations(timeline, limit, self._expired, keep=True)
         self._waits = 0
@@ -102,8 +102,8 @@ class NobodyStranded(Watcher):
         limit: Simulated seconds for which a robot may be stranded.
     """
 
-    def __init__(self, limit: float, timeline: Timeline, tell: Tell, *, batteries: bool) -> None:
-        super().__init__("nobody_stranded", tell)
+    def __init__(self, limit: float, timeline: Timeline, on_violation: OnViolation, *, batteries: bool) -> None:
+        super().__init__("nobody_stranded", on_violation)
         self._limit = limit
         self._batteries = batteries
         self._empty: dict[str, None] = {}
@@ -178,8 +178,8 @@ class NobodyStranded(Watcher):
 class OrdersInTime(Watcher):
     """No order is late or lost."""
 
-    def __init__(self, timeline: Timeline, tell: Tell) -> None:
-        super().__init__("orders_in_time", tell)
+    def __init__(self, timeline: Timeline, on_violation: OnViolation) -> None:
+        super().__init__("orders_in_time", on_violation)
         self._open: dict[str, tuple[int, float | None]] = {}
         self._placed = 0
         self._least = 1.0

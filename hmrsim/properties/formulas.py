@@ -43,7 +43,7 @@ class Windows(Temporal):
         self._undecided = False
         for expression in self._expressions:
             for signal in expression.signals:
-                signal.tell(self.mark)
+                signal.subscribe(self.mark)
 
     def step(self, at: int) -> None:
         """Take the values of all conditions at an instant."""

@@ -1,4 +1,4 @@
-"""The monitor of a run, which takes its occurrences and judges properties, and the sink that feeds it."""
+"""The monitor, which checks the properties of a run while it happens, and the sink that feeds it in a simulation."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class Monitor:
-    """Watches the properties of one run, with one occurrence after the other.
+    """Checks the properties of one run, given its occurrences in order of time.
 
     Args:
         properties: The properties, as `hmrsim.properties.read_properties` returns them.
@@ -40,81 +40,81 @@ class Monitor:
 
     Attributes:
         violations: The violations so far, in order of time.
-        timeline: The time of the run.
+        timeline: The time of the run, and the handlers of its occurrences.
         observations: The state of the world, as far as a property depends on it.
     """
 
     def __init__(self, properties: Properties, world: World, reference: Reference | None = None) -> None:
         self.violations: list[Violation] = []
         self.timeline = Timeline()
-        self._told: Callable[[Violation], object] = lambda _violation: None
+        self._on_violation: Callable[[Violation], object] = lambda _violation: None
         self.observations = Observations(world, self.timeline, reference)
-        self._built_in = built_in_watchers(properties.built_in, world, self.timeline, self._tell)
-        self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._tell), *self._built_in]
-        self._vain = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
+        self._built_in = built_in_watchers(properties.built_in, world, self.timeline, self._record)
+        self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._record), *self._built_in]
+        self._no_vain_goals = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self._wants_status = GoalStatusChanged in self.timeline.handlers
         self.timeline.on(GoalStatusChanged, self._status)
-        self.timeline.on_reset(ResetSimulation.Request.SCOPE_ALL, self._begin_anew)
-        self._anew = True
+        self.timeline.on_reset(ResetSimulation.Request.SCOPE_ALL, self._expect_scene)
+        self._scene_expected = True
         self._begun = self._over = False
 
     @property
     def wants_status(self) -> bool:
-        """Whether a property depends on the events of goals, with their results, and not just on their statuses."""
+        """True if a property depends on the events of goals, with their results, and not just on their statuses."""
         return self._wants_status
 
     @property
     def wants_motion(self) -> bool:
-        """Whether a property depends on where robots are, or whether they drive."""
+        """True if a property depends on the positions or motions of robots."""
         return MotionBegan in self.timeline.handlers
 
     @property
     def wants_scene(self) -> bool:
-        """Whether a property depends on the state of the world."""
+        """True if a property depends on the state of the world."""
         return SceneSeen in self.timeline.handlers
 
     @property
-    def powered(self) -> Collection[str]:
-        """The robots on whose batteries a property depends, also from now on."""
-        return self.observations.powered
+    def watched_batteries(self) -> Collection[str]:
+        """The robots on whose batteries a property depends; a view, as more may be added during the run."""
+        return self.observations.watched_batteries
 
     def begin(self, at: int) -> None:
-        """Begin the run at a time in nanoseconds; it begins with the first occurrence otherwise."""
+        """Begin the run at a time in nanoseconds; without this call, it begins with the first occurrence."""
         self._begun = True
         if self.timeline.begin(at):
             for watcher in self._watchers:
                 watcher.begin(self.timeline.now)
 
     def take(self, occurrence: Occurrence) -> None:
-        """Take an occurrence; those after the end are ignored."""
-        if self._over or (isinstance(occurrence.event, SceneSeen) and not self._anew):
-            # A scene may be late; only the first one is news.
+        """Process an occurrence, unless the run is over."""
+        if self._over or (isinstance(occurrence.event, SceneSeen) and not self._scene_expected):
+            # Later scenes repeat what the events have said, and may be late.
             return
         if not self._begun:
             self.begin(occurrence.at)
         self.timeline.take(occurrence)
         if isinstance(occurrence.event, SceneSeen):
-            self._anew = False
+            self._scene_expected = False
 
-    def goal(self, stamp: int, seen: GoalSeen, asked: Any = None) -> None:
-        """Take the change of a goal, with its message when it is accepted; this is cheaper than its event."""
+    def take_goal(self, stamp: int, seen: GoalSeen, message: Any = None) -> None:
+        """Process a change of a goal, with its message when it is accepted; this is cheaper than its event."""
         if self._over:
             return
-        if asked is not None and self._vain is not None:
-            self._vain.ask(seen.robot, seen.action, asked)
+        if message is not None:
+            self.take_message(seen.robot, seen.action, message)
         if not self._begun:
             self.begin(stamp)
         self.timeline.give(stamp, seen, self.timeline.handlers.get(GoalSeen, ()))
 
-    def request(self, robot: str, action: str, asked: Any) -> None:
-        """Take the message of a goal that may be rejected."""
-        if self._vain is not None:
-            self._vain.ask(robot, action, asked)
+    def take_message(self, robot: str, action: str, message: Any) -> None:
+        """Remember the message of the next goal that is accepted or rejected."""
+        if self._no_vain_goals is not None:
+            self._no_vain_goals.take_message(robot, action, message)
 
     def replace_controller(self) -> None:
-        """Excuse the running goals of a controller that was killed on purpose, and end its rows of failures."""
-        if self._vain is not None:
-            self._vain.begin_anew()
+        """Excuse the open goals of a controller that a disturbance has killed, and forget its failures."""
+        if self._no_vain_goals is not None:
+            self._no_vain_goals.begin_anew()
         for watcher in self._built_in:
             if isinstance(watcher, GoalsEnd):
                 watcher.leave()
@@ -124,7 +124,7 @@ class Monitor:
 
         Args:
             at: The time in nanoseconds of simulated time; None for that of the last occurrence.
-            ended: How it has ended; None where that is unknown, as of a trace.
+            ended: The ending of the run; None if it is unknown, as for a trace.
         """
         if self._over:
             return
@@ -133,23 +133,23 @@ class Monitor:
         self._over = True
         for watcher in self._watchers:
             watcher.end(self.timeline.now, ended)
-        # A simulation that is torn down still sends events.
+        # A simulation sends more events while it is torn down.
         self.timeline.close()
 
-    def listen(self, told: Callable[[Violation], object]) -> None:
+    def subscribe(self, on_violation: Callable[[Violation], object]) -> None:
         """Call a function with each violation from now on, as soon as it is found."""
-        self._told = told
+        self._on_violation = on_violation
 
     def verdicts(self) -> list[Verdict]:
-        """Return the verdict on each property, those of the file first."""
+        """Return the verdict on each property: first those of the file, then the built-in ones."""
         return [watcher.verdict() for watcher in self._watchers]
 
-    def _tell(self, violation: Violation) -> None:
+    def _record(self, violation: Violation) -> None:
         self.violations.append(violation)
-        self._told(violation)
+        self._on_violation(violation)
 
-    def _begin_anew(self, _at: int) -> None:
-        self._anew = True
+    def _expect_scene(self, _at: int) -> None:
+        self._scene_expected = True
 
     def _status(self, at: int, event: GoalStatusChanged) -> None:
         seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
@@ -158,7 +158,7 @@ class Monitor:
 
 
 class MonitorSink(SelectiveSink):
-    """A sink that feeds a monitor with what its properties depend on, and computes no more.
+    """A sink that feeds a monitor, and computes only what its properties depend on.
 
     Args:
         simulator: The simulator, before it starts.
@@ -175,26 +175,26 @@ class MonitorSink(SelectiveSink):
         self._monitor = monitor
         self._handlers = monitor.timeline.handlers
         self._motion = monitor.wants_motion
-        self._weighed = -1
+        self._batteries_sampled_at = -1
         self._statuses = monitor.wants_status
-        monitor.listen(on_violation)
+        monitor.subscribe(on_violation)
         now = stamp(simulator.now)
         monitor.begin(now)
-        self._powered = monitor.powered
+        self._watched_batteries = monitor.watched_batteries
         if simulator.now:
-            # At time 0 the scene is that of the world, which is known.
-            self._see(now)
+            # At time 0 the scene is that of the world file.
+            self._take_scene(now)
 
     @property
     def topics(self) -> Collection[Topic]:
-        """The topics that it wants: events, and motions if a property depends on them."""
+        """The topics to subscribe to: events, and motions if a property depends on them."""
         return (Topic.EVENTS, Topic.MOTION) if self._motion else (Topic.EVENTS,)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
         handlers: dict[type, Callable[[Any], object]] = {
             EventStamped: self._take,
-            GoalChanged: self._change,
+            GoalChanged: self._take_goal,
             TimeRestarted: self._restart,
         }
         return handlers.get(kind)
@@ -202,49 +202,49 @@ class MonitorSink(SelectiveSink):
     def _take(self, output: EventStamped) -> None:
         event = output.event
         if isinstance(event, PropertyViolated):
-            # It comes in the middle of an instant, in which time must not go on.
+            # The monitor's own event, which comes in the middle of an instant that is not over.
             return
         handlers = self._handlers.get(type(event))
         if handlers is None:
             self._monitor.timeline.look(output.stamp)
             return
-        self._weigh(output.stamp)
+        self._sample_batteries(output.stamp)
         self._monitor.timeline.give(output.stamp, event, handlers)
         if isinstance(event, SimulationReset | WorldLoaded):
-            self._see(output.stamp)
+            self._take_scene(output.stamp)
 
     def _restart(self, output: TimeRestarted) -> None:
         self._monitor.timeline.restart(output.ended)
 
-    def weigh(self) -> None:
-        """Pass on the charge of batteries, as at the end of a run."""
-        self._weigh(stamp(self._simulator.now))
+    def sample_batteries(self) -> None:
+        """Pass the current charge of batteries to the monitor, as at the end of a run."""
+        self._sample_batteries(stamp(self._simulator.now))
 
-    def _change(self, change: GoalChanged) -> None:
-        at, robot, action, goal_id, status, asked, _, cause = change
-        self._weigh(at)
+    def _take_goal(self, change: GoalChanged) -> None:
+        at, robot, action, goal_id, status, message, _, cause = change
+        self._sample_batteries(at)
         if self._statuses:
-            if asked is not None:
-                self._monitor.request(robot, action, asked)
+            if message is not None:
+                self._monitor.take_message(robot, action, message)
             self._monitor.take(Occurrence(at, change.event()))
         else:
-            self._monitor.goal(at, GoalSeen(robot, action, goal_id, int(status), cause), asked)
+            self._monitor.take_goal(at, GoalSeen(robot, action, goal_id, int(status), cause), message)
 
-    def _see(self, at: int) -> None:
+    def _take_scene(self, at: int) -> None:
         if self._monitor.wants_scene:
             self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
 
-    def _weigh(self, at: int) -> None:
-        """Pass on the charge of the batteries that properties depend on, once an instant."""
-        if not self._powered or at == self._weighed:
+    def _sample_batteries(self, at: int) -> None:
+        """Pass the charge of the watched batteries to the monitor, once per instant."""
+        if not self._watched_batteries or at == self._batteries_sampled_at:
             return
-        self._weighed = at
-        for name in [*self._powered]:
+        self._batteries_sampled_at = at
+        for name in [*self._watched_batteries]:
             robot = self._simulator.robots.get(name)
             if robot is not None and robot.energy is not None:
                 self._monitor.take(Occurrence(at, BatterySeen(name, robot.energy.battery.share(robot.now))))
 
     def commanded(self, command: Command, _by: str, _now: float) -> None:
-        """Take the message of a goal, as it may be rejected."""
+        """Pass the message of a goal to the monitor; it has no other source if the goal is rejected."""
         if isinstance(command, SendGoal):
-            self._monitor.request(command.robot, command.action, command.goal)
+            self._monitor.take_message(command.robot, command.action, command.goal)

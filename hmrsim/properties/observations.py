@@ -204,12 +204,12 @@ class Observations:
 
     @cached_property
     def positions(self) -> Positions:
-        """Where robots are."""
+        """The positions of the robots over time."""
         return Positions(self.world, self.timeline)
 
     @property
-    def powered(self) -> Collection[str]:
-        """The robots whose batteries are followed; it includes those that are requested later."""
+    def watched_batteries(self) -> Collection[str]:
+        """The robots whose batteries are watched; a view, as more may be added later."""
         return self.history.batteries.shares.keys() if "batteries" in vars(self.history) else ()
 
     def robot_is(self, robot: str, state: str) -> Signal:
@@ -273,7 +273,7 @@ class Observations:
 
         def follow(robot: str) -> None:
             carriers[robot] = self.positions.near(robot, place)
-            carriers[robot].tell(lambda: found.set(value()))
+            carriers[robot].subscribe(lambda: found.set(value()))
 
         def value() -> float:
             carrier = items[item].carrier

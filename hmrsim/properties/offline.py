@@ -99,7 +99,7 @@ class _Replayed:
     def checked(self, outcome: Outcome) -> _Watched:
         """Return the monitor at the end of the replay, and notes."""
         for sink in self._sinks:
-            sink.weigh()
+            sink.sample_batteries()
         self._monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
         notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
         return self._monitor, notes

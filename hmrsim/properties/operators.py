@@ -16,7 +16,7 @@ from hmrsim.properties.watcher import Obligation, Obligations, Watcher, cut_off
 
 if TYPE_CHECKING:
     from hmrsim.properties.observations import Observations
-    from hmrsim.properties.results import Ended, Tell, Verdict
+    from hmrsim.properties.results import Ended, OnViolation, Verdict
 
 _FAR: Final = 9.0
 """Radii of the circle around a place beyond which a robot is far from it."""
@@ -37,7 +37,7 @@ class Instance:
     template: Any
     robot: str
     observations: Observations
-    tell: Tell
+    on_violation: OnViolation
 
 
 class Temporal(Watcher):
@@ -54,7 +54,7 @@ class Temporal(Watcher):
     """
 
     def __init__(self, of: Instance, *fields: str) -> None:
-        super().__init__(of.name, of.tell)
+        super().__init__(of.name, of.on_violation)
         self.part, self.subject = of.part, of.robot
         self.observations = of.observations
         self.timeline = of.observations.timeline

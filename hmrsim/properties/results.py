@@ -1,4 +1,4 @@
-"""The results of a run: violations, a verdict on each property, how it has ended, and where its items are."""
+"""The results of checking a run: violations, a verdict on each property, the run's ending and its items at the end."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Verdict(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """How a run has ended.
+    """The ending of a run.
 
     Attributes:
         ending: ``succeeded`` or ``failed`` if the controller has ended by itself, ``crashed``, ``hung``,
@@ -71,12 +71,12 @@ class Ended(NamedTuple):
     cause: str = ""
 
 
-Tell = Callable[[Violation], None]
-"""Takes a violation."""
+OnViolation = Callable[[Violation], None]
+"""A function to call with each violation."""
 
 
 class ItemEnd(NamedTuple):
-    """Where an item is at the end of a run.
+    """The location of an item at the end of a run.
 
     Attributes:
         at: Where it lies, in the world's unit.

@@ -18,7 +18,7 @@ JUST: Final = 1e-12
 
 
 class Node:
-    """The base of nodes.
+    """The base class of the nodes that compute robustness.
 
     Attributes:
         known: The last time at which its value is certain.

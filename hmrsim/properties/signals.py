@@ -1,4 +1,4 @@
-"""Signals: values that are constant between changes, and events as signals that hold at their instant only."""
+"""Signals: values that stay constant between changes; an event is a signal that holds only at its instant."""
 
 from __future__ import annotations
 
@@ -16,49 +16,45 @@ if TYPE_CHECKING:
 
 HOLDS: Final = 1.0
 FAILS: Final = -1.0
-"""The robustness of what holds, or does not, if there is nothing to measure."""
+"""The robustness of a condition that holds or fails, if it has no measure."""
 
 
 class Signal:
-    """A value that changes at times.
+    """A value that stays constant until it is set.
 
     Attributes:
-        value: The robustness of what it says, or what it measures.
+        value: The robustness of a condition, or a measured value.
     """
 
-    __slots__ = ("_told", "value")
+    __slots__ = ("_subscribers", "value")
 
     def __init__(self, value: float = FAILS) -> None:
         self.value = value
-        self._told: list[Callable[[], object]] = []
+        self._subscribers: list[Callable[[], object]] = []
 
     def set(self, value: float) -> None:
-        """Let it have another value from now on."""
+        """Set the value; call the subscribers if it differs."""
         if value != self.value:
             self.value = value
-            for told in self._told:
-                told()
+            for on_change in self._subscribers:
+                on_change()
 
-    def say(self, *, holds: bool) -> None:
-        """Let it hold from now on, or not."""
-        self.set(HOLDS if holds else FAILS)
+    def subscribe(self, on_change: Callable[[], object]) -> None:
+        """Call a function after each change from now on."""
+        self._subscribers.append(on_change)
 
-    def tell(self, told: Callable[[], object]) -> None:
-        """Call a function with each change from now on."""
-        self._told.append(told)
-
-    def forget(self, told: Callable[[], object]) -> None:
-        """Call it no longer."""
-        self._told.remove(told)
+    def unsubscribe(self, on_change: Callable[[], object]) -> None:
+        """Stop calling a subscribed function."""
+        self._subscribers.remove(on_change)
 
 
 Fields = dict[str, Any]
 Matched = Callable[[int, Callable[[], Fields]], object]
-"""Takes a time, and a function that returns the fields of the event as JSON has them."""
+"""A function of a time, and of a function that returns the fields of the event as in JSON."""
 
 
 def watch(timeline: Timeline, pattern: EventPattern, matched: Matched) -> None:
-    """Call a function with each event that is meant by a pattern."""
+    """Call a function with each event that matches a pattern."""
     if pattern.goal is not None:
         _watch_goals(timeline, pattern, matched)
         return
@@ -92,12 +88,12 @@ def _watch_goals(timeline: Timeline, pattern: EventPattern, matched: Matched) ->
 
 
 def pulse(timeline: Timeline, pattern: EventPattern) -> Signal:
-    """Return a signal that holds at each instant at which an event that is meant comes."""
+    """Return a signal that holds at each instant with an event that matches a pattern."""
     signal = Signal()
 
     def beat(at: int, _fields: Callable[[], Fields]) -> None:
-        signal.say(holds=True)
-        timeline.alarm(at + 1, Phase.CHANGE, lambda _at: signal.say(holds=False))
+        signal.set(HOLDS)
+        timeline.alarm(at + 1, Phase.CHANGE, lambda _at: signal.set(FAILS))
 
     watch(timeline, pattern, beat)
     return signal

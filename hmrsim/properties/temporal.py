@@ -22,21 +22,21 @@ Value = Callable[[Sequence[float]], float]
 
 
 class Formula:
-    """The base of formulas."""
+    """The base class of temporal formulas."""
 
     @property
     def parts(self) -> tuple[Formula, ...]:
-        """The formulas in it."""
+        """The operands of this formula."""
         return tuple(value for value in vars(self).values() if isinstance(value, Formula))
 
     @property
     def horizon(self) -> float:
-        """How far ahead one has to look to know its value at a time."""
+        """The length of the future on which the value at a sample depends, in the unit of the windows."""
         return max((part.horizon for part in self.parts), default=0)
 
     @property
     def has_windows(self) -> bool:
-        """Whether it looks ahead."""
+        """True if the formula contains a window of future time."""
         return any(part.has_windows for part in self.parts)
 
     def value(self, signals: Sequence[str]) -> Value:
@@ -157,7 +157,7 @@ class _Windowed(Formula):
 
     @property
     def has_windows(self) -> bool:
-        """Whether it looks ahead: it does."""
+        """True: the formula is a window of future time."""
         return True
 
 

@@ -150,15 +150,15 @@ class Term:
         else:
             self._expression = Expression(condition, observations)
             for signal in self._expression.signals:
-                signal.tell(changed)
+                signal.subscribe(changed)
 
     @property
     def holds(self) -> bool:
-        """Whether it held at the last look."""
+        """True if the condition held when it was last evaluated."""
         return self.value > 0.0
 
     def look(self) -> None:
-        """Evaluate it again."""
+        """Evaluate the condition again and update its value."""
         if self._expression is None:
             self.hits, self._came = self._came, 0
             self.value = HOLDS if self.hits else FAILS
@@ -170,7 +170,7 @@ class Term:
     def close(self) -> None:
         """Stop observing it."""
         for signal in self._expression.signals if self._expression else ():
-            signal.forget(self._changed)
+            signal.unsubscribe(self._changed)
 
     def _come(self, _at: int, _fields: Callable[[], dict[str, Any]]) -> None:
         self._came += 1

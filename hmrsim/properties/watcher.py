@@ -13,7 +13,7 @@ from hmrsim.properties.results import Verdict, Violation
 
 if TYPE_CHECKING:
     from hmrsim.history.timeline import Alarm, Timeline
-    from hmrsim.properties.results import Ended, State, Tell
+    from hmrsim.properties.results import Ended, OnViolation, State
     from hmrsim.properties.terms import Term
 
 
@@ -22,31 +22,31 @@ class Watcher:
 
     Args:
         name: The property's name.
-        tell: Takes violations.
+        on_violation: Called with each violation.
 
     Attributes:
         first: The first violation; None if there is none.
         count: How many violations there are.
     """
 
-    def __init__(self, name: str, tell: Tell) -> None:
+    def __init__(self, name: str, on_violation: OnViolation) -> None:
         self.name = name
         self.first: Violation | None = None
         self.count = 0
-        self._tell = tell
+        self._on_violation = on_violation
 
     def violate(self, at: int, subject: str, reason: str, text: str, *, fatal: bool = False) -> None:
-        """Report a violation."""
+        """Count a violation and report it."""
         violation = Violation(self.name, subject, at, reason, text, fatal)
         self.count += 1
         self.first = self.first or violation
-        self._tell(violation)
+        self._on_violation(violation)
 
     def begin(self, at: int) -> None:
-        """Begin with the run."""
+        """Process the beginning of the run."""
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """End with the run; *ended* is None where it is unknown how."""
+        """Process the end of the run; *ended* is None if its ending is unknown."""
 
     def verdict(self) -> Verdict:
         """Return the verdict on the property."""
@@ -212,11 +212,11 @@ class Each(Watcher):
         robots: Iterable[str],
         make: Callable[[str], Watcher],
         timeline: Timeline,
-        tell: Tell,
+        on_violation: OnViolation,
         *,
         all_count: bool = False,
     ) -> None:
-        super().__init__(name, tell)
+        super().__init__(name, on_violation)
         self._make = make
         self._order = ("violated", "undecided", "never_exercised", "holds") if all_count else _WORST_FIRST
         self._watchers = {robot: make(robot) for robot in robots}
@@ -228,12 +228,12 @@ class Each(Watcher):
             self._watchers[event.entity].begin(at)
 
     def begin(self, at: int) -> None:
-        """Begin for all robots."""
+        """Begin the watcher of each robot."""
         for watcher in self._watchers.values():
             watcher.begin(at)
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """End for all robots."""
+        """End the watcher of each robot."""
         for watcher in self._watchers.values():
             watcher.end(at, ended)
 

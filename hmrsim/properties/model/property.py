@@ -166,7 +166,7 @@ class PastAvoidance(Part):
 
 
 class GlobalAvoidance(Part):
-    """A condition never holds."""
+    """A condition holds at no instant of the run, as `Never`."""
 
     global_avoidance: Condition
 

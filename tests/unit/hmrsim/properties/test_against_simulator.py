@@ -7,6 +7,7 @@ import pytest
 from hmrsim.geometry import distance
 from hmrsim.history.robots import STATES
 from hmrsim.properties import Monitor, MonitorSink, Properties
+from hmrsim.properties.signals import FAILS
 from hmrsim.protocol.outputs import EventStamped, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.report.sink import ReportSink
@@ -105,13 +106,13 @@ def test_the_states_of_robots_are_those_of_reports(name, until):
             else:
                 spans[robot, state] = spans.get((robot, state), 0) + timeline.now - since["at"]
 
-        signal.tell(changed)
+        signal.subscribe(changed)
     simulator.advance(until)
     end = round(until * 1e9)
     timeline.look(end)
     timeline.end(end)
     for signal in comparing.states.values():
-        signal.say(holds=False)
+        signal.set(FAILS)
     comparing.story.end(end)
 
     told = {

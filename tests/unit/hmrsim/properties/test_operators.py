@@ -218,7 +218,7 @@ def test_a_response_without_a_limit_is_due_at_the_end():
 
 def test_violations_are_reported_as_soon_as_they_are_found():
     feed, told = watched(IN_TIME), []
-    feed.monitor.listen(lambda violation: told.append((violation.property, violation.at)))
+    feed.monitor.subscribe(lambda violation: told.append((violation.property, violation.at)))
     place(feed, 5, "a").event(65, "door_opened", door="gate")
 
     assert [] == told

@@ -38,7 +38,7 @@ def run():
 
         simulator = Simulator(world, RunSettings(), watchers=watchers)
         simulator.advance(until)
-        sinks[0].weigh()
+        sinks[0].sample_batteries()
         monitor.end(round(until * 1e9), Ended("succeeded"))
         return monitor, sinks[0]
 
