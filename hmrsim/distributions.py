@@ -55,7 +55,7 @@ class _Continuous(_Kind, ABC):
     @property
     @abstractmethod
     def _mean(self) -> float:
-        """The mean without bounds."""
+        """The mean of the distribution before it is truncated."""
 
     @model_validator(mode="after")
     def _bounds(self) -> Self:
@@ -116,7 +116,7 @@ class Normal(_Continuous):
 
 
 class LogNormal(_Continuous):
-    """The log-normal distribution.
+    """The log-normal distribution, given by mean and standard deviation.
 
     Law, Simulation Modeling and Analysis, 5th edition, 6.2.2: the logarithms have the variance
     sigma² = ln(1 + (stddev/mean)²) and the mean ln(mean) - sigma²/2.

@@ -24,7 +24,7 @@ METER: Final[Mapping[str, float]] = MappingProxyType({"m": 1.0, "px": 80.0})
 
 
 class Pose(NamedTuple):
-    """Where something is and which way it faces, in radians from +x to +y."""
+    """A position in the world's unit of length, and a heading in radians from +x towards +y."""
 
     x: float
     y: float
@@ -32,7 +32,7 @@ class Pose(NamedTuple):
 
     @property
     def point(self) -> Point:
-        """The position alone."""
+        """The position without the heading."""
         return (self.x, self.y)
 
 
@@ -244,7 +244,7 @@ class Obstacles:
 
 
 class PlaceNames:
-    """The names of points.
+    """Finds names for points, such as "dock1" or "near lobby".
 
     Args:
         named: Points by name. Of several names of a point, the first one is used.

@@ -14,7 +14,7 @@ class Carrier(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name of the carrier."""
 
     def pose(self) -> Pose:
         """Return where it is now."""
@@ -47,12 +47,12 @@ class Item:
     home: Point = field(init=False)
 
     def __post_init__(self) -> None:
-        """Set its position."""
+        """Remember the initial position, to which a reset returns the item."""
         self.home = self.point
 
     @property
     def position(self) -> Point:
-        """Its current center."""
+        """The center of the item now, which moves with its carrier."""
         return self.carrier.pose().point if self.carrier else self.point
 
     def attach_to(self, carrier: Carrier) -> None:

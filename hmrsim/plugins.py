@@ -26,7 +26,7 @@ class Named(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name for users."""
+        """The name of the plug-in in files, options and messages."""
 
 
 P = TypeVar("P", bound=Named)

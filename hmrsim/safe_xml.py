@@ -14,7 +14,7 @@ class Parent(Protocol):
     """An element that takes children."""
 
     def append(self, child: Any, /) -> None:
-        """Take the next child."""
+        """Append a child element."""
 
 
 E = TypeVar("E", bound=Parent)

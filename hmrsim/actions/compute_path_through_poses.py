@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 _CODES = ComputePathThroughPoses.Result
 _OFFSET = _CODES.UNKNOWN - ComputePathToPose.Result.UNKNOWN
-"""Between the code of a planner for one pose and that for the same error on the way through several."""
+"""The difference between the error codes of this action and those of ``compute_path_to_pose`` for the same errors."""
 
 
 def _process(
@@ -29,24 +29,24 @@ def _process(
         raise GoalAborted(_CODES.NO_VIAPOINTS_GIVEN, "there are no poses; give one at least")
     here = point_of(goal.start) if goal.use_start else robot.pose().point
     poses: list[Pose] = []
-    for number, at in enumerate(goals):
+    for number, target in enumerate(goals):
         try:
-            route = robot.plan_to(point_of(at), here)
+            route = robot.plan_to(point_of(target), here)
         except NoRoute as error:
             raise GoalAborted(error.code + _OFFSET, f"pose {number}: {error}", error.cause) from None
-        more = [*poses_along(route, here, facing(at))]
-        # Where two parts meet there is one pose, as Nav2's planner server joins paths: that of the goal there.
+        section = [*poses_along(route, here, facing(target))]
+        # Two sections share the pose where they meet, as in the paths that Nav2's planner server joins.
         if poses and route.legs:
-            poses += more[1:]
+            poses += section[1:]
         else:
-            poses[-1:] = more
+            poses[-1:] = section
         here = poses[-1].point
     return ComputePathThroughPoses.Result(path=path_message(robot, poses))
 
 
 def _frames(goal: ComputePathThroughPoses.Goal) -> Iterator[str]:
     yield goal.goals.header.frame_id
-    yield from (at.header.frame_id for at in goal.goals.goals)
+    yield from (pose.header.frame_id for pose in goal.goals.goals)
     if goal.use_start:
         yield goal.start.header.frame_id
 

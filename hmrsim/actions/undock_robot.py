@@ -28,7 +28,7 @@ def _process(
     late = GoalAborted(_RESULT.TIMEOUT, f"can't leave {dock.name!r} within {seconds:g} s")
     try:
         with robot.within(seconds, late):
-            # It is undocked as soon as it moves.
+            # The robot counts as undocked as soon as it moves.
             yield from robot.drive(robot.plan_to(dock.staging), None)
     except GoalAborted as why:
         if why.code == late.code:
@@ -40,7 +40,7 @@ def _process(
 
 
 def _find(robot: Robot) -> DockBay:
-    """Return the dock where a robot is docked, or that it has not left yet.
+    """Return the dock at which a robot is docked, or in whose bay it still stands.
 
     Raises:
         GoalAborted: The robot is not docked.

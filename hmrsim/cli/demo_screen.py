@@ -343,7 +343,7 @@ class Screen:
             self._table.print(Text(str(line), style=_STYLES[line.source]))
 
     def refresh(self) -> None:
-        """Refresh the table."""
+        """Redraw the table of robots with their current states."""
         if self._table is not None:
             self._table.refresh()
 

@@ -131,7 +131,7 @@ class BufferedSink:
                 self.forward()
 
     def forward(self) -> None:
-        """Forward the buffered outputs."""
+        """Forward the buffered outputs to the sink."""
         events, self._events = self._events, []
         for event in events:
             self._sink.emit(event)
@@ -174,7 +174,7 @@ class LogLines(logging.Handler):
         self._thread.join(_FLUSH_TIMEOUT)
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Queue a line."""
+        """Queue the line of a record for the writing thread; drop it if too many wait."""
         if self._lines.qsize() < _MAX_WAITING:
             self._lines.put(self.format(record))
 

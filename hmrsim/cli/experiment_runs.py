@@ -152,7 +152,7 @@ class _TextDisplay:
 
 
 class _JsonDisplay:
-    """Prints progress as JSON."""
+    """Prints the progress of an experiment as lines of JSON."""
 
     def update(self, progress: Progress) -> None:
         """Print a line."""

@@ -46,7 +46,7 @@ class Trip:
 
     @property
     def duration(self) -> float:
-        """Seconds in total."""
+        """The travel time in seconds, including turns."""
         return sum(self.seconds) + self.turning
 
 

@@ -120,7 +120,7 @@ _SERVICES_OF_ACTIONS: Final = {
 
 @dataclass(frozen=True)
 class Service:
-    """A service.
+    """A service of the simulator or of an action.
 
     Attributes:
         name: As in ROS, such as ``/_world/info`` or ``/wall_e/wait/_action/send_goal``.
@@ -170,7 +170,7 @@ _TOPICS_OF_ACTIONS: Final = {
 
 @dataclass(frozen=True)
 class Topic:
-    """A published topic.
+    """A topic that the simulator or a controller publishes.
 
     Attributes:
         name: As in ROS, such as ``/wall_e/odom`` or ``/wall_e/wait/_action/status``.
@@ -183,7 +183,7 @@ class Topic:
 
     @property
     def hidden(self) -> bool:
-        """Whether the topic belongs to an action; ROS 2 lists such topics only on request."""
+        """True if the topic belongs to an action; ROS 2 lists such topics only on request."""
         return "/_action/" in self.name
 
     def key(self, keys: Keys) -> str:

@@ -1,4 +1,4 @@
-"""``hmrsim record``: record a simulator's publications to a file, and the sink that records a run of a command."""
+"""``hmrsim record``: record a running simulator to an MCAP file, and the sink behind ``hmrsim run --record``."""
 
 from __future__ import annotations
 
@@ -39,58 +39,10 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.recording.listener import Listener
 
 
-_WORLD: Final = "world"
-"""The name on messages about the world as a whole."""
-
-_LEVELS: Final[Mapping[Severity, int]] = {
-    Severity.INFO: Log.INFO,
-    Severity.WARNING: Log.WARN,
-    Severity.ERROR: Log.ERROR,
-}
-
-
-def rosout(event: Event) -> LogLine | None:
-    """Return the message about an event; None for events that are too frequent for a log."""
-    text = text_of(event)
-    return LogLine(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None
-
-
-@contextmanager
-def recorded(path: Path, settings: RunSettings) -> Iterator[Watchers]:
-    """Return a factory of the sink that records a run to a file; the file is complete after the context."""
-    recordings: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
-    with ExitStack() as files:
-
-        def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
-            file = files.enter_context(RecordingFile(path, reproducible=settings.clock == LOCKSTEP))
-            recorder = Recorder(file, rosout)
-            sink = RecordingSink(simulator, recorder, lambda: pacing.state, clock_rate=settings.clock_rate)
-            recordings.append((file, recorder, sink))
-            warn(f"recording to {path}")
-            return (sink,)
-
-        yield watchers
-        for _file, _recorder, sink in recordings:
-            sink.close()
-    for file, recorder, _sink in recordings:
-        warn(summary(path, file, recorder))
-
-
-def summary(path: Path, file: RecordingFile, recorder: Recorder) -> str:
-    """Return a line about how much was recorded."""
-    seconds = (recorder.time.now - recorder.time.begin) / NANOSECONDS
-    text = f"recorded {seconds:.1f} s: {file.messages} messages"
-    try:
-        size = path.stat().st_size
-    except OSError:
-        return f"{text}, but {path} is no longer there: it was deleted or moved meanwhile"
-    return f"{text}, {size / 1e6:.1f} MB in {path}"
-
-
 _LOOK: Final = 0.2
 """Wall seconds between checks of the simulator."""
 _GRACE: Final = 5.0
-"""Wall seconds that the simulator may be gone, for instance while it restarts, or may take to describe its world."""
+"""Wall seconds for which the simulator may be gone, for instance to restart, or may take to describe its world."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -117,11 +69,7 @@ examples:
 
 
 def _record(args: argparse.Namespace) -> int:
-
-    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
     from hmrsim_zenoh.recording.listener import Listener
-    from hmrsim_zenoh.recording.recorder import Recorder
-    from hmrsim_zenoh.recording.writer import RecordingFile
 
     check_outputs([("OUT.mcap", args.file)], [session_options(args).zenoh_config])
     signals: list[int] = []
@@ -148,8 +96,6 @@ def _follow(
     Raises:
         Unreachable: The simulator does not describe its world.
     """
-    from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-
     began = looked = seen = time.monotonic()
     announced = False
     while not signals:
@@ -176,3 +122,51 @@ def _follow(
         if listener.interrupted:
             listener.query_again()
     listener.drain()
+
+
+_WORLD: Final = "world"
+"""The logger's name in messages about the world as a whole."""
+
+_LEVELS: Final[Mapping[Severity, int]] = {
+    Severity.INFO: Log.INFO,
+    Severity.WARNING: Log.WARN,
+    Severity.ERROR: Log.ERROR,
+}
+
+
+def rosout(event: Event) -> LogLine | None:
+    """Return the log line of an event for the topic ``/rosout``; None for events that are too frequent for a log."""
+    text = text_of(event)
+    return LogLine(_LEVELS[event.severity], event.subject or _WORLD, printable(text)) if text else None
+
+
+@contextmanager
+def recorded(path: Path, settings: RunSettings) -> Iterator[Watchers]:
+    """Yield a factory of the sink that records a run to a file; the file is complete when the context ends."""
+    recordings: list[tuple[RecordingFile, Recorder, RecordingSink]] = []
+    with ExitStack() as files:
+
+        def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
+            file = files.enter_context(RecordingFile(path, reproducible=settings.clock == LOCKSTEP))
+            recorder = Recorder(file, rosout)
+            sink = RecordingSink(simulator, recorder, lambda: pacing.state, clock_rate=settings.clock_rate)
+            recordings.append((file, recorder, sink))
+            warn(f"recording to {path}")
+            return (sink,)
+
+        yield watchers
+        for _file, _recorder, sink in recordings:
+            sink.close()
+    for file, recorder, _sink in recordings:
+        warn(summary(path, file, recorder))
+
+
+def summary(path: Path, file: RecordingFile, recorder: Recorder) -> str:
+    """Return a line with the duration, the number of messages and the size of a recording."""
+    seconds = (recorder.time.now - recorder.time.begin) / NANOSECONDS
+    text = f"recorded {seconds:.1f} s: {file.messages} messages"
+    try:
+        size = path.stat().st_size
+    except OSError:
+        return f"{text}, but {path} is no longer there: it was deleted or moved meanwhile"
+    return f"{text}, {size / 1e6:.1f} MB in {path}"

@@ -280,7 +280,7 @@ class RunMonitor:
 
     @property
     def violated(self) -> bool:
-        """Whether a property was violated."""
+        """True if a property was violated."""
         return bool(self._monitor.violations)
 
     def sink(self, simulator: Simulator) -> MonitorSink:

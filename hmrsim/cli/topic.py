@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 _END: Final = "...\n"
 """The end that YAML writes after a value that is neither a mapping nor a list."""
 _LOOK: Final = 0.5
+"""Wall seconds between checks whether the simulator is still there."""
 _PERIOD: Final = 1.0
+"""Wall seconds between two lines of ``hz``."""
 
 _STEP: Final = re.compile(r"(?P<name>\w+)|\[(?P<index>-?\d+)\]")
 _FIELD: Final = re.compile(r"\w+(\[-?\d+\])*(\.\w+(\[-?\d+\])*)*")
@@ -172,14 +174,14 @@ def _echo(args: argparse.Namespace) -> int:
 def _payloads(
     client: Client, topic: Topic, samples: queue.SimpleQueue[bytes | int], *, timeout: float
 ) -> Iterator[bytes]:
-    """Yield the latest message of a latched topic, then messages as they are published, until a signal arrives.
+    """Yield the messages of a topic as they are published, until a signal arrives; a latched one first if there is one.
 
     Raises:
         SimulatorGone: The simulator has been unreachable for too long.
     """
     latest = None
     if topic.latched:
-        # A controller, unlike the simulator, may not be running.
+        # The publisher may be a controller that is not running.
         with suppress(Unreachable):
             latest = client.get(topic.key(client.keys), timeout)
     if latest is not None:

@@ -124,7 +124,7 @@ def _server_enclave(options: SessionOptions) -> Enclave | None:
 
 
 def _simulator(options: SessionOptions, enclave: Enclave | None, stack: ExitStack) -> Source:
-    """Connect to the simulator.
+    """Connect to the running simulator and return it as a source.
 
     Raises:
         SimulatorNotFound: No simulator answers.

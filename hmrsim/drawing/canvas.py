@@ -1,4 +1,4 @@
-"""SVG as text, and the canvas that all parts of a picture share: the world, its transformation and the colors."""
+"""SVG elements as text, and the canvas that all parts of a picture share: world, frame, colors and sizes."""
 
 from __future__ import annotations
 
@@ -50,18 +50,18 @@ def element(tag: str, *content: str, **attributes: str | float) -> str:
 
 
 def group(kind: str, parts: Iterable[str], **attributes: str | float) -> str:
-    """Return a group of elements, one per line; empty without elements."""
+    """Return a group of elements, one per line; an empty text if there are none."""
     lines = "\n".join(parts)
     return element("g", f"\n{lines}\n", class_=kind, **attributes) if lines else ""
 
 
 def titled(title: str) -> str:
-    """Return the tooltip of an element."""
+    """Return a title element, which browsers show as the tooltip of its parent."""
     return element("title", text_of(title))
 
 
 def path(points: Iterable[Point], *, closed: bool = False) -> str:
-    """Return the data of a path of straight lines."""
+    """Return the path data of straight lines through points."""
     steps = "L".join(f"{number(x)} {number(y)}" for x, y in points)
     return f"M{steps}{'Z' if closed else ''}"
 
@@ -115,8 +115,8 @@ def _points(world: World) -> Iterator[Point]:
     yield from world.points.values()
     for outline in world.outlines:
         yield from outline
-    named = (world.places, world.docks, world.robots, world.items)
-    yield from (world.point(thing.at) for things in named for thing in things.values())
+    located = (world.places, world.docks, world.robots, world.items)
+    yield from (world.point(entity.at) for entities in located for entity in entities.values())
     for door in world.doors.values():
         yield from door.at
 
@@ -141,7 +141,7 @@ class Frame:
 
     @classmethod
     def of(cls, world: World, width: float, *, left: float, top: float) -> Frame:
-        """Return the frame that shows a whole world in a window of this width, or less if it would be too tall."""
+        """Return the frame that shows a whole world in a window of this width; a tall world is scaled down to fit."""
         x, y, to_x, to_y = _seen(world)
         scale = min(width / (to_x - x), width * _TALLEST / (to_y - y))
         beside = (width - (to_x - x) * scale) / 2
@@ -154,13 +154,13 @@ class Frame:
         return (to_x - x) * self.scale, (to_y - y) * self.scale
 
     def at(self, point: Point) -> Point:
-        """Return the position in the picture of a point of the world."""
+        """Return the pixel of a point of the world."""
         x, y, _, to_y = self.box
         down = to_y - point[1] if self.up else point[1] - y
         return self.left + (point[0] - x) * self.scale, self.top + down * self.scale
 
     def length(self, a: Point, b: Point) -> float:
-        """Return the distance in the picture of two points of the world."""
+        """Return the distance between two points of the world, in pixels."""
         return distance(a, b) * self.scale
 
 
@@ -174,7 +174,7 @@ def _seen(world: World) -> Box:
     if (x, y, to_x, to_y) != bounds:
         around = longest * _AROUND
         x, y, to_x, to_y = x - around, y - around, to_x + around, to_y + around
-    # A corridor without walls has no width, but its robots do.
+    # A single straight corridor has no width, but robots need some.
     lack_x, lack_y = (max(0.0, longest / 5 - side) / 2 for side in (to_x - x, to_y - y))
     return x - lack_x, y - lack_y, to_x + lack_x, to_y + lack_y
 
@@ -208,7 +208,7 @@ class Canvas:
         return min(_MAX_MARK, max(_MIN_MARK, math.sqrt(width * height / max(1, count)) / 8))
 
     def robot_radius(self, name: str) -> float:
-        """Return the drawn radius of a robot: its real one, with a visible minimum."""
+        """Return the radius in pixels at which a robot is drawn: its real one, but at least a visible minimum."""
         radius = self.world.robot_type(self.world.robots[name]).base.radius or 0.0
-        # A body is smaller than its circle.
+        # The shape of a body does not fill the circle.
         return max(1.2 * self.mark, radius * self.frame.scale)

@@ -1,4 +1,4 @@
-"""A world as a picture, with its caption: name, scale and legend."""
+"""The drawing of a world as SVG, with a caption of title, scale bar and legend."""
 
 from __future__ import annotations
 
@@ -16,15 +16,18 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 FONTS: Final = "'DejaVu Sans', Verdana, 'Segoe UI', Roboto, Arial, sans-serif"
+# Sizes of the caption, in pixels.
 _MARGIN: Final = 16.0
-_SIZE: Final = 11.0
-_TITLE: Final = 16.0
-_LINE: Final = 22.0
-_MARK: Final = 6.0
-_SWATCH: Final = 26.0
-_BETWEEN: Final = 18.0
+_FONT_SIZE: Final = 11.0
+_TITLE_SIZE: Final = 16.0
+_LINE_HEIGHT: Final = 22.0
+_MARK_SIZE: Final = 6.0
+_SWATCH_WIDTH: Final = 26.0
+_GAP: Final = 18.0
+
 _MAX_TYPES: Final = 12
-_BAR: Final = 0.15
+"""Maximum number of robot types in the legend."""
+_MAX_BAR: Final = 0.15
 """Maximum width of the scale bar, as a share of the picture's width."""
 
 
@@ -36,7 +39,7 @@ class Drawing(Canvas):
     Args:
         theme: ``light`` or ``dark``.
         width: The width of the picture, in pixels.
-        names: Whether names are shown, as far as there is room; tooltips have them in any case.
+        names: Whether names are shown where there is room; tooltips always show them.
         details: Whether speed limits and capacities are shown beside lanes.
         legend: Whether there are a title, a scale bar and a legend.
         overlay: Traffic and bottlenecks to show on the lanes.
@@ -73,28 +76,27 @@ class Drawing(Canvas):
         """Return the picture as SVG.
 
         Args:
-            lane_colors: Color and width in pixels of single directions of lanes, by the waypoints at their start and
-                end. Two directions of a lane are drawn beside each other.
+            lane_colors: The color, and the width in pixels, of single directions of lanes, by the waypoints at their
+                start and end. The two directions of a lane are drawn side by side.
             lane_notes: The tooltips of these lanes.
         """
         width, height = self.size
         paper = element("rect", width=width, height=height, fill=self.colors["background"])
         strokes: Attributes = {"fill": "none", "stroke_linecap": "round", "stroke_linejoin": "round"}
-        over, place = self.overlay, (self.world, self.frame, self.mark, self.colors)
-        if over:
-            lane_colors = {**over.looks(self.mark), **(lane_colors or {})}
-            lane_notes = {**over.notes(), **(lane_notes or {})}
-        drawn = lanes(self.world, self.frame, self.mark, self.colors, lane_colors or {}, lane_notes or {})
+        overlay, setting = self.overlay, (self.world, self.frame, self.mark, self.colors)
+        if overlay:
+            lane_colors = {**overlay.looks(self.mark), **(lane_colors or {})}
+            lane_notes = {**overlay.notes(), **(lane_notes or {})}
         layers = [
             titled(self.world.name),
             paper,
             self._floor(),
             group("solids", self._solids()),
-            group("only-lanes", over.beneath(*place)) if over else "",
-            group("lanes", drawn, **strokes),
+            group("only-lanes", overlay.beneath(*setting)) if overlay else "",
+            group("lanes", lanes(*setting, lane_colors or {}, lane_notes or {}), **strokes),
             group("walls", self._walls(), **strokes, stroke=self.colors["wall"], stroke_width=2.5),
             group("doors", self._doors()),
-            group("only-waypoints", over.above(*place)) if over else "",
+            group("only-waypoints", overlay.above(*setting)) if overlay else "",
             group("waypoints", self._waypoints()),
             group("lifts", self._lifts()),
             group("docks", self._docks()),
@@ -177,55 +179,56 @@ class Drawing(Canvas):
 
 
 def _caption(canvas: Canvas, more: Iterable[tuple[str, str]] = ()) -> tuple[str, float]:
-    """Return title, scale bar and legend, and the height that they need below the map.
+    """Return the title, scale bar and legend, and the height that they need below the map.
 
-    *more* are marks, around (9, 0), and their meanings, for the end of the legend.
+    *more* has entries for the end of the legend: each is a mark, drawn around (9, 0), and its meaning.
     """
-    left, right = 16.0, canvas.width - 16.0
+    left, right = _MARGIN, canvas.width - _MARGIN
     below = canvas.frame.top + canvas.frame.size[1]
-    x, y, parts = left, below + _LINE, []
+    x, y, parts = left, below + _LINE_HEIGHT, []
     for mark, text in [*_entries(canvas), *more]:
-        width = _SWATCH + width_of(text, _SIZE)
+        width = _SWATCH_WIDTH + width_of(text, _FONT_SIZE)
         if x > left and x + width > right:
-            x, y = left, y + _LINE
+            x, y = left, y + _LINE_HEIGHT
         parts += [
             f'<g transform="translate({x:.2f} {y:.2f})">{mark}</g>',
-            element("text", text_of(text), x=x + _SWATCH, y=y + 4),
+            element("text", text_of(text), x=x + _SWATCH_WIDTH, y=y + 4),
         ]
-        x += width + _BETWEEN
-    legend = group("legend", parts, fill=canvas.colors["ink"], font_size=_SIZE)
-    return group("caption", [*_head(canvas, left, right), legend]), y - below + _LINE * 0.8
+        x += width + _GAP
+    legend = group("legend", parts, fill=canvas.colors["ink"], font_size=_FONT_SIZE)
+    return group("caption", [*_head(canvas, left, right), legend]), y - below + _LINE_HEIGHT * 0.8
 
 
 def _head(canvas: Canvas, left: float, right: float) -> Iterator[str]:
+    """Yield the scale bar at the right, the title at the left, and the numbers of entities if there is room."""
     world, colors, scale = canvas.world, canvas.colors, canvas.frame.scale
-    bar = _round_length((right - left) * _BAR / scale)
+    bar = _round_length((right - left) * _MAX_BAR / scale)
     long = bar * scale
     ends = [(right - long, 26.0), (right - long, 30.0), (right, 30.0), (right, 26.0)]
     yield element("path", d=path(ends), fill="none", stroke=colors["muted"])
-    look: Attributes = {"font_size": _SIZE, "fill": colors["muted"]}
+    look: Attributes = {"font_size": _FONT_SIZE, "fill": colors["muted"]}
     yield element("text", f"{bar:g} {world.units}", x=right - long / 2, y=20, text_anchor="middle", **look)
-    room = right - left - long - _BETWEEN
-    title = shortened(world.name, max(4, int(room / (_TITLE * 0.62))))
-    yield element("text", text_of(title), x=left, y=30, fill=colors["ink"], font_size=_TITLE, font_weight="700")
+    room = right - left - long - _GAP
+    title = shortened(world.name, max(4, int(room / (_TITLE_SIZE * 0.62))))
+    yield element("text", text_of(title), x=left, y=30, fill=colors["ink"], font_size=_TITLE_SIZE, font_weight="700")
     counted = ", ".join(
         f"{len(things)} {word if len(things) != 1 else word.removesuffix('s')}"
         for word, things in (("robots", world.robots), ("lanes", world.lanes), ("items", world.items))
         if things
     )
-    behind = width_of(title, _TITLE) * 1.05 + _BETWEEN
-    if counted and behind + width_of(counted, _SIZE) < room:
-        yield element("text", counted, x=left + behind, y=30, **look)
+    title_width = width_of(title, _TITLE_SIZE) * 1.05 + _GAP
+    if counted and title_width + width_of(counted, _FONT_SIZE) < room:
+        yield element("text", counted, x=left + title_width, y=30, **look)
 
 
 def _round_length(most: float) -> float:
-    """Return the greatest of 1, 2, 5, 10, … up to a maximum."""
+    """Return the greatest number of the series 1, 2, 5, 10, 20, … up to a maximum."""
     power = 10.0 ** math.floor(math.log10(most))
     return float(next(step for step in (5, 2, 1) if step * power <= most) * power)
 
 
 def _entries(canvas: Canvas) -> Iterator[tuple[str, str]]:
-    """Yield mark and meaning of each kind of entity in the map; marks are around (9, 0)."""
+    """Yield the legend's entries for the kinds of entities on the map: a mark, drawn around (9, 0), and its meaning."""
     world, colors, at = canvas.world, canvas.colors, (9.0, 0.0)
     types = list(canvas.types.items())
     flying = {robot.type for robot in world.robots.values() if world.robot_type(robot).base.flies}
@@ -234,20 +237,21 @@ def _entries(canvas: Canvas) -> Iterator[tuple[str, str]]:
     if len(types) > _MAX_TYPES:
         yield "", f"and {len(types) - _MAX_TYPES} more types"
     if world.items:
-        yield marks.item(at, _MARK, colors), "item"
+        yield marks.item(at, _MARK_SIZE, colors), "item"
     if world.places:
-        yield marks.place(at, _MARK, colors), "place"
+        yield marks.place(at, _MARK_SIZE, colors), "place"
     for charges, meaning in ((True, "charger"), (False, "dock")):
         if any(dock.charges is charges for dock in world.docks.values()):
-            yield marks.dock(at, _MARK * 0.8, colors, charges=charges), meaning
+            yield marks.dock(at, _MARK_SIZE * 0.8, colors, charges=charges), meaning
     if world.doors:
         yield marks.door((0.0, 0.0), (18.0, 0.0), colors), "door"
     if world.lifts:
-        yield marks.lift(at, _MARK, colors), "lift"
-    yield from _lines(canvas)
+        yield marks.lift(at, _MARK_SIZE, colors), "lift"
+    yield from _line_entries(canvas)
 
 
-def _lines(canvas: Canvas) -> Iterator[tuple[str, str]]:
+def _line_entries(canvas: Canvas) -> Iterator[tuple[str, str]]:
+    """Yield the legend's entries for lanes, walls and solids."""
     world, colors, ends = canvas.world, canvas.colors, ((0.0, 0.0), (18.0, 0.0))
     look: Attributes = {"stroke": colors["lane"], "stroke_width": 1.3, "fill": "none"}
     if any(not lane.one_way for lane in world.lanes):

@@ -172,7 +172,7 @@ _LEGEND_LINE: Final = ((0.0, 0.0), (18.0, 0.0))
 
 @dataclass(frozen=True)
 class Weak:
-    """A bottleneck.
+    """A bottleneck of the lanes, to be highlighted.
 
     Attributes:
         waypoints: The waypoint, the ends of the lane, or the stops of the lift.

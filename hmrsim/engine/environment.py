@@ -135,7 +135,7 @@ class Environment(_Clock):
             self._on_error(failure, event if isinstance(event, simpy.Process) else None)
 
     def schedule(self, event: simpy.Event, priority: EventPriority = NORMAL, delay: float = 0) -> None:
-        """Schedule an event.
+        """Schedule an event after a delay in simulated seconds.
 
         Raises:
             ValueError: The delay is NaN, which would put all events out of order.

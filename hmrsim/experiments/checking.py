@@ -16,7 +16,7 @@ from hmrsim.experiments.reading import Reading, read_valid_parts
 from hmrsim.experiments.statistics.confidence_sequences import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
 from hmrsim.trials.trial import BUILT_IN
-from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, names_in
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_in, names_used_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -122,7 +122,7 @@ def _without_effect(plan: Plan, path: str) -> Iterator[Problem]:
     treatments = [treatment.model_dump(mode="json") for treatment in file.treatments.values()]
     try:
         variants = [variant.model_dump(mode="json") for variant in file.variants.values()]
-        used = names_asked_for([file.overlay, variants, treatments])
+        used = names_used_in([file.overlay, variants, treatments])
     except OverlayFlaw:
         # A variant that was not chosen may be invalid.
         return
@@ -155,7 +155,7 @@ def _alike(problem: Problem, other: Problem) -> bool:
 def _asked_for(value: object) -> frozenset[str]:
     """Return the names that the expressions in a value use; an invalid expression counts as a name."""
     try:
-        return names_asked_for(value)
+        return names_used_in(value)
     except OverlayFlaw:
         return frozenset({str(value)})
 

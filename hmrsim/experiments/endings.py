@@ -19,7 +19,7 @@ from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.demand import NEAR
 from hmrsim.trials.trial import HUNG
-from hmrsim.world.overlays.expressions import OverlayFlaw, names_asked_for, substituted
+from hmrsim.world.overlays.expressions import OverlayFlaw, names_used_in, substituted
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
@@ -70,7 +70,7 @@ class Judge(SelectiveSink):
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many goals have ended, by status, and how many were accepted."""
+        """The numbers of accepted goals and of ended goals, by status."""
         return {status.name.lower(): self._counts[status] for status in _COUNTED}
 
     @property
@@ -150,7 +150,7 @@ def _check(condition: Ending, reported: Mapping[str, Any]) -> tuple[tuple[type, 
     *reported* has what controllers have reported so far.
     """
     kinds, check = _check_of(condition)
-    asking = {name: value for name in BY_REPORT if names_asked_for(value := getattr(condition, name))}
+    asking = {name: value for name in BY_REPORT if names_used_in(value := getattr(condition, name))}
     if not asking:
         return kinds, check
 

@@ -81,7 +81,7 @@ class Plan:
 
     @property
     def treatments(self) -> dict[str, Treatment]:
-        """The treatments, by name."""
+        """The treatments of the experiment, by name."""
         return self.file.treatments
 
     @cached_property

@@ -146,7 +146,7 @@ class Single(NamedTuple):
 
     @property
     def injection(self) -> Injection:
-        """The injection."""
+        """The injection with the time or the anchor that was chosen for it."""
         if self.anchor is not None:
             return self.candidate.at(self.anchor)
         return self.candidate.at_start() if self.candidate.anchored else self.candidate.injection

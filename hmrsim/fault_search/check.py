@@ -188,7 +188,7 @@ class Check:
 
     @property
     def treatment(self) -> Controller:
-        """The controller under test."""
+        """The controller whose runs are checked."""
         return self.file.controller
 
     @property

@@ -141,7 +141,7 @@ _FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
 
 
 class Mutator:
-    """Mutates schedules.
+    """Mutates schedules by adding, removing and shifting injections.
 
     Args:
         candidates: The injections to choose from.

@@ -171,12 +171,12 @@ class Finding:
 
     @property
     def case(self) -> Case:
-        """The reduced case."""
+        """The case after its reduction."""
         return self.reduced.case
 
     @property
     def schedule(self) -> Schedule:
-        """The reduced schedule."""
+        """The schedule of the reduced case."""
         return self.reduced.case.schedule
 
     @property

@@ -1,4 +1,4 @@
-"""Goals of the robot are rejected although it could execute them, as by a robot that is busy with something else."""
+"""A fault: a robot rejects goals that it could execute, as if it were busy or not ready."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hmrsim.faults._counting import Countdown
 
 
 class GoalsRejected(Spell):
-    """Goals of a robot that are rejected.
+    """The rejection of goals that a robot could execute.
 
     Attributes:
         robot: The robot's name.
@@ -32,10 +32,10 @@ _WHY = {"busy": "{robot} is busy with something else", "not_ready": "{robot} is 
 
 
 def _begin(case: Case[GoalsRejected]) -> Callable[[], None]:
-    wanted = case.settings
-    why = _WHY[wanted.reason].format(robot=wanted.robot)
-    reject = partial(case.roster.goals.reject, wanted.robot, wanted.action, reason=wanted.reason, why=why)
-    return Countdown(case, wanted.count, lambda done: reject(done=done)).end
+    settings = case.settings
+    why = _WHY[settings.reason].format(robot=settings.robot)
+    reject = partial(case.roster.goals.reject, settings.robot, settings.action, reason=settings.reason, why=why)
+    return Countdown(case, settings.count, lambda done: reject(done=done)).end
 
 
 FAULT = FaultType(

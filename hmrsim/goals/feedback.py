@@ -1,4 +1,4 @@
-"""The feedback of goals: sampled at a rate while they execute, and made for subscribers only."""
+"""The feedback of executing goals, which is sampled at a rate while there is a subscriber."""
 
 from __future__ import annotations
 
@@ -19,14 +19,16 @@ if TYPE_CHECKING:
 
 
 class Feedback:
-    """Publishes the feedback of the goals that execute.
+    """Publishes the feedback of executing goals.
 
     Args:
-        servers: Know the goals.
+        env: The clock of the simulation.
+        servers: The action servers, with their goals.
         cut_off: The robots that clients can't reach.
-        publisher: Publishes, and knows whether there is a subscriber.
-        errors: Handles what the making of feedback raises because of a bug.
-        rate: Samples a second of simulated time.
+        telemetry: Samples topics at a rate.
+        publisher: Publishes feedback, and knows whether there is a subscriber.
+        errors: Handles errors of actions while they compute feedback.
+        rate: Samples per second of simulated time.
     """
 
     def __init__(
@@ -57,9 +59,9 @@ class Feedback:
             self._emit(FeedbackSent(server.robot.name, server.action.name, goal.goal_id, feedback, last))
 
     def sample(self, goal: ServedGoal, source: Callable[[], Message | Mapping[str, Any]]) -> None:
-        """Publish feedback of *source* at the rate, and once more when the goal ends; none if it has ended.
+        """Publish the feedback that *source* returns, at the rate and once more when the goal ends.
 
-        A goal that is canceled at the instant of its acceptance has ended when its process begins.
+        Do nothing if the goal has ended: one that is canceled at the instant of its acceptance ends before it begins.
         """
         if goal.status.terminal:
             return
@@ -68,12 +70,12 @@ class Feedback:
             self._start(goal)
 
     def finish(self, goal: ServedGoal) -> None:
-        """Publish the last feedback of a goal that is about to end."""
+        """Publish the last feedback of a goal just before it ends."""
         if goal.sample is not None:
             if not self._ever_sampled:
                 goal.sample = None
                 return
-            feedback = self._of(goal) if self._interest.feedback else None
+            feedback = self._current_of(goal) if self._interest.feedback else None
             self.stop(goal)
             if feedback is not None:
                 self.send(goal, feedback, last=True)
@@ -88,29 +90,29 @@ class Feedback:
         return [
             FeedbackSent(goal.server.robot.name, goal.server.action.name, goal.goal_id, feedback)
             for goal in self._servers.active()
-            if goal.server.robot.name not in self._cut_off and (feedback := self._of(goal)) is not None
+            if goal.server.robot.name not in self._cut_off and (feedback := self._current_of(goal)) is not None
         ]
 
     def interest_changed(self) -> None:
-        """Begin to sample the goals that execute, if there is a subscriber now."""
+        """Start sampling the executing goals if there is a subscriber now."""
         if self._interest.feedback:
             for goal in self._servers.active():
                 if goal.sample is not None and goal not in self._telemetry:
                     self._start(goal)
 
     def _start(self, goal: ServedGoal) -> None:
-        def take() -> None:
-            feedback = self._of(goal)
+        def publish_sample() -> None:
+            feedback = self._current_of(goal)
             if feedback is not None:
                 self.send(goal, feedback)
 
         self._ever_sampled = True
-        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, take, now=self._env.now)
+        self._telemetry.start(goal, Topic.FEEDBACK, goal.sampled_from, self._rate, publish_sample, now=self._env.now)
 
-    def _of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
-        """Return the current feedback of a goal; None if it has none, or if a bug has ended it.
+    def _current_of(self, goal: ServedGoal) -> Message | Mapping[str, Any] | None:
+        """Return the current feedback of a goal; None if it has none, or if its action raised an error.
 
-        The goal goes on: feedback is made for subscribers only, and they must not make a difference.
+        The goal continues after an error, since a subscriber must not change what happens in the simulation.
         """
         if goal.sample is None:
             return None

@@ -1,6 +1,6 @@
-"""The states of the ROS nodes that serve robots' actions: one that is not active rejects goals, as Nav2's do.
+"""The lifecycle states of the ROS nodes that serve actions; as in Nav2, a node that is not active rejects goals.
 
-Goals know actions only; the command that changes a state says which actions the node serves.
+Goals name actions and not nodes, so the command that changes a node's state lists the actions that it serves.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NAMES: Final = MappingProxyType(
         State.PRIMARY_STATE_FINALIZED: "finalized",
     }
 )
-"""The names of the states that a node stays in."""
+"""The names of the primary states, in which a node can stay."""
 
 TRANSITIONS: Final = MappingProxyType(
     {
@@ -38,11 +38,11 @@ TRANSITIONS: Final = MappingProxyType(
         Transition.TRANSITION_ACTIVE_SHUTDOWN: (ACTIVE, State.PRIMARY_STATE_FINALIZED),
     }
 )
-"""The transitions that a client may ask for, each with the states before and after."""
+"""The transitions that a client may request, each with the states before and after it."""
 
 
 class NodeStates:
-    """The states of all nodes: a node is active unless a client has changed that."""
+    """The lifecycle states of all nodes; a node is active until a client changes its state."""
 
     def __init__(self) -> None:
         self._states: defaultdict[str, dict[str, int]] = defaultdict(dict)
@@ -53,7 +53,7 @@ class NodeStates:
         return self._states[robot].get(node, ACTIVE) if robot in self._states else ACTIVE
 
     def change(self, command: ChangeState) -> bool:
-        """Change the state of a node; return whether the transition begins at its state."""
+        """Change the state of a node; return False if its state does not allow the transition."""
         robot, node = command.robot, command.node
         before, after = TRANSITIONS.get(command.transition, (None, ACTIVE))
         if before != self.of(robot, node):
@@ -70,7 +70,7 @@ class NodeStates:
         """Check that the node which serves an action is active.
 
         Raises:
-            GoalRejected: It is not.
+            GoalRejected: The node is not active.
         """
         node = self._inactive.get((command.robot, command.action)) if self._inactive else None
         if node is not None:
@@ -78,6 +78,6 @@ class NodeStates:
             raise GoalRejected("not_ready", f"{node} of {command.robot} is {state}; activate it")
 
     def forget(self, robot: str) -> None:
-        """Forget a robot that has gone."""
+        """Forget the nodes of a robot that has left the world."""
         if self._states.pop(robot, None):
             self._inactive = {key: node for key, node in self._inactive.items() if key[0] != robot}

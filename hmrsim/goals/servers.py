@@ -153,7 +153,7 @@ class ActionServer:
     needs: str = field(init=False)
 
     def __post_init__(self) -> None:
-        """Name the resource."""
+        """Derive the name of the resource that goals of this server need."""
         name, action = self.robot.name, self.action
         self.needs = name if action.holds_base else f"{name}/{action.name}" if action.exclusive else ""
 

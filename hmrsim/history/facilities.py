@@ -66,7 +66,7 @@ class _Facilities(Part, Generic[N]):
         self._timeline = timeline
 
     def begin_anew(self) -> None:
-        """End all uses."""
+        """End all uses at the current time, as after a reset."""
         self.end(self._timeline.now)
         for name in self.uses:
             self.changed(name)

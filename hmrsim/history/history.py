@@ -100,37 +100,37 @@ class History:
 
     @cached_property
     def robots(self) -> Robots:
-        """The states of robots."""
+        """The states of robots over time."""
         return Robots(self._timeline, self._world)
 
     @cached_property
     def batteries(self) -> Batteries:
-        """The charge of batteries."""
+        """The charge of batteries over time."""
         return Batteries(self._timeline, self._world)
 
     @cached_property
     def items(self) -> Items:
-        """Where items are."""
+        """The locations of items over time."""
         return Items(self._timeline, self._world)
 
     @cached_property
     def doors(self) -> Doors:
-        """The states of doors."""
+        """The states of doors over time."""
         return Doors(self._timeline, self._world)
 
     @cached_property
     def lanes(self) -> Lanes:
-        """The closed lanes."""
+        """The closed lanes over time."""
         return Lanes(self._timeline)
 
     @cached_property
     def orders(self) -> Orders:
-        """The progress of orders."""
+        """The progress of orders over time."""
         return Orders(self._timeline)
 
     @cached_property
     def faults(self) -> Faults:
-        """The active faults."""
+        """The active faults over time."""
         return Faults(self._timeline)
 
     def _begin_anew(self, _at: int) -> None:

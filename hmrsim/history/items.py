@@ -1,4 +1,4 @@
-"""Where the items of a run are, which robots carry them, and the orders of the demand."""
+"""The items of a run, with their locations and carriers, and the orders of the demand."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Item:
-    """An item.
+    """An item's location or carrier.
 
     Attributes:
-        at: The point where it lies; None while it does not exist, or is carried from an unknown point.
+        at: The point where it lies; None while it is carried or does not exist, except that a scene gives a
+            point for carried items, too.
         carrier: The robot that carries it; empty for none.
     """
 
@@ -124,7 +125,7 @@ class Orders(Part):
         timeline.on(OrderPickedUp, self._pick_up)
         timeline.on(OrderDelivered, self._end)
         timeline.on(OrderLost, self._end)
-        timeline.on(OrderLate, self._be_late)
+        timeline.on(OrderLate, self._mark_late)
         timeline.on((ItemPlaced, ItemDropped), self._put_down)
 
     def is_(self, order: str, state: str) -> bool:
@@ -165,7 +166,7 @@ class Orders(Part):
             order.state, order.ended = "lost", at
         self.changed(order.name)
 
-    def _be_late(self, at: int, event: OrderLate) -> None:
+    def _mark_late(self, at: int, event: OrderLate) -> None:
         order = self._order(at, event)
         order.late = True
         self.changed(order.name)

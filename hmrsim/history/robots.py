@@ -114,7 +114,7 @@ def _set(causes: dict[str, None], cause: str, *, applies: bool) -> None:
 
 @dataclass(slots=True)
 class Robot:
-    """A robot.
+    """A robot's state at the current time of the history.
 
     Attributes:
         present: Whether it exists.

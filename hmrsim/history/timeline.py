@@ -134,7 +134,7 @@ class Timeline:
         self._unsettled[call] = None
 
     def take(self, occurrence: Occurrence) -> None:
-        """Process an occurrence."""
+        """Process an occurrence, and advance time to it."""
         event = occurrence.event
         handlers = self.handlers.get(type(event))
         if handlers is not None:
@@ -206,7 +206,7 @@ class Timeline:
             self._settle()
 
     def close(self) -> None:
-        """Ignore all later occurrences."""
+        """End the timeline; it ignores all later occurrences."""
         for left in (self.handlers, self._alarms, self._unsettled):
             left.clear()
 

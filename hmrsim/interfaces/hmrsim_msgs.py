@@ -96,7 +96,7 @@ class GetFaults:
     """List the active and the scheduled faults."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The known faults, sorted by name."""

@@ -33,7 +33,7 @@ class GetState:
     """Return the state of a node."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The current state of the node."""
@@ -84,7 +84,7 @@ class GetAvailableStates:
     """List the states that a node can have."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The states that the node can have."""
@@ -96,7 +96,7 @@ class GetAvailableTransitions:
     """List the transitions of a node: all, or those from its state."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The transitions of the node."""

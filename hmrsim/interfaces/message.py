@@ -24,7 +24,7 @@ _KINDS = {"Goal": "action", "Result": "action", "Feedback": "action", "Request":
 
 @dataclass(frozen=True)
 class Primitive:
-    """Names the ROS primitive type that an annotated Python type stands for.
+    """The ROS primitive type of an annotated Python type.
 
     Attributes:
         capacity: The largest length of a bounded string; 0 for any other type.
@@ -36,7 +36,7 @@ class Primitive:
 
 @dataclass(frozen=True)
 class Array:
-    """Marks a list as a ROS array of fixed size, or as a bounded sequence.
+    """Marks a list as a ROS array of fixed size or as a bounded sequence.
 
     Attributes:
         size: Number of items; the maximum if *bounded*.
@@ -92,8 +92,8 @@ def complete(message: Message) -> None:
     for at, names in shape.inner:
         at(message).__pydantic_fields_set__.update(names)
     for at in shape.lists:
-        for each in at(message):
-            complete(each)
+        for item in at(message):
+            complete(item)
 
 
 def lists_messages(message: Message) -> bool:
@@ -133,16 +133,16 @@ def _messages_in(kind: type[Message], path: str = "") -> Iterator[tuple[str, Any
 
 
 def unbuilt(message: type[Message], **fields: Any) -> dict[str, Any]:
-    """Return the plain values of a message: the given fields, and defaults for all others.
+    """Return the plain values of a message with the given fields, and with defaults for all others.
 
-    The message is neither validated nor built, which would dominate the time that large messages take.
+    The message is neither validated nor built, since that would take most of the time for large messages.
     """
     return {**defaults(message), **fields}
 
 
 @cache
 def defaults(message: type[Message]) -> dict[str, Any]:
-    """Return the plain values of a message without given fields; do not change them, as `unbuilt` uses them again."""
+    """Return the default values of a message's fields, which callers must not change: they are shared."""
     return {name: _default(field) for name, field in message.model_fields.items()}
 
 

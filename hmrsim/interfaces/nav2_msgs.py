@@ -567,7 +567,7 @@ class ManageLifecycleNodes:
     """Change the states of all nodes that a lifecycle manager manages."""
 
     class Request(Message):
-        """The change."""
+        """The transition that all nodes should make."""
 
         STARTUP: ClassVar[int] = 0
         PAUSE: ClassVar[int] = 1
@@ -580,7 +580,7 @@ class ManageLifecycleNodes:
         command: UInt8 = 0
 
     class Response(Message):
-        """Whether all nodes have changed."""
+        """The outcome: true if every node made the transition."""
 
         success: Bool = False
 
@@ -595,7 +595,7 @@ class ClearEntireCostmap:
         plugins: list[String] = Field(default_factory=list)
 
     class Response(Message):
-        """Whether it was cleared."""
+        """The outcome: true if the costmap was cleared."""
 
         response: Empty = Field(default_factory=Empty)
         success: Bool = False
@@ -611,7 +611,7 @@ class ClearCostmapExceptRegion:
         plugins: list[String] = Field(default_factory=list)
 
     class Response(Message):
-        """Whether it was cleared."""
+        """The outcome: true if the costmap was cleared."""
 
         response: Empty = Field(default_factory=Empty)
         success: Bool = False
@@ -627,7 +627,7 @@ class ClearCostmapAroundRobot:
         plugins: list[String] = Field(default_factory=list)
 
     class Response(Message):
-        """Whether it was cleared."""
+        """The outcome: true if the costmap was cleared."""
 
         response: Empty = Field(default_factory=Empty)
         success: Bool = False
@@ -662,7 +662,7 @@ class GetCostmap:
         specs: CostmapMetaData = Field(default_factory=CostmapMetaData)
 
     class Response(Message):
-        """The costmap."""
+        """The current costmap, with its metadata."""
 
         map: Costmap = Field(default_factory=Costmap)
 
@@ -682,7 +682,7 @@ class IsPathValid:
         max_lookahead_distance: Float64 = 0.0
 
     class Response(Message):
-        """Whether the path is free, and the indices of the poses that are not."""
+        """The validity of the path, and the indices of its invalid poses."""
 
         success: Bool = False
         is_valid: Bool = False
@@ -693,12 +693,12 @@ class SetRouteGraph:
     """Replace the route graph by that of a file."""
 
     class Request(Message):
-        """The file."""
+        """The path of the file to read."""
 
         graph_filepath: String = ""
 
     class Response(Message):
-        """Whether it was read."""
+        """The outcome: true if the file was read."""
 
         success: Bool = False
 
@@ -707,11 +707,11 @@ class ReloadDockDatabase:
     """Replace the docks by those of a file."""
 
     class Request(Message):
-        """The file."""
+        """The path of the file to read."""
 
         filepath: String = ""
 
     class Response(Message):
-        """Whether it was read."""
+        """The outcome: true if the file was read."""
 
         success: Bool = False

@@ -55,9 +55,9 @@ class GetMap:
     """Read the map."""
 
     class Request(Message):
-        """An empty request."""
+        """The request, which has no fields."""
 
     class Response(Message):
-        """The map."""
+        """The map as an occupancy grid."""
 
         map: OccupancyGrid = Field(default_factory=OccupancyGrid)

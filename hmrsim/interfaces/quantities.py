@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Quantity(NamedTuple):
-    """A physical quantity.
+    """A physical quantity, with its unit and range.
 
     Attributes:
         unit: Its unit; "units" is the world's unit of length.

@@ -1,6 +1,6 @@
-"""The services of ROS's simulation_interfaces package, as of kilted (1.6.1).
+"""The services of ROS's package simulation_interfaces, version 1.6.1 of ROS kilted.
 
-Kilted has the package's first series, in which a resource to spawn or to load is two fields rather than a message.
+In this first series of the package, a resource to spawn or to load is two fields and not a message.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Bounds(Message):
 
 
 class TagsFilter(Message):
-    """Tags to look for, any or all of them."""
+    """Tags to match, either any or all of them."""
 
     FILTER_MODE_ANY: ClassVar[int] = 0
     FILTER_MODE_ALL: ClassVar[int] = 1
@@ -195,7 +195,7 @@ class GetSpawnables:
 
 
 class SpawnEntity(Message):
-    """Put a robot or an item into the world: the service, and as a message one request of `SpawnEntities`."""
+    """Put a robot or an item into the world; this is a service and also a message, one request of `SpawnEntities`."""
 
     name: String = ""
     allow_renaming: Bool = False
@@ -241,7 +241,7 @@ class SpawnEntities:
     """Put several robots and items into the world."""
 
     class Request(Message):
-        """The requests."""
+        """The entities to spawn."""
 
         spawn_requests: list[SpawnEntity] = Field(default_factory=list)
 
@@ -380,7 +380,7 @@ class GetSimulatorFeatures:
     """List the features of the simulator."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The features of the simulator."""
@@ -392,7 +392,7 @@ class GetSimulationState:
     """Return whether the simulation is playing, paused or stopped."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The state of the simulation."""
@@ -502,7 +502,7 @@ class GetCurrentWorld:
     """Return the loaded world."""
 
     class Request(Message):
-        """A request without fields."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The world that is loaded."""

@@ -21,7 +21,7 @@ class Empty(Message):
 
 
 class String(Message):
-    """A text."""
+    """A message that holds only a text."""
 
     data: Text = ""
 

@@ -9,7 +9,7 @@ class Trigger:
     """Trigger something, or ask whether it is so."""
 
     class Request(Message):
-        """An empty request."""
+        """The request, which has no fields."""
 
     class Response(Message):
         """The outcome, and a text about it."""

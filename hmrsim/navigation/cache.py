@@ -63,7 +63,7 @@ class Memo(dict[K, V]):
         self._make = make
 
     def __missing__(self, key: K) -> V:
-        """Compute a value."""
+        """Compute and keep the value of a new key."""
         value = self[key] = self._make(key)
         return value
 
@@ -86,7 +86,7 @@ class LazySequence(Generic[T]):
         return self._count
 
     def __iter__(self) -> Iterator[T]:
-        """Compute all values."""
+        """Iterate over all values, and compute those that are missing."""
         return map(self.__getitem__, range(self._count))
 
     def __getitem__(self, number: int) -> T:

@@ -42,7 +42,7 @@ class Lanes:
 
     @property
     def count(self) -> int:
-        """The number of classes."""
+        """The number of classes of robots."""
         return len(self.moves)
 
     def without(self, fixed: Iterable[tuple[int, int]]) -> Lanes:
@@ -135,7 +135,7 @@ def lanes_of(places: Places, robots: Mapping[str, float], work: Work) -> tuple[L
     lanes = Lanes(
         [_moves_of(places, robots, member, members) for member in members],
         [tuple(move.start for move in ring) for ring in places.rings],
-        [place.room for place in places.all],
+        [place.capacity for place in places.all],
         [place.waypoint != "" for place in places.all],
         work,
     )

@@ -46,7 +46,7 @@ class Lane(NamedTuple):
 
 @dataclass
 class Layout:
-    """Waypoints and lanes.
+    """The waypoints and lanes of a random world.
 
     Attributes:
         waypoints: Where each waypoint is, by name.

@@ -44,7 +44,7 @@ class Verdict:
         answer: Whether its orders can be served; unknown if a search was given up.
         moves: Moves of the plan for all orders; 0 without one.
         states: How many configurations were expanded.
-        why: What can't be done, or was given up.
+        why: The order that can't be served, or the search that was given up.
     """
 
     answer: Literal["solvable", "unsolvable", "unknown"]

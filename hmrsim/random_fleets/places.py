@@ -1,6 +1,6 @@
-"""The points of a world where robots can stand and the moves between them, for a search over configurations.
+"""The places of a world where robots can stand and the moves between them, for a search over configurations.
 
-It shares no code with the traffic policies beyond the rule that says when two footprints touch, as it judges them.
+The search judges the traffic policies, so it shares no code with them except the rule for when two footprints touch.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ class Place(NamedTuple):
 
     Attributes:
         at: The point.
-        room: How many robots may be there at once.
-        waypoint: Its name; empty off the waypoints.
-        lane: The lane in whose middle it is, by its number; -1 elsewhere.
+        capacity: The number of robots that may be there at once.
+        waypoint: The name of the waypoint at this point; empty if there is none.
+        lane: The number of the lane on which the point lies between waypoints; -1 if there is none.
     """
 
     at: Point
-    room: float = 1.0
+    capacity: float = 1.0
     waypoint: str = ""
     lane: int = -1
 
@@ -40,11 +40,11 @@ class Move:
     """A move from one place to another, by their numbers.
 
     Attributes:
-        lane: The lane that is driven, by its number; -1 for a ride or a few meters off the lanes.
-        doors: The robots for which all its doors open; None for all.
-        path: The straight pieces that are driven.
-        near: Places where a robot may stand too near to one that drives here, and how far away they are; 0 or less
-            for those that share its lane.
+        lane: The number of the lane of the move; -1 for a ride in a lift or a few meters off the lanes.
+        doors: The robots for which all doors on the move open; None for all robots.
+        path: The straight sections of the move.
+        near: The places that may be too near to a robot on this move, each with its distance; 0 or less for places on
+            the same lane.
     """
 
     start: int
@@ -70,13 +70,13 @@ class Places:
     """The places and moves of a world.
 
     Args:
-        world: Its names must have been checked.
-        points: Points off the waypoints where robots have to stand: where they start, and where they are sent.
+        world: A world without errors.
+        points: Points off the waypoints where robots have to stand: their initial positions and targets.
 
     Attributes:
         all: The places, waypoints first.
-        moves: By place, the moves that begin there.
-        near: By place, other places where robots may touch one here, and how far away they are.
+        moves: The moves that begin at each place.
+        near: For each place, the other places where a robot may touch one here, each with its distance.
     """
 
     def __init__(self, world: World, points: list[Point]) -> None:
@@ -85,9 +85,9 @@ class Places:
             [*world.polylines, *(door.at for door in world.doors.values())],
             world.solids,
         )
-        self._reach = _widest(world)
+        self._widest = _widest_pair(world)
         self._tracks = [*self._find_tracks()]
-        self.all = [Place(at, self._room(name), name) for name, at in world.points.items()]
+        self.all = [Place(at, self._capacity(name), name) for name, at in world.points.items()]
         self._numbers = {place.at: number for number, place in enumerate(self.all)}
         self._by_name = {place.waypoint: number for number, place in enumerate(self.all)}
         for point in points:
@@ -100,19 +100,19 @@ class Places:
             self.moves[move.start].append(self._with_near(move))
 
     def number(self, point: Point) -> int | None:
-        """Return the number of the place at a point, or None."""
-        found = self._numbers.get(point)
-        if found is None:
+        """Return the number of the place at a point; None if there is no place."""
+        number = self._numbers.get(point)
+        if number is None:
             near = (number for number, place in enumerate(self.all) if distance(place.at, point) <= SAME_PLACE)
-            found = next(near, None)
-        return found
+            number = next(near, None)
+        return number
 
     @cached_property
     def rings(self) -> list[tuple[Move, ...]]:
-        """The rings of three or more waypoints that robots can drive at once, each as its moves."""
+        """The rings of three or more waypoints around which robots can move all at once, each as its moves."""
         return [*_rings(self.moves, [place.waypoint != "" for place in self.all])]
 
-    def _room(self, name: str) -> float:
+    def _capacity(self, name: str) -> float:
         world, waypoint = self._world, self._world.waypoints[name]
         if isinstance(waypoint, Waypoint) and waypoint.capacity:
             return waypoint.capacity
@@ -141,10 +141,10 @@ class Places:
     def _near(self, number: int) -> Iterator[tuple[int, float]]:
         """Yield the places close enough to one that two robots may touch."""
         for other in range(len(self.all)):
-            if other != number and touch(away := self._away(number, other), self._reach):
+            if other != number and touch(away := self._distance(number, other), self._widest):
                 yield other, away
 
-    def _away(self, number: int, other: int) -> float:
+    def _distance(self, number: int, other: int) -> float:
         """Return the distance between two places; one in the middle of a lane occupies the whole lane."""
         here, there = self.all[number], self.all[other]
         for one, two in ((here, there), (there, here)):
@@ -190,7 +190,7 @@ class Places:
                         yield Move(self._by_name[a], self._by_name[b], -1)
 
     def _entrance(self, place: Place) -> tuple[Point, int]:
-        """Return the nearest visible point of a lane from a place and the lane, which is -1 if none is visible."""
+        """Return the nearest point on a lane that is visible from a place, and the lane, or -1 if none is visible."""
         if place.lane >= 0:
             return place.at, place.lane
         feet = sorted((distance(place.at, at), i, at) for i, at in enumerate(self._feet(place.at)))
@@ -199,7 +199,7 @@ class Places:
     def _feet(self, point: Point) -> Iterator[Point]:
         for lane in self._tracks:
             at = foot(point, lane.a, lane.b)
-            # A foot beside a waypoint is that waypoint.
+            # The waypoint itself, if the foot is that close to it.
             yield next((end for end in (lane.a, lane.b) if distance(at, end) <= SAME_PLACE), at)
 
     def _with_near(self, move: Move) -> Move:
@@ -215,32 +215,33 @@ class Places:
             elif move.path and not (place.waypoint and place.waypoint in ends):
                 away = min(gap(a, b, place.at, place.at) for a, b in move.path)
                 away = min(away, self._between_lanes(move.lane, place.lane))
-                if touch(away, self._reach):
+                if touch(away, self._widest):
                     near[number] = min(away, near.get(number, away))
         return Move(move.start, move.end, move.lane, move.doors, move.path, tuple(sorted(near.items())))
 
     def _between_lanes(self, lane: int, other: int) -> float:
-        """Return the distance between two lanes without a common waypoint; infinite for others."""
+        """Return the distance between two lanes; infinite if they share a waypoint, or if either is -1."""
         if lane < 0 or other < 0:
             return math.inf
         one, two = self._tracks[lane], self._tracks[other]
         return math.inf if {one.start, one.end} & {two.start, two.end} else gap(one.a, one.b, two.a, two.b)
 
 
-def _widest(world: World) -> float:
-    """Return the sum of the two greatest radii."""
+def _widest_pair(world: World) -> float:
+    """Return the sum of the two greatest radii of robots."""
     bases = (world.robot_type(robot).base for robot in world.robots.values())
     return math.fsum(sorted(base.radius or 0.0 for base in bases if not base.flies)[-2:])
 
 
 _MAX_RINGS = 2_000
+"""The maximum number of rings."""
 _MAX_RING = 12
-"""Maximum number of rings, and of waypoints of a ring."""
+"""The maximum number of waypoints in a ring."""
 
 
 def _rings(moves: list[list[Move]], waypoints: list[bool]) -> Iterator[tuple[Move, ...]]:
     """Yield simple rings of lanes between waypoints, each starting at its first waypoint in order."""
-    found = 0
+    count = 0
     for first in range(len(moves)):
         if not waypoints[first]:
             continue
@@ -249,9 +250,9 @@ def _rings(moves: list[list[Move]], waypoints: list[bool]) -> Iterator[tuple[Mov
             path = todo.pop()
             for move in moves[path[-1].end]:
                 if move.end == first and len(path) > 1:
-                    found += 1
+                    count += 1
                     yield (*path, move)
-                    if found >= _MAX_RINGS:
+                    if count >= _MAX_RINGS:
                         return
                 elif (
                     move.end > first

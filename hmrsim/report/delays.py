@@ -1,4 +1,4 @@
-"""The delay of each delivered order, attributed to what its robots did meanwhile."""
+"""The lead times of delivered orders, divided into parts such as travel, queues and traffic."""
 
 from __future__ import annotations
 
@@ -29,11 +29,15 @@ PART_OF: Final[dict[State, Part]] = {
     "busy": "handling",
     "idle": "assignment",
 }
-"""The part of the lead time for which a state of the order's robot counts."""
+"""The part of the lead time to which each state of the order's robot counts."""
 
 
-class _Handled(NamedTuple):
-    """An item is picked up or put down; *number* is the place in the list of what its robot has handled."""
+class _Handling(NamedTuple):
+    """A robot picks up an item or puts it down.
+
+    Attributes:
+        number: The number of times that the robot has picked up or put down anything before.
+    """
 
     at: int
     robot: str
@@ -42,16 +46,17 @@ class _Handled(NamedTuple):
 
 
 class Delays:
-    """Attributes the lead times of delivered orders.
+    """Divides the lead times of delivered orders into parts, by the states of the robots that serve them.
 
-    An order is with the robot that carries its item. Before, it is with the robot that picks the item up next, from
-    the time at which that robot last picked up or put down anything. In between, the order waits for its assignment.
+    The robot that serves an order is the one that carries its item. Before the item is picked up, it is the robot that
+    will pick it up, from the last time that this robot picked up or put down anything. At all other times, the order
+    waits for its assignment.
     """
 
     def __init__(self, timeline: Timeline, robot_log: RobotLog) -> None:
         self._robot_log = robot_log
         self._pasts: dict[str, Past] = {}
-        self._of_item: dict[str, list[_Handled]] = defaultdict(list)
+        self._of_item: dict[str, list[_Handling]] = defaultdict(list)
         self._of_robot: dict[str, list[int]] = defaultdict(list)
         timeline.on(ItemPicked, lambda at, event: self._handle(at, event.robot, event.item, picked=True))
         timeline.on(
@@ -60,13 +65,13 @@ class Delays:
 
     def _handle(self, at: int, robot: str, item: str, *, picked: bool) -> None:
         times = self._of_robot[robot]
-        self._of_item[item].append(_Handled(at, robot, picked, len(times)))
+        self._of_item[item].append(_Handling(at, robot, picked, len(times)))
         times.append(at)
 
     def of(self, order: Order) -> dict[Part, int] | None:
         """Return the parts of an order's lead time in nanoseconds; None if it was not delivered.
 
-        They add up to the lead time. The tracks of the robots must have ended.
+        The parts add up to the lead time. Call this only after the end of the run.
         """
         if order.state != "delivered" or order.ended is None:
             return None
@@ -86,12 +91,12 @@ class Delays:
         return parts
 
     def _add(self, parts: dict[Part, int], robot: str, began: int, ended: int) -> None:
-        """Add what a robot did in some time; time without a robot, or without a known state, is for its assignment."""
-        left = ended - began
+        """Add the states of a robot during a time; the rest, such as time without a robot, counts as assignment."""
+        rest = ended - began
         for part, time in _parts_of(self._past(robot), began, ended) if robot in self._robot_log.tracks else ():
             parts[part] += time
-            left -= time
-        parts["assignment"] += left
+            rest -= time
+        parts["assignment"] += rest
 
     def _past(self, robot: str) -> Past:
         if robot not in self._pasts:
@@ -100,18 +105,19 @@ class Delays:
 
 
 def _parts_of(past: Past, began: int, ended: int) -> Iterator[tuple[Part, int]]:
-    """Yield what a robot did in some time, and for how long."""
+    """Yield the parts into which a robot's states divide a time, each with its nanoseconds."""
     for start, end, state in past.spans_within(began, ended):
         since, until = max(start, began), min(end, ended)
         if since >= until:
             continue
-        apart = 0
+        special_time = 0
         if state in ("busy", "waiting"):
+            # Queues at docks and waits for closed lanes are parts of their own.
             special: Part = "queue" if state == "busy" else "faults"
-            apart = sum(
+            special_time = sum(
                 max(0, min(wait.ended or wait.began, until) - max(wait.began, since))
                 for wait in past.waits_within(since, until)
                 if (wait.kind == "dock" if state == "busy" else wait.kind == "way" and wait.closed)
             )
-            yield special, apart
-        yield PART_OF[state], until - since - apart
+            yield special, special_time
+        yield PART_OF[state], until - since - special_time

@@ -1,4 +1,4 @@
-"""What started the waits of a run: each wait is followed from robot to robot, as it lasts."""
+"""The first causes of the waits of a run: each wait is traced back from robot to robot while it lasts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MAX_DEPTH: Final = 50
 
 
 class FirstCause(NamedTuple):
-    """What starts a wait.
+    """The cause at the start of a chain of waits.
 
     Attributes:
         what: A robot, an obstacle in words, or the robots of a circle.

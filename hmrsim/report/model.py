@@ -127,7 +127,7 @@ class Wait(_Model):
 
 
 class FirstCause(_Model):
-    """What started waits: the last cause of the chain from each robot that waited, as long as it was the last one."""
+    """A first cause of waits: the end of the chain of causes that begins with each waiting robot."""
 
     cause: str = Field(description="A robot, an obstacle, a dock, its turn, or the robots of a circle.")
     state: str = Field(description="The state of the robot; or obstacle, queue, turn or circle.")
@@ -164,7 +164,7 @@ class Error(_Model):
 
 
 class FaultSpan(_Model):
-    """An injected fault."""
+    """An injected fault, from its beginning to its end."""
 
     name: str
     fault: str

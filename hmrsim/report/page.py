@@ -1,4 +1,4 @@
-"""A report as one self-contained HTML page: no external script, style, font or picture."""
+"""A report as a self-contained HTML page, which loads no external script, style, font or picture."""
 
 from __future__ import annotations
 
@@ -34,18 +34,15 @@ _PART_COLORS: Final = {**{name: state for state, name in PART_OF.items()}, "queu
 
 
 def page_of(report: Report, definition: Mapping[str, Any]) -> str:
-    """Return the page.
-
-    *definition* is the world of the run, as in a native file.
-    """
+    """Return the page of a report; *definition* is the world of the run, as in a native file."""
     body = _body(report, definition, f"Report of a {report.source.kind}")
     return page_around(report.world.name, body, script=part("page.js"))
 
 
 def page_of_sections(sections: Sequence[Section], definitions: Sequence[Mapping[str, Any]]) -> str:
-    """Return the page of a trace with several sections, which lists them and then has the report of each.
+    """Return the page of a trace with several sections: a list of them, then the report of each.
 
-    *definitions* are their worlds, as in native files.
+    *definitions* are the worlds of the sections, as in native files.
     """
     bodies = []
     for section, definition in zip(sections, definitions, strict=True):
@@ -58,7 +55,7 @@ def page_of_sections(sections: Sequence[Section], definitions: Sequence[Mapping[
 
 
 def _body(report: Report, definition: Mapping[str, Any], kind: str, *, prefix: str = "", main: str = "main") -> Markup:
-    """Return a report without what surrounds it; *prefix* is that of ids, and *main* the element of its main part."""
+    """Return the body of a page; *prefix* is put before HTML ids, and *main* is the element of its main part."""
     chart, most = throughput_chart(report.throughput)
     body: str = (
         templates()
@@ -69,7 +66,7 @@ def _body(report: Report, definition: Mapping[str, Any], kind: str, *, prefix: s
             main=main,
             report=report,
             unit=report.world.units,
-            # SVG was escaped by the functions that made it.
+            # The functions that draw SVG escape their texts.
             heat=_map(report, definition),
             most_drives=most_drives(report),
             steps=range(1, STEPS + 1),
@@ -88,20 +85,20 @@ def _body(report: Report, definition: Mapping[str, Any], kind: str, *, prefix: s
 
 
 def _map(report: Report, definition: Mapping[str, Any]) -> Markup:
-    """Return the map; nothing for a world that this version can't read."""
+    """Return the map of the world; an empty text if this version can't read the world."""
     try:
         world = world_of(dict(definition), "world")
     except WorldError:
         return Markup("")
-    return Markup(heat_map(report, world))  # noqa: S704 - escaped by who made it
+    return Markup(heat_map(report, world))  # noqa: S704 - escaped by `heat_map`
 
 
 def _waited_for(report: Report) -> list[tuple[str, str, int, float]]:
-    """Return which robots waited for what, how often and how long; the longest first."""
-    found: dict[tuple[str, str], tuple[int, float]] = {}
+    """Return each robot that waited, what it waited for, how often and for how many seconds; the longest first."""
+    totals: dict[tuple[str, str], tuple[int, float]] = {}
     for wait in report.waits:
-        for what in wait.robots or (wait.why or "its turn",):
-            count, duration = found.get((wait.robot, what), (0, 0.0))
-            found[wait.robot, what] = count + 1, duration + wait.duration
-    rows = [(robot, what, count, duration) for (robot, what), (count, duration) in found.items()]
+        for blocker in wait.robots or (wait.why or "its turn",):
+            count, duration = totals.get((wait.robot, blocker), (0, 0.0))
+            totals[wait.robot, blocker] = count + 1, duration + wait.duration
+    rows = [(robot, blocker, count, duration) for (robot, blocker), (count, duration) in totals.items()]
     return sorted(rows, key=lambda row: (-row[3], row[0], row[1]))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class LaneUse:
-    """How a lane was used in one direction; times in nanoseconds."""
+    """The use of a lane in one direction; times in nanoseconds."""
 
     drives: int = 0
     distance: float = 0.0
@@ -42,7 +42,7 @@ class Track:
     The caller changes its attributes; `settle` then records the resulting state.
 
     Attributes:
-        aside: What it waits for where it has made room during its goal; None if it has not.
+        aside: The reason for which the robot waits after it made room during its goal; None if it has not made room.
     """
 
     name: str

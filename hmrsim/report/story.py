@@ -112,12 +112,12 @@ class Story:
 
     @property
     def seen(self) -> bool:
-        """Whether the initial state is known."""
+        """True if the initial state is known."""
         return not self._anew
 
     @property
     def metered(self) -> bool:
-        """Whether the charge of any battery is known."""
+        """True if the charge of any battery is known."""
         return any(track.charge is not None for track in self.robot_log.tracks.values())
 
     def _left_out(self, _at: int, event: Malformed) -> None:

@@ -193,7 +193,7 @@ class MobileBase:
 
     @property
     def activity(self) -> tuple[Activity, str, str]:
-        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
+        """The robot's activity, a phrase for it such as ``is idle``, and details, which may be empty."""
         if self.disabled_reasons:
             return "disabled", "is out of service", "; ".join(self.disabled_reasons.values())
         return ("drives", "is driving", "") if self.moves else ("idle", "is idle", "")

@@ -53,7 +53,7 @@ class Motion:
         self.stand(at)
 
     def stand(self, at: Pose) -> None:
-        """Stand at a pose."""
+        """Stop at a pose, and stay there."""
         if self._end is not None:
             self._abandon_end()
         self.rest = at

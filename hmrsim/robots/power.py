@@ -82,7 +82,7 @@ class PoweredRobot(Protocol):
 
     @property
     def why_held_up(self) -> str:
-        """What holds the robot up, such as the queue of a dock; empty if nothing does."""
+        """The obstacle that holds the robot up, such as the queue of a dock; empty if there is none."""
 
     def pose(self) -> Pose:
         """Return where it is now."""

@@ -340,7 +340,7 @@ class Robot(MobileBase):
 
     @property
     def why_held_up(self) -> str:
-        """What holds the robot up, such as the queue of a dock; empty if nothing does."""
+        """The obstacle that holds the robot up, such as the queue of a dock; empty if there is none."""
         causes = self._admission.causes
         return causes.link(self).text if causes.is_held_up(self) else ""
 
@@ -385,7 +385,7 @@ class Robot(MobileBase):
 
     @property
     def activity(self) -> tuple[Activity, str, str]:
-        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
+        """The robot's activity, a phrase for it such as ``is idle``, and details, which may be empty."""
         activity = super().activity
         if activity[0] != "idle":
             return activity

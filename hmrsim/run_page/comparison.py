@@ -1,4 +1,4 @@
-"""Where two runs first differ, and the moments that tell how a run failed."""
+"""Comparison of two runs: their first difference, and the moments that show how a run failed."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Heading:
     """The texts at the top of a page.
 
     Attributes:
-        kind: What the page shows.
+        kind: The kind of page.
         title: The title, such as the name of the property that is violated.
         text: The line below it; may be empty.
-        alone: What causes the run to fail, if no fault does.
+        alone: The cause of the failure if no fault causes it.
     """
 
     kind: str
@@ -71,7 +71,7 @@ class ShownRun:
     """A run on a page.
 
     Attributes:
-        title: What it is, such as "without the fault".
+        title: A description, such as "without the fault".
         log: Its log.
         ending: How it ended, in words.
         at: When it ended, in seconds since it began.
@@ -138,8 +138,8 @@ class Moment(NamedTuple):
     Attributes:
         at: Seconds since the run began.
         kind: ``cause``, ``difference``, ``alarm``, ``silent``, ``still``, ``violated`` or ``end``.
-        text: What happened.
-        beside: What happened in the other run instead; empty if that is not known.
+        text: A description of what happened.
+        beside: The same for the other run; empty if that is not known.
         seen: The number of lines up to its event, if it has one.
     """
 

@@ -58,11 +58,11 @@ WIDTH: Final = 720.0
 
 
 class Line(NamedTuple):
-    """An event in words.
+    """A line of a run's log, which describes one event.
 
     Attributes:
         at: Seconds since the run began.
-        subject: What it is about; empty for the whole world.
+        subject: The robot, door or other entity that the event concerns; empty for the whole world.
     """
 
     at: float
@@ -99,11 +99,11 @@ class TreeNode(Protocol):
 
     @property
     def kind(self) -> str:
-        """Its kind."""
+        """The kind of the node, such as its class."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """The name of the node in the tree."""
 
     @property
     def status(self) -> Any:
@@ -111,7 +111,7 @@ class TreeNode(Protocol):
 
     @property
     def message(self) -> str:
-        """Its feedback message."""
+        """The feedback message of the node's last tick."""
 
 
 class Tick(NamedTuple):
@@ -219,7 +219,7 @@ class RunLog:
 
     @property
     def watched(self) -> bool:
-        """Whether the run has begun: one whose controller can't be loaded has not."""
+        """True if the run has begun: a run whose controller can't be loaded has not."""
         return self._simulator is not None
 
     @cached_property

@@ -1,4 +1,7 @@
-"""Why a robot does not go on: the chain of causes from it to the robot that starts it, and what would help."""
+"""The causes for which robots make no progress: chains from a robot to the one that holds all others up, with a remedy.
+
+Robot A waits for B, which waits for a closed lane: that is a chain of two links.
+"""
 
 from __future__ import annotations
 
@@ -16,14 +19,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 Kind = Literal["robots", "queue", "obstacle", "turn", "circle", "disabled", "docked", "works", "drives", "idle"]
-"""What a link is about: other robots, the queue of a dock, an obstacle such as a door or a closed lane, or the turns of
-other robots hold a robot up, or robots wait for each other in a circle; a robot that is not held up is disabled,
-docked, executes a goal, drives, or is idle."""
+"""The kind of a cause. A robot is held up by other robots, the queue of a dock, an obstacle such as a door or a closed
+lane, or robots whose turn it is, or it waits in a circle. A robot that nothing holds up is disabled, docked, works on a
+goal, drives or is idle."""
 
-_LINKS_TOLD: Final = 4
-"""Links that a message has; of more, it has the first ones and the last."""
+_MAX_SHOWN: Final = 4
+"""The number of links that a message shows; of a longer chain, it shows the first ones and the last."""
 
-_HELP: Final = {
+_HELP: Final[Mapping[str, str]] = {
     "docked": "have its controller undock it once it is charged, add docks, or move the dock off the route; no policy "
     "moves a docked robot",
     "works": "wait until its goal has ended, or cancel it",
@@ -38,15 +41,15 @@ _OFFLINE: Final = "restore its connection, so that goals reach it: `hmrsim fault
 
 
 class Link(NamedTuple):
-    """One cause: what holds a robot up, or what it does if nothing does.
+    """A link of a chain of causes: the obstacle of one robot or, if it has none, its activity.
 
     Attributes:
-        robot: The robot.
-        kind: What it is about.
+        robot: The name of the robot.
+        kind: The kind of the cause.
         text: A sentence about the robot: where it is, what it waits for, and since when in simulated seconds.
         held_by: The robots in its way, by name.
-        next: The robot whose own link is the cause of this one; empty for the last one.
-        help: What would help if this is the last link.
+        next: The robot whose link is the cause of this one; empty in the last link.
+        help: A remedy if this is the last link.
     """
 
     robot: str
@@ -57,31 +60,31 @@ class Link(NamedTuple):
     help: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return the link as JSON values."""
         return {**self._asdict(), "held_by": [*self.held_by]}
 
 
 class Chain(NamedTuple):
-    """The causes for which a robot does not go on, each the cause of the one before it.
+    """The chain of causes for which a robot makes no progress; each link causes the one before it.
 
     Attributes:
-        links: The causes; for a robot that nothing holds up, one that says what it does.
-        help: What would end the last cause.
+        links: The links; for a robot that nothing holds up, a single one with its activity.
+        help: A remedy for the last cause.
     """
 
     links: tuple[Link, ...]
     help: str
 
     def __str__(self) -> str:
-        """Return the causes and the help as a message."""
+        """Return the causes and the remedy as a message."""
         texts = [link.text for link in self.links]
-        if (more := len(texts) - _LINKS_TOLD) > 0:
-            texts[_LINKS_TOLD - 1 : -1] = [f"… {more} more …"]
+        if (hidden := len(texts) - _MAX_SHOWN) > 0:
+            texts[_MAX_SHOWN - 1 : -1] = [f"… {hidden} more …"]
         return "; ".join([*texts, f"what would help: {self.help}"])
 
 
 def chain_of(robot: str, link_of: Callable[[str], Link]) -> Chain:
-    """Return the causes for which a robot does not go on; the last one may close a circle."""
+    """Return the chain of causes for a robot; its last link may close a circle."""
     link = link_of(robot)
     links = {robot: link}
     while link.next and link.next not in links:
@@ -96,7 +99,7 @@ def chain_of(robot: str, link_of: Callable[[str], Link]) -> Chain:
 
 
 class _Queue(NamedTuple):
-    """A queue in which a vehicle is: of which dock, since when, and which vehicles hold the bays."""
+    """The place of a vehicle in the queue of a dock: since when, and the vehicles that occupy the dock."""
 
     dock: str
     since: float
@@ -104,12 +107,12 @@ class _Queue(NamedTuple):
 
 
 class Causes:
-    """What holds up each vehicle of a world.
+    """Finds the causes for which vehicles of a world make no progress.
 
     Args:
         vehicles: All vehicles.
         waits: The vehicles that wait for the right of way.
-        rules: Those of the traffic policy; None where no vehicle can block another.
+        rules: The rules of the traffic policy; None if no vehicle can block another.
 
     Attributes:
         places: The names of the world's points.
@@ -136,38 +139,38 @@ class Causes:
         self.places = _PLACE_NAMES(world)
 
     def queue(self, robot: Vehicle, dock: str, since: float, holders: Callable[[], Sequence[Vehicle]]) -> None:
-        """Record that a vehicle queues for a dock until one of the *holders* leaves."""
+        """Record that a vehicle queues for a dock until one of its *holders* leaves."""
         self._queues[robot] = _Queue(dock, since, holders)
 
     def unqueue(self, robot: Vehicle) -> None:
-        """Record that a vehicle has left its queue; do nothing if it was in none."""
+        """Record that a vehicle has left its queue, if it was in one."""
         self._queues.pop(robot, None)
 
     def is_held_up(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle can't go on because of others."""
+        """Return whether a vehicle waits for the right of way or in a queue."""
         return robot.waits or robot in self._queues
 
     def blockers(self, robot: Vehicle) -> Sequence[Vehicle]:
-        """Return the vehicles for which one waits; none if it does not wait, or waits for something else."""
+        """Return the vehicles for which a vehicle waits; none if it does not wait for vehicles."""
         if robot in self._queues:
             return self._queues[robot].holders()
         wait = self._waits.get(robot)
         return self._rules.blockers(robot, wait.leg) if wait and not wait.why and self._rules else ()
 
     def behind_barrier(self, robot: Vehicle) -> Sequence[Vehicle]:
-        """Return the vehicles in the way of one for which a barrier opens: it closes again if they stay there."""
+        """Return the vehicles beyond the barrier at which a vehicle waits: it can't pass while they stay there."""
         wait = self._waits.get(robot)
         if self._rules is None or wait is None or not wait.why or self.for_good(wait):
             return ()
         return self._rules.blockers(robot, wait.leg)
 
     def for_good(self, wait: Wait) -> bool:
-        """Return whether a vehicle waits in vain, so that it is to take another route."""
+        """Return whether a wait will not end by itself, so that the vehicle has to take another route."""
         lane = wait.leg.lane
         return lane is not None and (lane in self._closures.lanes or not self._barriers.may_pass(wait.robot, lane))
 
     def link(self, robot: Vehicle, offline: Collection[str] = ()) -> Link:
-        """Return what holds a vehicle up, or what it does; *offline* are the vehicles that no goal reaches."""
+        """Return the link of a vehicle; *offline* has the names of vehicles that clients can't reach."""
         at = self.places.of(robot.pose().point)
         if robot.disabled_reasons or not self.is_held_up(robot):
             return self._activity(robot, at, offline)
@@ -185,12 +188,12 @@ class Causes:
         return Link(robot.name, "turn", f"{waited} for its turn", ahead, "", _HELP["turn"])
 
     def chain(self, robot: Vehicle) -> Chain:
-        """Return the causes for which a vehicle does not go on."""
+        """Return the chain of causes for a vehicle."""
         vehicles = {each.name: each for each in self._vehicles}
         return chain_of(robot.name, lambda name: self._given_up.get(name) or self.link(vehicles[name]))
 
     def stuck(self) -> dict[str, str]:
-        """Return why each vehicle that is held up does not go on, by name, unless the cause is a vehicle that moves."""
+        """Return the chain of each vehicle that is held up, by name, as a message, unless its last cause will pass."""
         vehicles = {each.name: each for each in self._vehicles}
         link_of = cache(lambda name: self.link(vehicles[name]))
         chains = {name: chain_of(name, link_of) for name, each in vehicles.items() if self.is_held_up(each)}
@@ -198,7 +201,10 @@ class Causes:
         return {name: str(chain) for name, chain in chains.items() if chain.links[-1].kind not in passing}
 
     def give_up(self, robot: Vehicle, now: float) -> Chain:
-        """Return the causes for which a vehicle gives up; those that give up at the same instant have the same end."""
+        """Return the chain of causes for a vehicle that gives up waiting.
+
+        Chains of vehicles that give up at the same instant have the same end, even though the first ones move on.
+        """
         if now != self._gave_up_at:
             self._given_up, self._gave_up_at = {}, now
         chain = self.chain(robot)
@@ -207,17 +213,17 @@ class Causes:
 
     @property
     def help_in_circle(self) -> str:
-        """What would help vehicles that wait for each other."""
+        """A remedy for vehicles that wait for each other."""
         better = "" if self._yields else "; or use the traffic policy `planned`, which resolves most circles"
         return f"send one of them elsewhere, or add room where two can pass{better}"
 
     @property
     def _yields(self) -> bool:
-        """Return whether idle vehicles make room under the world's policy, as far as it ships with hmrsim."""
+        """True if idle vehicles make room under the world's policy; False for a policy from a plug-in."""
         return self._world.policy in ("priority", "planned")
 
     def _held_up(self, robot: Vehicle, kind: Kind, text: str, found: Sequence[Vehicle]) -> Link:
-        """Return the link of a vehicle that others hold up; the first by name that does not just drive on is next."""
+        """Return the link of a vehicle that others hold up; the next link is the first of them that does not move."""
         others = sorted(found, key=lambda other: other.name)
         names = tuple(other.name for other in others)
         following = next((other for other in others if not other.moves), others[0])
@@ -286,4 +292,4 @@ def _names_of(world: World) -> PlaceNames:
 
 
 _PLACE_NAMES: Final = Derived(_names_of, "waypoints", "places", "docks")
-"""Returns the names of the waypoints, places and docks of a world."""
+"""The names of a world's points: waypoints, places and docks."""

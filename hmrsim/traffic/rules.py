@@ -98,7 +98,7 @@ class Vehicle(Protocol):
 
     @property
     def activity(self) -> tuple[Activity, str, str]:
-        """What it does, the same as a verb such as ``is idle``, and more about that, which may be empty."""
+        """The vehicle's activity, a phrase for it such as ``is idle``, and details, which may be empty."""
 
     @property
     def still_since(self) -> float:

@@ -19,7 +19,7 @@ from bt_controller.running.snapshot import Node, nodes_of
 from hmrsim.program.users_code import described
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.local import LocalTrial
-from hmrsim.world.overlays.expressions import names_asked_for, substituted
+from hmrsim.world.overlays.expressions import names_used_in, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
 from hmrsim_zenoh.errors import SimulatorGone
 from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
@@ -128,7 +128,7 @@ def controller_of(
         )
     if treatment.python is None:
         raise AssertionError
-    said = names_asked_for(treatment.python)
+    said = names_used_in(treatment.python)
     further = {key: value for key, value in parameters.items() if key not in said}
     found = _function(substituted(treatment.python, known), folder).called_with(further)
     if inspect.iscoroutinefunction(found.function):

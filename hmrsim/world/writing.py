@@ -1,6 +1,6 @@
-"""Worlds as readable native files: one entity per line, without defaults.
+"""Writing worlds as readable native files: one entity per line, without default values.
 
-Reading such a file again gives the same world, with the same hash.
+Reading such a file gives the same world again, with the same hash.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def native_data(world: World) -> dict[str, Any]:
             data["robots"][name]["base"] = base
     for key, field in (("robots", "yaw"), ("items", "weight")):
         for name, thing in getattr(world, key).items():
-            # It equals the default, but its hash differs.
+            # It equals the default 0.0 and was left out, but the hash of the world differs.
             if str(getattr(thing, field)) == _MINUS_ZERO:
                 data[key][name][field] = -0.0
     if world.lanes:
@@ -42,7 +42,7 @@ def native_data(world: World) -> dict[str, Any]:
 
 
 def _lanes(world: World) -> list[Any]:
-    """Return the lanes, as short as they can be written."""
+    """Return the lanes in their shortest form: pairs of waypoints where a lane has no other settings."""
     if isinstance(world.lanes, PlainLanes):
         return [[*pair] for pair in world.lanes.pairs]
     lanes = world.model_dump(mode="json", by_alias=True, exclude_defaults=True, include={"lanes"})["lanes"]
@@ -50,10 +50,7 @@ def _lanes(world: World) -> list[Any]:
 
 
 def to_yaml(world: World, *, schema: str | None = None) -> str:
-    """Return a world as YAML.
-
-    **schema* is the path of the schema for editors, relative to the file; None to leave it out.
-    """
+    """Return a world as YAML; *schema* is the path of the schema for editors, relative to the file."""
     lines = [f"# yaml-language-server: $schema={schema}"] if schema else []
     for key, value in native_data(world).items():
         if key in _HEAD or not isinstance(value, (dict, list)):
@@ -64,7 +61,7 @@ def to_yaml(world: World, *, schema: str | None = None) -> str:
 
 
 def block(key: str, value: Any, pad: str = "") -> Iterator[str]:
-    """Yield a key and its plain value as readable YAML: an entry on one line where it fits."""
+    """Yield the lines of a key and its plain value as readable YAML, with each entry on one line if it fits."""
     if not isinstance(value, (dict, list)) or not value:
         yield f"{pad}{key}: {_flow(value)}"
         return
@@ -79,12 +76,12 @@ def to_json(world: World) -> str:
 
 
 def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys that take one line before those that take several."""
+    """Return the data with the keys that describe the whole world first."""
     return {key: data[key] for key in (*_HEAD, *data) if key in data}
 
 
 def _tidy(value: Any) -> Any:
-    """Return a value with whole numbers written as such; a component's settings stay as they are."""
+    """Return a value with whole floats as integers, except in the settings of components."""
     if isinstance(value, dict):
         return {key: part if key == "components" else _tidy(part) for key, part in value.items()}
     if isinstance(value, list):
@@ -132,7 +129,7 @@ def _is_outline(value: Any) -> bool:
 
 
 def _wrapped(text: str, pad: str) -> Iterator[str]:
-    """Yield a list of points as lines that are not too long."""
+    """Yield the text of a list of points, wrapped to lines of the maximum width."""
     line, *points = text.split(", [")
     for point in points:
         if len(line) + len(point) + len(", [,") > _WIDTH:
@@ -152,7 +149,7 @@ def _flow(value: Any) -> str:
 
 
 def _scalar(value: Any) -> str:
-    """Return unambiguous text as it is, and everything else as JSON."""
+    """Return a scalar in YAML: text that needs no quotes as it is, and everything else as JSON."""
     if not isinstance(value, str):
         return json.dumps(value)
     if _PLAIN.fullmatch(value) and value.lower() not in _RESERVED:

@@ -169,7 +169,7 @@ class Costs:
         self._to_goals.pop(robot, None)
 
     def reset(self) -> None:
-        """Forget all vehicles."""
+        """Forget the travel times of all vehicles' goals."""
         self._to_goals.clear()
 
     def _to_goal(self, robot: Vehicle, speed: float) -> Sequence[float] | None:

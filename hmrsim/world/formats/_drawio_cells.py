@@ -28,7 +28,7 @@ MAX_ELEMENTS = 200_000
 
 @dataclass
 class Element:
-    """An XML element."""
+    """An XML element, with its line in the file."""
 
     tag: str
     attributes: dict[str, str]

@@ -1,7 +1,7 @@
 """Expressions of overlays: ``${levels.charge[charge][i-1]}``, and ``$i`` for a single name.
 
-An expression has names, keys after dots or in brackets, numbers, quoted texts and the four operations. Python's parser
-reads it, but the rest of Python is rejected.
+An expression consists of names, keys after dots or in brackets, numbers, quoted texts and arithmetic. Python's parser
+reads it, but all other Python is rejected.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from hmrsim.diagnostics import instead, shortened, shown
 
 
 class OverlayFlaw(ValueError):
-    """An error of an overlay; the message has the reason and a remedy. Its file and line are added later."""
+    """An error in an overlay; the message has the reason and a remedy. The caller adds the file and line."""
 
 
 class UnknownPart(OverlayFlaw):
@@ -33,7 +33,7 @@ _REFERENCE: Final = re.compile(r"\$(?:(?P<escaped>\$)|\{(?P<expression>[^{}]*)\}
 _MAX_LENGTH: Final = 500
 _MAX_DEPTH: Final = 100
 _MAX_TEXT: Final = 10_000
-"""Maximum characters that expressions insert into a text, as a long value may be inserted many times."""
+"""The maximum number of characters that expressions insert into a text: a long value may be inserted many times."""
 
 _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = MappingProxyType(
     {
@@ -50,8 +50,8 @@ _OPERATIONS: Final[Mapping[type[ast.operator], Callable[[Any, Any], Any]]] = Map
 def substituted(value: Any, names: Names) -> Any:
     """Return a value with the expressions in its texts replaced, also inside lists and mappings.
 
-    A text that consists of one expression becomes the expression's value. In longer texts each expression is replaced
-    by its text. ``$$`` is a dollar sign.
+    A text that consists of a single expression becomes the value of the expression. In longer texts, each expression
+    is replaced by its value as text. ``$$`` is a dollar sign.
 
     Raises:
         OverlayFlaw: An expression has no value.
@@ -93,7 +93,7 @@ def names_in(expression: str) -> frozenset[str]:
     return frozenset(node.id for node in ast.walk(_parsed(expression)) if isinstance(node, ast.Name))
 
 
-def names_asked_for(value: Any) -> frozenset[str]:
+def names_used_in(value: Any) -> frozenset[str]:
     """Return the names in the expressions of a value, also inside lists and mappings.
 
     Raises:
@@ -105,9 +105,9 @@ def names_asked_for(value: Any) -> frozenset[str]:
         matches = (match for match in _REFERENCE.finditer(value) if not match["escaped"])
         return frozenset().union(*(names_in(match["name"] or match["expression"]) for match in matches))
     if isinstance(value, Mapping):
-        return frozenset().union(*map(names_asked_for, value), *map(names_asked_for, value.values()))
+        return frozenset().union(*map(names_used_in, value), *map(names_used_in, value.values()))
     if isinstance(value, (list, tuple)):
-        return frozenset().union(*map(names_asked_for, value))
+        return frozenset().union(*map(names_used_in, value))
     return frozenset()
 
 
@@ -119,14 +119,14 @@ def parts_in(expression: str) -> list[str]:
     """
     parts: list[str] = []
 
-    def look(node: ast.AST) -> None:
+    def visit(node: ast.AST) -> None:
         if isinstance(node, (ast.Attribute, ast.Subscript)):
             parts.append(ast.unparse(node))
         if not isinstance(node, ast.Attribute):
             for child in ast.iter_child_nodes(node):
-                look(child)
+                visit(child)
 
-    look(_parsed(expression))
+    visit(_parsed(expression))
     return parts
 
 
@@ -221,7 +221,7 @@ def _result(node: ast.BinOp, left: float, right: float) -> int | float:
 
 
 def _part(whole: object, key: object, text: str) -> Any:
-    """Return an entry of a table; keys of a mapping may also equal the text of *key*."""
+    """Return the entry of a mapping or list at a key; a key of a mapping may also be written as text."""
     if isinstance(whole, Mapping):
         for candidate in (key, str(key)):
             if candidate in whole:

@@ -1,4 +1,4 @@
-"""Tables of values for overlays: YAML, JSON or CSV files."""
+"""Tables of values for overlays, in YAML, JSON or CSV files."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def read_table(path: Path) -> Any:
-    """Return the content of a table.
+    """Return the content of a table file.
 
-    A CSV file becomes a mapping of its rows: the first column is the key of a row, which is a mapping of the others by
-    the names in the first line. Numbers are read as in YAML.
+    A CSV file becomes a mapping of its rows by their first column. Each row is a mapping of the other columns by their
+    names in the first line. Numbers are read as in YAML.
 
     Raises:
         WorldError: The file can't be read.
@@ -33,7 +33,7 @@ def read_table(path: Path) -> Any:
 
 
 def as_rows(table: Any) -> list[dict[str, Any]]:
-    """Return a list or a mapping of mappings as rows, without the keys of the mapping; empty for other values."""
+    """Return the mappings in a list, or in a mapping without its keys, as rows; an empty list for other values."""
     rows = [*table.values()] if isinstance(table, Mapping) else table
     if not isinstance(rows, (list, tuple)) or not all(isinstance(row, Mapping) for row in rows):
         return []
@@ -52,11 +52,11 @@ def read_rows(path: Path) -> Any:
 
 
 def read_tables(named: object, folder: Path) -> tuple[dict[str, Any], list[Path], list[Finding]]:
-    """Return the tables of a file, their files, and their errors.
+    """Return the tables that a document names, the files that were read, and the errors.
 
     Args:
-        named: The value of ``tables``: each table as ``name: file``, or written out.
-        folder: The folder of the file, to which the files of tables are relative.
+        named: The value of the key ``tables``: for each name a file, or the table itself.
+        folder: The folder of the document, to which the paths of tables are relative.
     """
     if not isinstance(named, Mapping):
         return {}, [], [Finding((), f"expected a mapping of names to files, got {shown(named)}", named)]
@@ -92,7 +92,7 @@ def _rows(path: Path) -> dict[str, dict[str, object]]:
 
 
 def _csv(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
-    """Yield the rows of a CSV file, with their lines."""
+    """Yield each row of a CSV file, with its line number."""
     file = str(path)
     reader = csv.reader(io.StringIO(read_text(path, file)), strict=True)
     try:

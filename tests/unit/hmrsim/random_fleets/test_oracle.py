@@ -98,14 +98,14 @@ class Exhaustive:
             for move in self.places.moves[here]:
                 end = self.places.all[move.end]
                 is_open = end.waypoint or (name == self.name and move.end == self.target)
-                if is_open and inside[move.end] < end.room and self.can_drive(name, move, at, [name]):
+                if is_open and inside[move.end] < end.capacity and self.can_drive(name, move, at, [name]):
                     yield {name: move.end}
 
     def turns(self, at):
         """Yield the moves of all robots of a full ring."""
         for ring in self.places.rings:
             there = [[name for name in at if at[name] == move.start] for move in ring]
-            if any(len(names) < self.places.all[move.start].room for names, move in zip(there, ring, strict=True)):
+            if any(len(names) < self.places.all[move.start].capacity for names, move in zip(there, ring, strict=True)):
                 continue
             for names in product(*there):
                 if all(self.can_drive(name, move, at, names) for name, move in zip(names, ring, strict=True)):
