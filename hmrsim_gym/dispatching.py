@@ -1,7 +1,6 @@
 """A run of a world with orders: idle robots, free orders, and the goals with which robots serve them.
 
-The robots are controlled by an ordinary client, with the goals that it would send to any simulator. The orders and
-their states are read from the simulator itself.
+The run needs no client: it submits goals to the simulator, which hands their results back.
 """
 
 from __future__ import annotations
@@ -12,31 +11,30 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from hmrsim.actions import registry
+from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.geometry import distance
 from hmrsim.interfaces.geometry_msgs import Point as PointMessage
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
 from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose
-from hmrsim.protocol.goal import GoalStatus
+from hmrsim.program.memory import collect_runs_young
+from hmrsim.protocol.commands import SendGoal
+from hmrsim.protocol.goal import GoalResponse, GoalStatus, ResultResponse
+from hmrsim.protocol.outputs import OrdersChanged, Receiver, RosterChanged
+from hmrsim.protocol.sinks import SelectiveSink
+from hmrsim.protocol.topics import Comparison, Topic, Watch
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import OrderState
-from hmrsim.trials.local import LocalTrial
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing.conditions import Conditions
 from hmrsim_gym.setting import CHARGED
-from hmrsim_zenoh.client.conditions import Condition
-from hmrsim_zenoh.errors import ClientClosed, SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.demand import Demand, Order
-    from hmrsim.simulation.simulator import Simulator
     from hmrsim_gym.setting import Setting
-    from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.goal_handle import GoalHandle
-    from hmrsim_zenoh.client.lockstep import Lockstep
-    from hmrsim_zenoh.errors import RequestError
 
 
 class Truth:
@@ -118,8 +116,107 @@ REST: Final = 10.0
 _PATIENCE: Final = 60.0
 """Seconds until a robot may get an order again with which it has failed."""
 
-_NAME: Final = "dispatcher"
-_ARRIVAL: Final = Condition("_world/events", [("/kind", "==", "order_placed")])
+_BATCH: Final = 1_000
+"""Events that are processed in one call."""
+
+_WE: Final = "dispatcher"
+_FULL: Final = (Comparison(("percentage",), ">=", CHARGED),)
+
+
+class Run(SelectiveSink):
+    """A run of a world that stops when a goal ends, a battery is charged, or an order arrives.
+
+    Args:
+        setting: The setting that all episodes share.
+        seed: The seed of the world.
+        sinks: Further sinks of events.
+
+    Attributes:
+        simulator: The simulator; read only.
+        now: Simulated seconds.
+    """
+
+    def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink]) -> None:
+        collect_runs_young()
+        self.simulator = Simulator(setting.world, RunSettings(seed=seed), [*sinks, self])
+        self.now = 0.0
+        self._conditions = Conditions(self.simulator, self._stop)
+        self._goals: list[SendGoal] = []
+        self._ends: list[tuple[Errand, bool]] = []
+        self._charging: dict[str, Callable[[], None]] = {}
+        self._stopped = self._awaits_order = False
+        self._placed = 0
+
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        if kind is OrdersChanged:
+            return self._note_orders
+        return (lambda _changed: self._conditions.follow()) if kind is RosterChanged else None
+
+    def send(self, goal: SendGoal) -> None:
+        """Send a goal before time moves on."""
+        self._goals.append(goal)
+
+    def await_order(self) -> None:
+        """Stop when the next order arrives."""
+        self._awaits_order = True
+
+    def await_charge(self, robot: str, then: Callable[[], None]) -> None:
+        """Stop when the battery of a robot is charged, and call a function."""
+        self._charging[robot] = then
+        self._conditions.watch(_WE, Watch(robot, Topic.BATTERY_STATE, robot, comparisons=_FULL))
+
+    def note_end(self, errand: Errand, *, succeeded: bool) -> None:
+        """Stop, and let an errand go on; called from within the simulation when its goal ends or is rejected."""
+        self._ends.append((errand, succeeded))
+        self._stop()
+
+    def advance(self, until: float) -> None:
+        """Send the goals, and let time pass until it stops at the end of an instant, at most until a given time."""
+        simulator = self.simulator
+        self._stopped = bool(self._conditions.met)
+        goals, self._goals = self._goals, []
+        for goal in goals:
+            simulator.submit(goal)
+        self._pass_time(until)
+        if not self._stopped:
+            simulator.advance_clock(until)
+        self.now = simulator.now if self._stopped else max(until, simulator.now)
+        ends, self._ends = self._ends, []
+        for errand, succeeded in ends:
+            errand.end_step(succeeded=succeeded)
+        for robot in self._conditions.take_met(_WE):
+            self._charging.pop(robot)()
+
+    def _pass_time(self, until: float) -> None:
+        """Process all events up to the end of the instant at which time stops, or up to a given time."""
+        simulator, conditions = self.simulator, self._conditions
+        env = simulator.env
+        while True:
+            end = env.now if self._stopped else until
+            due = conditions.due if conditions.watched else math.inf
+            if simulator.process_events(end_of_instant(min(end, due)), _BATCH):
+                if self._stopped and env.peek() > env.horizon and due == math.inf:
+                    return
+            elif due == math.inf or end < due == conditions.due:
+                return
+            elif due == conditions.due:
+                simulator.advance_clock(due)
+                conditions.look()
+
+    def close(self) -> None:
+        """End all goals, and the run."""
+        self.simulator.stop()
+
+    def _stop(self) -> None:
+        self._stopped = True
+        self.simulator.halt()
+
+    def _note_orders(self, _changed: OrdersChanged) -> None:
+        before, self._placed = self._placed, self.simulator.demand.totals.placed
+        if self._awaits_order and self._placed > before:
+            self._awaits_order = False
+            self._stop()
 
 
 class Dispatching:
@@ -131,7 +228,6 @@ class Dispatching:
         sinks: Further sinks of events.
 
     Attributes:
-        now: Simulated seconds.
         truth: The actual state of robots and items.
         demand: The orders of the world; read only.
         free: The orders that no robot serves, in order of arrival.
@@ -140,10 +236,8 @@ class Dispatching:
 
     def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink] = ()) -> None:
         self._setting = setting
-        self._trial = LocalTrial(setting.world, RunSettings(seed=seed), sinks=sinks)
-        self._client = self._trial.open_client(_NAME)
-        self._lockstep = _joined(self._client)
-        self.truth = Truth(self._trial.simulator, setting)
+        self._run = Run(setting, seed, sinks)
+        self.truth = Truth(self._run.simulator, setting)
         self.demand = self.truth.demand
         self.free: list[Order] = []
         self.serving: dict[str, Order] = {}
@@ -152,13 +246,16 @@ class Dispatching:
         self._charging: dict[str, str] = {}
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
-        self._watching = False
-        self.now = 0.0
         self._go_on(0.0)
 
     def close(self) -> None:
         """End the run."""
-        self._trial.close()
+        self._run.close()
+
+    @property
+    def now(self) -> float:
+        """Simulated seconds."""
+        return self._run.now
 
     @property
     def ended(self) -> bool:
@@ -204,7 +301,7 @@ class Dispatching:
         self._doing[robot] = "serves"
         there, to = self.truth.item_point(order), self.truth.destination(order)
         steps = [go(there), pick_up(order.item), go(to), put_down(order.item)]
-        Errand(self._client, robot, steps, partial(self._served, robot, order)).go_on()
+        Errand(self._run, robot, steps, partial(self._served, robot, order)).go_on()
 
     def wait(self, robot: str) -> None:
         """Make a robot wait until an order arrives or becomes free, or another robot becomes idle."""
@@ -215,16 +312,13 @@ class Dispatching:
         while not (self.over or self.asking):
             until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
             if idle := self.idle:
-                if not self._watching:
-                    self._watching = True
-                    self._lockstep.watch(_ARRIVAL, self._note_order)
+                self._run.await_order()
                 until.append(self.now + min(map(self.truth.lasts, idle)))
             self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
         """Let time pass until something happens, at most until a given time."""
-        self._lockstep.advance(until=until)
-        self.now = self._lockstep.now
+        self._run.advance(until)
         if self._rests:
             self._end_rests()
         if self._failed:
@@ -252,9 +346,6 @@ class Dispatching:
                 del self._failed[pair]
             self._waiting.clear()
 
-    def _note_order(self, _error: RequestError | None) -> None:
-        self._watching = False
-
     def _become_idle(self, robot: str) -> None:
         self._doing[robot] = "idle"
         self._charging.pop(robot, None)
@@ -262,14 +353,14 @@ class Dispatching:
 
     def _rest(self, robot: str) -> None:
         self._doing[robot] = "rests"
-        self._rests[robot] = self._lockstep.now + REST
+        self._rests[robot] = self.now + REST
 
     def _served(self, robot: str, order: Order, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if succeeded:
             del self.serving[robot]
             self._become_idle(robot)
             return
-        self._failed[robot, order.name] = self._lockstep.now + _PATIENCE
+        self._failed[robot, order.name] = self.now + _PATIENCE
         self._resume(robot)
 
     def _resume(self, robot: str) -> None:
@@ -277,7 +368,7 @@ class Dispatching:
         order = self.serving.get(robot)
         if order is not None and self.truth.carries(robot, order):
             self._doing[robot] = "serves"
-            Errand(self._client, robot, [put_down(order.item)], partial(self._put_down, robot)).go_on()
+            Errand(self._run, robot, [put_down(order.item)], partial(self._put_down, robot)).go_on()
         elif self.serving.pop(robot, None) is not None:
             self._rest(robot)
         else:
@@ -294,43 +385,36 @@ class Dispatching:
         nearest = self.truth.charger(robot, self._charging)
         self._doing[robot] = "charges"
         self._charging[robot] = nearest
-        Errand(self._client, robot, [dock(nearest)], partial(self._docked, robot)).go_on()
+        Errand(self._run, robot, [dock(nearest)], partial(self._docked, robot)).go_on()
 
     def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if not succeeded:
             self._rest(robot)
             return
-        full = Condition(f"{robot}/battery_state", [("/percentage", ">=", CHARGED)])
-        self._lockstep.watch(full, lambda _error: self._become_idle(robot))
-
-
-def _joined(client: Client) -> Lockstep:
-    lockstep = client.lockstep
-    if lockstep is None:
-        raise AssertionError
-    return lockstep
+        self._run.await_charge(robot, partial(self._become_idle, robot))
 
 
 Step: TypeAlias = tuple[str, "Message"]
 """The name of an action, and a goal."""
 
 _KEPT: Final = 4096
-"""The number of goals to drive that are kept."""
-_PICKUP, _PLACE = Pickup.Goal(), Place.Goal()
+"""The number of goals of each action that are kept: validating them takes longer than executing them."""
 
 
-class Errand:
+class Errand(Receiver):
     """A sequence of goals for one robot, which ends when one fails.
 
     Args:
-        client: The client that sends the goals.
+        run: The run that sends the goals.
         robot: The robot.
         steps: At least one step.
         then: Called when the errand ends, with whether all goals have succeeded; not called if the run ends first.
     """
 
-    def __init__(self, client: Client, robot: str, steps: Sequence[Step], then: Callable[[bool], None]) -> None:
-        self._client = client
+    __slots__ = ("_left", "_robot", "_run", "_then")
+
+    def __init__(self, run: Run, robot: str, steps: Sequence[Step], then: Callable[[bool], None]) -> None:
+        self._run = run
         self._robot = robot
         self._left = iter(steps)
         self._then = then
@@ -340,16 +424,20 @@ class Errand:
         step = next(self._left, None)
         if step is None:
             self._then(True)
-            return
-        action = self._client.action_client(self._robot, registry()[step[0]])
-        action.send_goal(step[1], read_result=False, on_change=self._note_change)
+        else:
+            self._run.send(SendGoal(self._robot, *step, reply_to=self, result_to=self))
 
-    def _note_change(self, goal: GoalHandle[Any, Any]) -> None:
-        if not goal.done:
-            return
-        if goal.status is GoalStatus.SUCCEEDED:
+    def succeed(self, answer: Any) -> None:
+        """Take the response to a goal, or its result."""
+        if not isinstance(answer, GoalResponse) or not answer.accepted:
+            succeeded = isinstance(answer, ResultResponse) and answer.status is GoalStatus.SUCCEEDED
+            self._run.note_end(self, succeeded=succeeded)
+
+    def end_step(self, *, succeeded: bool) -> None:
+        """Go on after a goal that has succeeded; end after one that has not."""
+        if succeeded:
             self.go_on()
-        elif not isinstance(goal.error, ClientClosed | SimulatorGone):
+        else:
             self._then(False)
 
 
@@ -360,15 +448,16 @@ def go(point: Point) -> Step:
     return "navigate_to_pose", NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=PointMessage(x=x, y=y))))
 
 
+@lru_cache(_KEPT)
 def pick_up(item: str) -> Step:
     """Return the goal to pick up an item."""
-    # Copies are not validated: large messages would take most of the time of a decision.
-    return "pickup", _PICKUP.model_copy(update={"target_name": item})
+    return "pickup", Pickup.Goal(target_name=item)
 
 
+@lru_cache(_KEPT)
 def put_down(item: str) -> Step:
     """Return the goal to put down an item at the robot's position."""
-    return "place", _PLACE.model_copy(update={"attached_object_name": item})
+    return "place", Place.Goal(attached_object_name=item)
 
 
 def dock(name: str) -> Step:

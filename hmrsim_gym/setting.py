@@ -11,8 +11,7 @@ from hmrsim.diagnostics import listed
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import distance
 from hmrsim.navigation.graph import WaypointGraph
-from hmrsim.settings.run import RunSettings
-from hmrsim.trials.local import LocalTrial
+from hmrsim.simulation.simulator import Simulator
 from hmrsim.trials.worlds import AnyWorld, read_world
 
 if TYPE_CHECKING:
@@ -109,13 +108,8 @@ class Setting:
 
 def _able(world: World) -> list[str]:
     """Return the robots that can fetch and deliver items, and have no script."""
-    with LocalTrial(world, RunSettings()) as trial:
-        robots = trial.open_client("setting").info()["robots"]
-    return [
-        robot["name"]
-        for robot in robots
-        if robot["actions"] and _NEEDED.issubset(robot["actions"]) and not world.robots[robot["name"]].script
-    ]
+    actions_of = Simulator(world).dispatcher.servers.actions_of
+    return [name for name, robot in world.robots.items() if not robot.script and _NEEDED.issubset(actions_of(name))]
 
 
 def _chargers(world: World, robot: str) -> dict[str, Charger]:

@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("gymnasium", reason="environments need the extra gym")
 
+import gymnasium
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
@@ -14,6 +15,7 @@ from hmrsim_gym import DispatchEnv, OrderFeature, nearest
 from hmrsim_gym.observations import FAR
 
 WAIT = 8
+_ID = "hmrsim_gym:hmrsim/Dispatch-v0"
 
 
 def steps(env, choose=nearest, **arguments):
@@ -172,6 +174,24 @@ def test_renders_robots_and_orders_as_text(make, world):
 def test_rejects_invalid_arguments(world, arguments, message):
     with pytest.raises(ValueError, match=message):
         DispatchEnv(**{"world": world, **arguments})
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_vector_environment_has_the_episodes_of_its_seeds(make, world, mode):
+    """Each of its environments has its own seed, as those of Gymnasium have; asynchronous ones are processes."""
+    one, many = make(world), gymnasium.make_vec(_ID, num_envs=2, vectorization_mode=mode, world=world)
+    try:
+        seen, infos = many.reset(seed=[3, 4])
+        after = many.step([0, 0])
+        single = [(one.reset(seed=seed), one.step(0)) for seed in (3, 4)]
+    finally:
+        many.close()
+
+    for number, ((first, info), (observation, reward, *_)) in enumerate(single):
+        assert infos["now"][number] == info["now"]
+        assert seen["orders"][number].tolist() == first["orders"].tolist()
+        assert after[0]["orders"][number].tolist() == observation["orders"].tolist()
+        assert after[1][number] == reward
 
 
 def test_rejects_an_invalid_world():
