@@ -17,6 +17,7 @@ import zenoh
 from pydantic_core import ValidationError, to_json
 
 from hmrsim.interfaces.message import Message
+from hmrsim_zenoh.client.threads import Worker
 from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire.envelopes import plain, unreadable
 
@@ -215,6 +216,10 @@ class Connection(ABC):
         Raises:
             ClientClosed: The connection is closed.
         """
+
+    def worker(self) -> Worker:
+        """Return what runs a client's deferred calls."""
+        return Worker("hmrsim client", at_once=False)
 
     @abstractmethod
     def token(self) -> str:

@@ -54,10 +54,10 @@ class Link:
         enclave: Enclave | None = None,
     ) -> None:
         self.keys = keys
-        self.worker = Worker("hmrsim client", at_once=not isinstance(session, Connection))
         self.connection: Connection = (
-            session if isinstance(session, Connection) else ZenohConnection(session, keys, self.worker, enclave)
+            session if isinstance(session, Connection) else ZenohConnection(session, keys, enclave)
         )
+        self.worker = self.connection.worker()
         self.rounds = Rounds(self.worker, _ROUND)
         self.presence = Presence(self.connection, self.worker, grace=grace, on_gone=self._give_up)
         self.acknowledge_timeout = acknowledge_timeout

@@ -26,6 +26,7 @@ from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeSta
 from hmrsim.protocol.topics import Unwatch, Watching
 from hmrsim_zenoh.client.conditions import Watched
 from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, body_of, take_within, unless_closed
+from hmrsim_zenoh.client.threads import Worker
 from hmrsim_zenoh.errors import Denied, RequestError
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.descriptions import WorldInfo, described
@@ -48,7 +49,6 @@ from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
-    from hmrsim_zenoh.client.threads import Worker
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -154,19 +154,15 @@ class QueryCall:
 
 
 class ZenohConnection(Connection):
-    """The connection to a simulator over Zenoh.
+    """The connection to a simulator over Zenoh; its worker runs what must not run in Zenoh's threads."""
 
-    Args:
-        worker: Runs what must not run in Zenoh's threads.
-    """
-
-    def __init__(self, session: zenoh.Session, keys: Keys, worker: Worker, enclave: Enclave | None = None) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, enclave: Enclave | None = None) -> None:
         self.enclave = enclave
         # Not Session.is_closed(): it waits for Zenoh's lock with the GIL held, and the lock's holder may want the GIL.
         self.broken = False
         self._session = session
         self._keys = keys
-        self._worker = worker
+        self._worker = Worker("hmrsim client")
         self._known: dict[tuple[ActionTarget, Verb], str] = {}
         self._listening: list[Callable[[], object]] = []
         # The commands that go with the next advance, as JSON, by the identities of the commands.
@@ -288,6 +284,10 @@ class ZenohConnection(Connection):
         """Send a query; *then* receives the answer, once: a reply in Zenoh's thread, its absence in the worker's."""
         self._ask(request.key, request.payload, then, timeout=timeout, latest=True)
 
+    def worker(self) -> Worker:
+        """Return what runs deferred calls."""
+        return self._worker
+
     def token(self) -> str:
         """Return a text that no other connection has."""
         # Zenoh's timestamps contain the session's id and are unique within it.
@@ -372,7 +372,7 @@ class ZenohConnection(Connection):
         latest: bool = False,
     ) -> None:
         """Send a query whose answer is its first reply, or the *latest* of several, which takes a little longer."""
-        open_, worker = True, self._worker
+        open_ = True
 
         def answer(body: Reply) -> None:
             nonlocal open_
@@ -381,7 +381,7 @@ class ZenohConnection(Connection):
             open_ = False
             if body is None:
                 # Zenoh may end a query with its lock held: a call on the session in this callback would deadlock.
-                worker.after(0.0, lambda: then(self._denial(key)))
+                self._worker.after(0.0, lambda: then(self._denial(key)))
             else:
                 then(body)
 

@@ -265,11 +265,10 @@ class TestTerminate:
         assert client.goals[0].canceled is True
 
     def test_an_interrupt_cancels_also_before_the_goal_is_accepted(self, client, leaf):
-        """The ticket keeps the wish until it can be sent."""
         leaf.tick_once()
         leaf.stop(Status.INVALID)
 
-        assert (client.goals[0].accepted, client.goals[0].canceled) == (None, True)
+        assert client.goals[0].canceled is True
 
     def test_a_goal_that_is_done_is_not_canceled(self, client, leaf):
         leaf.tick_once()
@@ -284,10 +283,11 @@ class TestTerminate:
         leaf.tick_once()
         leaf.stop(Status.INVALID)
         leaf.tick_once()
-        before = list(leaf.open_goals)
+        before = [goal.goal_id for goal in leaf.open_goals]
         client.goals[0].end_canceled()
 
-        assert (before, leaf.open_goals) == (client.goals, client.goals[1:])
+        assert [goal.goal_id for goal in client.goals] == before
+        assert [goal.goal_id for goal in leaf.open_goals] == before[1:]
 
 
 class TestSuspend:
@@ -376,7 +376,6 @@ class TestResume:
 
         first, second, *again = [goal.goal_id for goal in client.goals]
         assert (again, first == second) == ([first, second], False)
-        assert all(goal.may_be_known for goal in client.goals)
 
     def test_another_goal_at_the_same_place_has_another_id(self, client, life):
         for leaf in (life(), life(LONG), life(NavigateToPose.Goal(), "navigate_to_pose")):

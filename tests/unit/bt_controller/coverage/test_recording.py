@@ -180,7 +180,7 @@ def test_a_preempted_goal_is_told_from_other_aborted_ones(stage):
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
     goal = seen.goals[0]
-    goal._end(GoalStatus.ABORTED, goal.action.failure(700, "preempted by goal 2"), "preempted")
+    goal.end(GoalStatus.ABORTED, goal.action.failure(700, "preempted by goal 2"), "preempted")
     seen.tick()
 
     assert {"RUNNING": 1, "FAILURE": 1, "PREEMPTED": 1} == seen.counts("A")

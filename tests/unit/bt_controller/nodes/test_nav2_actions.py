@@ -225,7 +225,7 @@ class TestEnds:
 
     def test_succeeded_is_success_with_its_result(self, computing, board, path):
         ticked, goal = computing
-        goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
+        goal.end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
 
         assert "S" == ticked.tick()
         assert (path((0, 0), (1, 0)), 0, "") == (board["/path"], board["/code"], board["/message"])
@@ -236,10 +236,9 @@ class TestEnds:
             (lambda goal: goal.abort(208, "no route"), "F", 208, "no route"),
             (lambda goal: goal.end_canceled(), "S", 0, ""),
             (lambda goal: goal.reject("not_ready", "battery empty"), "F", 1, "not_ready: battery empty"),
-            (lambda goal: goal.expire(GoalStatus.ABORTED), "F", 200, "the result is not kept any longer"),
             (lambda goal: goal.fail(SimulatorNotFound("nobody there")), "F", 2, "nobody there"),
         ],
-        ids=["aborted", "canceled by a client with a reason", "rejected", "aborted in an earlier life", "not answered"],
+        ids=["aborted", "canceled by a client with a reason", "rejected", "not answered"],
     )
     def test_other_ends_have_a_code_and_no_path(self, computing, board, end, status, code, message):
         """1 is Nav2's GOAL_REJECTED, and 2 its SEND_GOAL_FAILURE."""
@@ -266,7 +265,7 @@ class TestEnds:
 
     def test_a_reset_after_its_end_takes_nothing_away(self, computing, board, path):
         ticked, goal = computing
-        goal._end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
+        goal.end(GoalStatus.SUCCEEDED, goal.action.result(path=path((0, 0), (1, 0))))
         ticked.tick()
         ticked.halt()
 
@@ -301,7 +300,7 @@ class TestEnds:
     def test_docking_writes_whether_it_succeeded(self, node, tree, known, client, board):
         ticked = tree(node(DockRobot, success="{done}", num_retries="{retries}"), **known)
         ticked.tick()
-        client.goals[0]._end(GoalStatus.SUCCEEDED, client.goals[0].action.result(num_retries=2))
+        client.goals[0].end(GoalStatus.SUCCEEDED, client.goals[0].action.result(num_retries=2))
         ticked.tick()
         assert (True, 2) == (board["/done"], board["/retries"])
         ticked.halt()
@@ -372,7 +371,7 @@ class TestFeedback:
         goal.accept()
         goal.feed(last_node_id=7)
         assert ("R", 7, Path()) == (ticked.tick(), board["/last"], board["/path"])
-        goal._end(GoalStatus.SUCCEEDED, goal.action.result(execution_duration=Duration(sec=4)))
+        goal.end(GoalStatus.SUCCEEDED, goal.action.result(execution_duration=Duration(sec=4)))
         assert ("S", 0, 4) == (ticked.tick(), board["/last"], board["/seconds"].sec)
 
     def test_another_route_replaces_it(self, node, tree, known, client, board):
@@ -398,7 +397,7 @@ class TestMoveIt:
     @pytest.mark.parametrize(
         ("end", "status", "code", "message"),
         [
-            (lambda goal: goal._end(GoalStatus.SUCCEEDED, goal.action.failure(1, "")), "S", 1, ""),
+            (lambda goal: goal.end(GoalStatus.SUCCEEDED, goal.action.failure(1, "")), "S", 1, ""),
             (lambda goal: goal.abort(-4, "'anvil' is too heavy"), "F", -4, "'anvil' is too heavy"),
             (lambda goal: goal.fail(SimulatorNotFound("nobody there")), "F", 99999, "nobody there"),
         ],

@@ -157,11 +157,11 @@ class TestTicks:
 
     def test_changes_that_are_not_announced_are_looked_for_each_period(self, stage):
         """The periods count from zero; one that was missed is not made up for."""
-        stage.client.began = 9.5
+        stage.client.session.clock(9.5)
         stage.run(
             lambda: Running("Running"),
-            lambda: (stage.client.clock(9.9), stage.client.clock(10.1)),
-            lambda: (stage.client.clock(13.9), stage.client.clock(14.0)),
+            lambda: (stage.client.session.clock(9.9), stage.client.session.clock(10.1)),
+            lambda: (stage.client.session.clock(13.9), stage.client.session.clock(14.0)),
             stage.stop,
         )
 
@@ -169,15 +169,15 @@ class TestTicks:
 
     def test_a_tree_that_waits_for_its_goal_is_left_alone(self, stage):
         """Time that goes by is nothing to it, unless the user gave a period."""
-        stage.run(wait, lambda: (stage.client.clock(50.0), stage.goal().succeed()))
+        stage.run(wait, lambda: (stage.client.session.clock(50.0), stage.goal().succeed()))
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 50.0]
 
     def test_a_period_of_the_users_is_a_tick(self, stage):
         stage.run(
             wait,
-            lambda: (stage.client.clock(1.9), stage.client.clock(2.0)),
-            lambda: stage.client.clock(4.0),
+            lambda: (stage.client.session.clock(1.9), stage.client.session.clock(2.0)),
+            lambda: stage.client.session.clock(4.0),
             stage.stop,
             period=2.0,
         )
@@ -185,10 +185,10 @@ class TestTicks:
         assert [snapshot.sim_time for snapshot in stage.shown] == [0.0, 2.0, 4.0]
 
     def test_a_timer_ends_by_the_simulators_clock(self, stage):
-        stage.client.began = 100.0
+        stage.client.session.clock(100.0)
         stage.run(
             lambda: Timer("Timer", 5.0),
-            lambda: (stage.client.clock(104.9), stage.client.clock(105.0)),
+            lambda: (stage.client.session.clock(104.9), stage.client.session.clock(105.0)),
         )
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 105.0]
@@ -196,14 +196,14 @@ class TestTicks:
     def test_all_trees_are_ticked_when_time_goes_back(self, stage, monkeypatch):
         """In a reset world, nothing is left of what the trees have waited for."""
         monkeypatch.setattr("bt_controller.running.clocks._STALE_CLOCK_SECONDS", 0.0)
-        stage.client.began = 100.0
-        stage.run(wait, lambda: stage.client.clock(0.5), stage.stop)
+        stage.client.session.clock(100.0)
+        stage.run(wait, lambda: stage.client.session.clock(0.5), stage.stop)
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [100.0, 0.5]
 
     def test_without_a_clock_goals_still_end(self, stage):
         """A real robot may publish no simulated time."""
-        stage.client.began = None
+        stage.client.session.latest.clear()
         outcome = stage.run(wait, lambda: stage.goal().succeed())
 
         assert [snapshot.sim_time for snapshot in stage.shown] == [None, None]
@@ -308,7 +308,7 @@ class TestEnds:
 
     def test_a_simulator_that_dies_while_nothing_is_asked_of_it_ends_the_tree(self, stage):
         """The clock no longer advances, and nothing else would wake the tree."""
-        stage.client.alive = False
+        stage.client.session.vanish()
         outcome = stage.run(lambda: Running("Running"), grace=0.0)
 
         assert (outcome.gone, outcome.succeeded) == (True, False)
