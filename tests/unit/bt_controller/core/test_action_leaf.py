@@ -117,31 +117,9 @@ class TestSetup:
 class TestInitialise:
     """The leaf sends its goal upon initialise."""
 
-    def test_the_goal_is_sent_once_however_often_the_leaf_is_ticked(self, client, leaf):
-        leaf.tick_once()
-        leaf.tick_once()
-
-        assert [goal.goal for goal in client.goals] == [WAIT]
-        assert (leaf.status, leaf.feedback_message) == (Status.RUNNING, "sent goal request")
-
-    def test_a_leaf_that_is_ticked_again_after_its_end_sends_again(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].succeed()
-        leaf.tick_once()
-        leaf.tick_once()
-
-        assert len(client.goals) == 2
-        assert leaf.status is Status.RUNNING
-
-    def test_the_goal_may_come_from_a_function(self, client):
-        leaf = ActionLeaf("Wait", "wait", lambda: WAIT)
-        leaf.setup(client=client, robot="wall_e")
-        leaf.tick_once()
-
-        assert client.goals[0].goal == WAIT
-
-    def test_the_goal_may_come_from_the_blackboard(self, client):
-        leaf = ActionLeaf("Wait", "wait", "next_goal")
+    @pytest.mark.parametrize("source", ["next_goal", lambda: WAIT], ids=["blackboard", "function"])
+    def test_the_goal_may_come_from(self, client, source):
+        leaf = ActionLeaf("Wait", "wait", source)
         leaf.setup(client=client, robot="wall_e")
         Blackboard.set("next_goal", WAIT)
         leaf.tick_once()
@@ -164,16 +142,48 @@ class TestInitialise:
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the client is closed")
 
 
+STEPS = {
+    "tick": lambda leaf, _: leaf.tick_once(),
+    "stop": lambda leaf, _: leaf.stop(Status.INVALID),
+    "suspend": lambda leaf, _: leaf.suspend(),
+    "repeat": lambda leaf, _: leaf.repeat(),
+    "accept": lambda _, goal: goal.accept(),
+    "succeed": lambda _, goal: goal.succeed(),
+    "abort": lambda _, goal: goal.abort(208, "no route to (5, 5)"),
+    "preempt": lambda _, goal: goal.abort(740, f"preempted by goal {'a' * 32}"),
+    "reject": lambda _, goal: goal.reject("not_ready", "battery empty"),
+    "end_canceled": lambda _, goal: goal.end_canceled(),
+    "fail": lambda _, goal: goal.fail(SimulatorGone("the simulator is gone")),
+    "expire": lambda _, goal: goal.expire(GoalStatus.SUCCEEDED),
+    **{status.name: lambda _, goal, status=status: goal.is_known(status) for status in GoalStatus},
+}
+"""What the tree does with a leaf, and what becomes of its latest goal; a status is that of an earlier life."""
+RUNNING, SUCCESS, FAILURE, INVALID = Status.RUNNING, Status.SUCCESS, Status.FAILURE, Status.INVALID
+
+
+def play(client, leaf, steps):
+    for step in steps.split():
+        STEPS[step](leaf, client.goals[-1] if client.goals else None)
+
+
 class TestUpdate:
     """The leaf follows its goal from tick to tick."""
 
-    def test_success_is_success(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].accept()
-        client.goals[0].succeed()
-        leaf.tick_once()
+    @pytest.mark.parametrize(
+        ("steps", "status", "message"),
+        [
+            ("tick tick", RUNNING, "sent goal request"),
+            ("tick accept succeed tick", SUCCESS, "successfully completed"),
+            ("tick reject tick", FAILURE, "rejected: not_ready: battery empty"),
+            ("tick abort tick", FAILURE, "aborted: no route to (5, 5)"),
+            ("tick end_canceled tick", FAILURE, "canceled: canceled"),
+            ("tick accept fail tick", FAILURE, "the simulator is gone"),
+        ],
+    )
+    def test_the_end_of_the_goal_is_that_of_the_leaf(self, client, leaf, steps, status, message):
+        play(client, leaf, steps)
 
-        assert (leaf.status, leaf.feedback_message) == (Status.SUCCESS, "successfully completed")
+        assert ([WAIT], status, message) == ([goal.goal for goal in client.goals], leaf.status, leaf.feedback_message)
 
     def test_success_is_written_on_the_blackboard(self, client):
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
@@ -193,21 +203,6 @@ class TestUpdate:
 
         assert Blackboard.exists("waited") is False
 
-    def test_a_rejected_goal_fails_with_the_reason(self, client, leaf):
-        """The robot's words reach the tree."""
-        leaf.tick_once()
-        client.goals[0].reject("not_ready", "battery empty")
-        leaf.tick_once()
-
-        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "rejected: not_ready: battery empty")
-
-    def test_an_aborted_goal_fails_with_nav2s_error_msg(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].abort(208, "no route to (5, 5)")
-        leaf.tick_once()
-
-        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: no route to (5, 5)")
-
     def test_an_aborted_goal_fails_with_moveits_message(self, client):
         leaf = ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="anvil"))
         leaf.setup(client=client, robot="wall_e")
@@ -216,22 +211,6 @@ class TestUpdate:
         leaf.tick_once()
 
         assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "aborted: 'anvil' is too heavy")
-
-    def test_a_goal_that_another_client_canceled_fails(self, client, leaf):
-        """The cancel did not come from the tree."""
-        leaf.tick_once()
-        client.goals[0].end_canceled()
-        leaf.tick_once()
-
-        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "canceled: canceled")
-
-    def test_a_simulator_that_dies_fails_the_leaf(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].accept()
-        client.goals[0].fail(SimulatorGone("the simulator is gone"))
-        leaf.tick_once()
-
-        assert (leaf.status, leaf.feedback_message) == (Status.FAILURE, "the simulator is gone")
 
     def test_feedback_is_shown_field_by_field(self, client, leaf):
         leaf.tick_once()
@@ -254,29 +233,23 @@ class TestUpdate:
         assert woken == [0, 1]
 
 
-class TestTerminate:
-    """Letting go of the goal."""
+class TestCancel:
+    """The leaf lets go of its goal when it is interrupted, and for a while when it is suspended."""
 
-    def test_an_interrupt_cancels_the_goal(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].accept()
-        leaf.stop(Status.INVALID)
+    @pytest.mark.parametrize(
+        ("steps", "canceled", "status"),
+        [
+            ("tick accept stop", True, INVALID),
+            ("tick stop", True, INVALID),
+            ("tick succeed tick stop", False, INVALID),
+            ("tick suspend", True, RUNNING),
+        ],
+        ids=["while it runs", "before it is accepted", "when it is done", "suspended"],
+    )
+    def test_a_goal_that_is_not_done_is_canceled(self, client, leaf, steps, canceled, status):
+        play(client, leaf, steps)
 
-        assert client.goals[0].canceled is True
-
-    def test_an_interrupt_cancels_also_before_the_goal_is_accepted(self, client, leaf):
-        leaf.tick_once()
-        leaf.stop(Status.INVALID)
-
-        assert client.goals[0].canceled is True
-
-    def test_a_goal_that_is_done_is_not_canceled(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].succeed()
-        leaf.tick_once()
-        leaf.stop(Status.INVALID)
-
-        assert client.goals[0].canceled is False
+        assert (canceled, status) == (client.goals[0].canceled, leaf.status)
 
     def test_a_canceled_goal_stays_open_until_it_has_ended(self, client, leaf):
         """A session must not be closed on a cancel that is on its way."""
@@ -289,62 +262,29 @@ class TestTerminate:
         assert [goal.goal_id for goal in client.goals] == before
         assert [goal.goal_id for goal in leaf.open_goals] == before[1:]
 
+    @pytest.mark.parametrize(
+        ("steps", "sent", "status"),
+        [
+            ("tick succeed tick tick", 2, RUNNING),
+            ("tick suspend end_canceled tick", 2, RUNNING),
+            ("tick suspend succeed tick", 1, SUCCESS),
+            ("tick suspend end_canceled tick end_canceled tick", 2, FAILURE),
+            ("suspend tick end_canceled tick", 1, FAILURE),
+            ("tick suspend end_canceled stop tick end_canceled tick", 2, FAILURE),
+        ],
+        ids=[
+            "ended, and ticked again",
+            "suspended",
+            "succeeded although it was canceled",
+            "canceled by another client later",
+            "suspended before it ran",
+            "interrupted while it was suspended",
+        ],
+    )
+    def test_a_goal_is_sent_again_after_its_end_or_a_suspension(self, client, leaf, steps, sent, status):
+        play(client, leaf, steps)
 
-class TestSuspend:
-    """Letting go of the goal, to go on with it later."""
-
-    def test_a_suspended_goal_is_canceled(self, client, leaf):
-        leaf.tick_once()
-        leaf.suspend()
-
-        assert (client.goals[0].canceled, leaf.status) == (True, Status.RUNNING)
-
-    def test_a_goal_that_was_canceled_is_sent_again(self, client, leaf):
-        leaf.tick_once()
-        leaf.suspend()
-        client.goals[0].end_canceled()
-        leaf.tick_once()
-
-        assert [goal.goal for goal in client.goals] == [WAIT, WAIT]
-        assert leaf.status is Status.RUNNING
-
-    def test_a_goal_that_succeeded_although_it_was_canceled_is_done(self, client, leaf):
-        """It is not sent again."""
-        leaf.tick_once()
-        leaf.suspend()
-        client.goals[0].succeed()
-        leaf.tick_once()
-
-        assert (len(client.goals), leaf.status) == (1, Status.SUCCESS)
-
-    def test_a_goal_that_another_client_canceled_later_is_not_sent_again(self, client, leaf):
-        leaf.tick_once()
-        leaf.suspend()
-        client.goals[0].end_canceled()
-        leaf.tick_once()
-        client.goals[1].end_canceled()
-        leaf.tick_once()
-
-        assert (len(client.goals), leaf.status) == (2, Status.FAILURE)
-
-    def test_a_leaf_that_does_not_run_has_nothing_to_suspend(self, client, leaf):
-        leaf.suspend()
-        leaf.tick_once()
-        client.goals[0].end_canceled()
-        leaf.tick_once()
-
-        assert (len(client.goals), leaf.status) == (1, Status.FAILURE)
-
-    def test_a_suspended_leaf_that_is_interrupted_begins_anew(self, client, leaf):
-        leaf.tick_once()
-        leaf.suspend()
-        client.goals[0].end_canceled()
-        leaf.stop(Status.INVALID)
-        leaf.tick_once()
-        client.goals[1].end_canceled()
-        leaf.tick_once()
-
-        assert (len(client.goals), leaf.status) == (2, Status.FAILURE)
+        assert (sent, status) == (len(client.goals), leaf.status)
 
 
 class TestResume:
@@ -405,51 +345,53 @@ class TestResume:
         client.refuses = SimulatorGone("gone")
         leaf.tick_once()
         client.refuses = None
-        leaf.tick_once()
-        found = client.goals[0].goal_id
-        client.goals[0].reject("not_ready", "battery empty")
-        leaf.tick_once()
-        leaf.tick_once()
-
-        assert found == client.goals[1].goal_id
-
-    def test_a_goal_that_was_rejected_uses_up_no_id(self, client, leaf):
-        """The simulator has not kept it, so the next life would look for it in vain."""
-        leaf.tick_once()
-        client.goals[0].reject("not_ready", "battery empty")
-        leaf.tick_once()
-        leaf.tick_once()
+        play(client, leaf, "tick reject tick tick")
 
         assert client.goals[0].goal_id == client.goals[1].goal_id
 
-    @pytest.mark.parametrize("end", ["succeed", "abort"])
-    def test_what_has_ended_in_an_earlier_life_counts(self, client, leaf, end):
-        leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.ABORTED if end == "abort" else GoalStatus.SUCCEEDED)
-        getattr(client.goals[0], end)(*((740, "lost") if end == "abort" else ()))
-        leaf.tick_once()
+    def test_a_goal_that_was_rejected_uses_up_no_id(self, client, leaf):
+        """The simulator has not kept it, so the next life would look for it in vain."""
+        play(client, leaf, "tick reject tick tick")
 
-        assert (len(client.goals), leaf.status) == (1, Status.FAILURE if end == "abort" else Status.SUCCESS)
+        assert client.goals[0].goal_id == client.goals[1].goal_id
 
-    @pytest.mark.parametrize("found", [GoalStatus.CANCELING, GoalStatus.CANCELED])
-    def test_what_was_canceled_in_an_earlier_life_is_sent_with_the_next_id(self, client, leaf, found):
-        """The cancel came from the earlier life, when it ended."""
-        leaf.tick_once()
-        client.goals[0].is_known(found)
-        client.goals[0].end_canceled()
-        leaf.tick_once()
+    @pytest.mark.parametrize(
+        ("steps", "sent", "status"),
+        [
+            ("tick SUCCEEDED succeed tick", 1, SUCCESS),
+            ("tick ABORTED abort tick", 1, FAILURE),
+            ("tick CANCELING end_canceled tick", 2, RUNNING),
+            ("tick CANCELED end_canceled tick", 2, RUNNING),
+            ("tick EXECUTING end_canceled tick", 1, FAILURE),
+            ("tick accept end_canceled tick", 1, FAILURE),
+            ("tick ABORTED preempt tick", 2, RUNNING),
+            ("repeat tick SUCCEEDED succeed tick", 2, RUNNING),
+            ("repeat tick EXECUTING succeed tick", 1, SUCCESS),
+            ("tick SUCCEEDED expire tick", 1, SUCCESS),
+        ],
+        ids=[
+            "its success counts",
+            "its failure counts",
+            "what its end canceled is sent anew",
+            "what its end has canceled is sent anew",
+            "a robot that is stopped in this life does not drive on",
+            "a goal of this life that another client cancels fails",
+            "what was dropped for something else, such as charging, is sent anew",
+            "a repeated step does anew what has ended",
+            "a repeated step takes over what is under way",
+            "a robot does not do a step again for the sake of a result",
+        ],
+    )
+    def test_what_became_of_the_goal_in_an_earlier_life_counts(self, client, leaf, steps, sent, status):
+        play(client, leaf, steps)
 
-        assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
-        assert client.goals[0].goal_id != client.goals[1].goal_id
+        assert (sent, status) == (len(client.goals), leaf.status)
+        assert sent == len({goal.goal_id for goal in client.goals})
 
-    def test_a_goal_that_is_canceled_when_it_was_taken_over_fails_as_ever(self, client, leaf):
-        """The cancel applies to this run: a robot that was stopped does not drive on."""
-        leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.EXECUTING)
-        client.goals[0].end_canceled()
-        leaf.tick_once()
+    def test_a_step_whose_result_has_expired_says_so(self, client, leaf):
+        play(client, leaf, "tick SUCCEEDED expire tick")
 
-        assert (leaf.status, len(client.goals)) == (Status.FAILURE, 1)
+        assert "was done before; its result has expired" == leaf.feedback_message
 
     def test_what_was_dropped_for_the_next_one_leads_to_that(self, client, life):
         """As when a tree replans: its goals preempt each other."""
@@ -465,52 +407,11 @@ class TestResume:
         assert Status.RUNNING is leaf.status
         assert client.goals[1].goal_id == client.goals[3].goal_id
 
-    def test_what_was_dropped_for_something_else_is_sent_again(self, client, leaf):
-        """As when a guard of this life had the robot charged before its mission came to the goal of the earlier one."""
-        leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.ABORTED)
-        client.goals[0].abort(740, f"preempted by goal {'a' * 32}")
-        leaf.tick_once()
-
-        assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
-
-    @pytest.mark.parametrize(("found", "sent"), [(GoalStatus.SUCCEEDED, 2), (GoalStatus.EXECUTING, 1)])
-    def test_a_repeated_step_does_anew_what_has_ended(self, client, leaf, found, sent):
-        """A goal that is under way is taken over."""
-        leaf.repeat()
-        leaf.tick_once()
-        client.goals[0].is_known(found)
-        client.goals[0].succeed()
-        leaf.tick_once()
-
-        assert sent == len(client.goals)
-
-    def test_a_goal_of_this_life_that_another_client_cancels_fails_as_ever(self, client, leaf):
-        leaf.tick_once()
-        client.goals[0].accept()
-        client.goals[0].end_canceled()
-        leaf.tick_once()
-
-        assert (leaf.status, len(client.goals)) == (Status.FAILURE, 1)
-
-    def test_a_step_whose_result_has_expired_is_done(self, client, leaf):
-        """A robot does not do it again for the sake of a result."""
-        leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.SUCCEEDED)
-        client.goals[0].expire(GoalStatus.SUCCEEDED)
-        leaf.tick_once()
-
-        assert (leaf.status, len(client.goals)) == (Status.SUCCESS, 1)
-        assert leaf.feedback_message == "was done before; its result has expired"
-
     def test_a_computation_whose_result_has_expired_is_done_again(self, client):
         """It is the result that counts, and nothing moves."""
         leaf = ActionLeaf("Plan", "compute_path_to_pose", ComputePathToPose.Goal())
         info = {"robots": [{"name": "wall_e", "actions": ["compute_path_to_pose"]}]}
         leaf.setup(client=client, robot="wall_e", resume="me/m/wall_e", directory=Directory.from_info(info))
-        leaf.tick_once()
-        client.goals[0].is_known(GoalStatus.SUCCEEDED)
-        client.goals[0].expire(GoalStatus.SUCCEEDED)
-        leaf.tick_once()
+        play(client, leaf, "tick SUCCEEDED expire tick")
 
         assert (leaf.status, len(client.goals)) == (Status.RUNNING, 2)
