@@ -13,7 +13,6 @@ _IN_PROCESS = [name for name, entry in _BUGS.items() if "command" not in entry["
 
 
 def test_there_are_enough_bugs():
-    """There are at least 40 of them, and those that are commands are in several languages."""
     commands = {entry["bug"]["command"][0] for entry in _BUGS.values() if "command" in entry["bug"]}
 
     assert len(_BUGS) >= 40
@@ -21,13 +20,11 @@ def test_there_are_enough_bugs():
 
 
 def test_each_bug_says_what_it_is():
-    """In a sentence, with its kind and a schedule that shows it."""
     assert all(entry["text"].endswith(".") and entry["kind"] and entry["shown_by"] for entry in _BUGS.values())
 
 
 @pytest.mark.parametrize("name", _IN_PROCESS)
 def test_nothing_is_seen_without_faults(name):
-    """The controller and its correct twin succeed, and nothing is violated."""
     outcomes = [run_case(patient(_BUGS[name], which), Case()) for which in ("bug", "twin")]
 
     assert [("succeeded", ())] * 2 == [(outcome.ending, outcome.violations) for outcome in outcomes]

@@ -18,7 +18,6 @@ def _case(entry):
 
 @pytest.mark.parametrize("name", _IN_PROCESS)
 def test_its_schedule_shows_a_bug(name):
-    """One or two things that go wrong are enough."""
     entry = _BUGS[name]
     outcome = run_case(patient(entry, "bug"), _case(entry))
 
@@ -28,7 +27,6 @@ def test_its_schedule_shows_a_bug(name):
 
 @pytest.mark.parametrize("name", _IN_PROCESS)
 def test_a_correct_twin_bears_what_shows_the_bug(name):
-    """The twin succeeds, and nothing is violated."""
     entry = _BUGS[name]
     outcome = run_case(patient(entry, "twin"), _case(entry))
 

@@ -41,5 +41,4 @@ def test_a_vulnerability_is_told_with_its_remedy(said):
     ],
 )
 def test_without_an_index_it_says_so_and_passes(said, stdout, stderr, text):
-    """The reason is in the text."""
     assert (0, text) == said(stdout, stderr)

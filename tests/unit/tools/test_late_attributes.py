@@ -16,7 +16,6 @@ def told(code):
 
 
 def test_a_function_that_a_class_declares_and_never_has():
-    """Others are to set it."""
     assert ["m.py:2: Server.submit is to be set by others"] == told("class Server:\n  submit: Callable[[], None]\n")
 
 

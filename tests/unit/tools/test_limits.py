@@ -35,7 +35,6 @@ def constants(where):
 
 @pytest.mark.parametrize("what", _ROWS)
 def test_each_limit_is_as_documented(what):
-    """Its constant exists, and has the value that the table says."""
     limit = _ROWS[what]["limit"].replace("10⁹", "1e9")
     said = {float(digits.replace(",", "")) * 2 ** (20 * bool(unit)) for digits, unit in _NUMBER.findall(limit)}
     for constant, value in constants(_ROWS[what]["where"]):

@@ -24,7 +24,6 @@ def test_the_version_is_the_same_everywhere():
 
 
 def test_the_bill_and_the_notice_list_what_the_page_contains():
-    """Each library of others that is copied into the wheel, with its version."""
     vendored = ROOT / "hmrsim_zenoh" / "view" / "page" / "vendor"
     bill = json.loads((ROOT / "sbom.cdx.json").read_text())
     copied = {one["name"]: one["version"] for one in bill["components"] if one["purl"].startswith("pkg:npm/")}

@@ -12,16 +12,13 @@ KINDS = ("world", "tree", "trace", "recording", "settings", "coverage", "propert
 
 @pytest.mark.uncovered
 def test_damaged_files_are_read_or_refused():
-    """In bounded time and memory, in plain words."""
     assert [] == list(findings(seed=0, count=100))
 
 
 def test_a_case_follows_from_its_seed_and_number():
-    """So that a finding can be tried again."""
     assert case(7, 3).content == case(7, 3).content
     assert case(7, 3).content != case(7, 4).content
 
 
 def test_there_are_files_of_each_kind():
-    """Each of which some command reads."""
     assert {*KINDS} == {sample.kind for sample in samples()}

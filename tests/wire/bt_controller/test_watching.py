@@ -46,7 +46,6 @@ def run(*options):
 
 
 def test_a_failure_is_printed_with_its_reasons(capsys):
-    """The reasons are the leaves that decided it, with their messages."""
     code = run("--quiet")
 
     out = capsys.readouterr().out

@@ -47,7 +47,6 @@ def test_a_viewer_reads_but_may_not_call_services_with_effects(secured):
 
 
 def test_a_ros_node_drives_as_over_plain_tcp(secured):
-    """Graph, goals, feedback, status and results all work."""
     options = secured.of("nurses")
     with RosClient(options.connect[0], **of_node(options)) as ros:
         client = ros.action("/wall_e/navigate_to_pose").wait()

@@ -47,7 +47,6 @@ def broken(serve, monkeypatch):
 
 
 def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
-    """A waiting client gets the result, and the last status has it as well."""
     heard = live.hear(f"{WAIT}/_action/status")
     live.send(WAIT, wait(1000), A)
     held = [live.begin(f"{WAIT}/_action/get_result", {"goal_id": A}) for _ in range(2)]
@@ -64,7 +63,6 @@ def test_goals_that_run_are_aborted_at_the_end(live, serve, wait):
 
 @pytest.mark.parametrize("factor", [0, 1.0])
 def test_the_end_leaves_no_thread(serve, go, factor):
-    """Robots move, requests are held and subscribers are connected."""
     before = set(threading.enumerate())
     tester = serve(real_time_factor=factor)
     tester.hear("**")

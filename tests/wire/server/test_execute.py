@@ -58,7 +58,6 @@ def long_wait(goal_id=A, **fields):
 
 class TestReplies:
     def test_an_accepted_goal_is_answered_by_the_acceptance_and_the_result(self, fast, wait):
-        """Both have the contents of send_goal's and get_result's answers, and their encodings."""
         accepted, ended = Execution(fast, WAIT, {"goal_id": A, "goal": wait(7)}).all()
 
         assert {"accepted": True, "goal_id": A, "stamp": {"sec": 0, "nanosec": 1}} == accepted.body
@@ -114,7 +113,6 @@ class TestReplies:
 
 class TestFeedback:
     def test_feedback_comes_between_acceptance_and_result(self, serve, go):
-        """The messages are those of the topic."""
         tester = serve(real_time_factor=20.0)
         topic = tester.hear(f"{NAVIGATE}/_action/feedback")
 

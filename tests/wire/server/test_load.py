@@ -23,7 +23,6 @@ def send_all(tester, names, goal):
 
 @pytest.mark.parametrize("factor", [0, 100.0])
 def test_three_hundred_goals_for_one_robot_each_end_once(serve, wait, factor):
-    """Each has one reply, one result, and one terminal status on the wire."""
     tester = serve(real_time_factor=factor)
     events = tester.hear("_world/events")
 
@@ -40,7 +39,6 @@ def test_three_hundred_goals_for_one_robot_each_end_once(serve, wait, factor):
 
 @pytest.mark.parametrize("factor", [0, 100.0])
 def test_three_hundred_goals_for_a_hundred_robots_each_end_once(serve, go, factor):
-    """The last goal of each robot succeeds."""
     tester = serve(MANY, real_time_factor=factor)
     names = [f"r{number % 100}/navigate_to_pose" for number in range(300)]
 

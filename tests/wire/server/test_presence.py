@@ -51,7 +51,6 @@ def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
 
 
 def test_simulators_with_different_prefixes_do_not_interfere(serve, wait):
-    """Both are reached by one endpoint."""
     tester = serve(real_time_factor=0)
     other = serve.host(None, SessionOptions(connect=(tester.endpoint,), prefix="lab/two"), real_time_factor=0)
     other.start()

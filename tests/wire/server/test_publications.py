@@ -56,7 +56,6 @@ class TestStatus:
         assert [1, 2, 6] == [status for status, _ in itertools.groupby(seen[A])]
 
     def test_the_first_status_of_a_first_subscriber_is_never_lost(self, serve, wait):
-        """Many clients subscribe and send a goal at once."""
         owner = serve(real_time_factor=0)
         seen = []
         for number in range(1, 61):

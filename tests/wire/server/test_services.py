@@ -112,7 +112,6 @@ def test_the_info_message_is_published_again_with_new_robots(fast, bob):
 
 
 def test_a_loaded_world_replaces_the_served_one(live):
-    """It is stopped until a client starts it."""
     world = {
         "name": "other",
         "waypoints": {"a": [0, 0], "b": [4, 0]},

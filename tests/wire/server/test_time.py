@@ -129,7 +129,6 @@ def test_an_invalid_condition_is_an_error_in_its_place(steps, bad, field, text):
 
 
 def test_ordinary_keys_work_while_time_is_stopped(steps, wait):
-    """A result is held until time advances."""
     accepted = steps.send("eve/wait", wait(3), A)
     result = steps.begin("eve/wait/_action/get_result", {"goal_id": A})
     steps.one("_world/time/join", {"name": "nurse"})
@@ -338,7 +337,6 @@ def test_a_pending_advance_is_answered_once_at_the_end(serve):
 
 
 def test_a_participant_that_stalls_is_dropped(serve):
-    """The others continue, and the participant gets an error when it comes back."""
     tester = serve(clock="lockstep", participants=2, participant_timeout=0.2)
     tester.one("_world/time/join", {"name": "a"})
     # Before the other one has joined, so that it can't be late itself on a busy machine.

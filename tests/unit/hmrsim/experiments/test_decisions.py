@@ -111,7 +111,6 @@ def test_treatment_faster_at_the_first_level_only_is_worse(run):
 
 
 def test_reports_a_withdrawn_verdict(run):
-    """Another treatment made the experiment continue."""
     out = run("replications", "abc", min=15, max=60, until=DECIDED)
     compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
     with Results(Path("results")) as results:
@@ -128,7 +127,6 @@ def test_reports_a_withdrawn_verdict(run):
 
 
 def test_means_of_yes_and_no_are_real_numbers(run):
-    """Even if all of them are 0 or 1: for `until`, `compare` and the report."""
     out = run("fixed", "ab", min=2, max=100, until=DECIDED)
     compared = contrast(*sides_of("results:a", "results:b"), measures=["time"])
     with Results(Path("results")) as results:

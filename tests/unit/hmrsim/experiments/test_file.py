@@ -247,7 +247,6 @@ def test_reports_all_errors_of_form_with_their_lines(tmp_path: Path) -> None:
 
 
 def test_errors_of_form_hide_no_others(tmp_path: Path) -> None:
-    """The valid parts of the world, controllers, measures and endings are checked as well."""
     changes = {
         "keep": {"traces": "some"},
         "overlay": {"robots.eastbound.base.speed": "fast"},

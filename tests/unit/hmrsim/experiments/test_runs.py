@@ -385,7 +385,6 @@ def test_overlay_of_a_treatment_changes_its_world_alone(row):
     ],
 )
 def test_an_ending_may_name_the_robot_that_the_controller_reports(row, condition, at):
-    """The ending does not hold before the report."""
     lanes = [["a", "b"], ["b", "c"]]
     overlay = {"robots.v": {"at": "a", "type": "fetcher"}, "lanes": lanes, "traffic": {"policy": "free"}}
     found = row("assigns(robot='v')", overlay=overlay, ends={"there": condition})

@@ -321,7 +321,6 @@ class TestQueue:
 
     @pytest.mark.parametrize("at", [0.0, 5.0, 10.0, 12.0])
     def test_a_cancel_at_any_stage_leaves_robot_and_dock_usable(self, make_run, at):
-        """The stages are waiting, lining up, at the staging pose, and driving in."""
         run = make_run(world(("eve", "wall_e")))
         log = run(
             (0.0, dock()),

@@ -59,7 +59,6 @@ def test_only_robots_that_the_controller_uses_have_faults(world):
 
 
 def test_component_faults_need_the_component(world):
-    """The porter has a claw, but neither battery nor sensors."""
     kinds = {candidate.injection.kind for candidate in candidates(world).entries}
 
     assert {"claw_misses", "claw_drops", "breakdown", "slip", "lane_closed", "controller_killed", "speed"} <= kinds
@@ -96,7 +95,6 @@ def test_some_disturbances_are_opt_in(world):
 
 
 def test_injection_of_a_robot_begins_at_its_moments_and_mid_goal(world):
-    """The drive takes ten seconds."""
     candidate = next(each for each in candidates(world, only=["claw_drops"]).entries)
 
     anchors = candidate.anchors_in(Timeline(MOMENTS))

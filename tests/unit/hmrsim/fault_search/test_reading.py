@@ -34,7 +34,6 @@ def problems(path: Path, read=read_check) -> list[str]:
 
 
 def test_world_and_controller_are_enough(tmp_path):
-    """All other keys have defaults."""
     check = read_check(written(tmp_path))
 
     assert check.name == "porters"
@@ -67,7 +66,6 @@ def test_unknown_kinds_and_names_get_suggestions(tmp_path):
 
 
 def test_custom_injections_are_checked_in_every_expansion(tmp_path):
-    """Each error is reported once, even if several expansions have it."""
     slips = {"type": "slip", "robot": ["porter", "portr"], "factor": [0.1, 0.5], "duration": 20}
     told = problems(written(tmp_path, space={"further": [slips, {"type": "slp", "robot": "*"}]}))
 
@@ -136,7 +134,6 @@ def test_reports_properties_of_missing_objects(tmp_path):
 
 
 def test_properties_come_from_a_file_beside_the_check(tmp_path):
-    """Its errors name that file."""
     (tmp_path / "properties.yaml").write_text("properties: {there: {eventualy: {item: box}}}\n", encoding="utf-8")
 
     (told,) = problems(written(tmp_path, properties="properties.yaml"))

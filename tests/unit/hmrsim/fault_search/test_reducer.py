@@ -29,7 +29,6 @@ def reduced(case, failure=VAIN, function="vain"):
 
 
 def test_removes_unneeded_injections():
-    """Of three injections, the breakdown is enough."""
     result = reduced(Case((SLIP, BREAKDOWN, SLOW)))
 
     assert [injection.kind for injection in result.case.schedule] == ["breakdown"]
@@ -242,7 +241,6 @@ def test_restricted_world_drops_empty_keys():
 
 
 def test_tidied_world_has_no_isolated_waypoints():
-    """A waypoint with a robot stays; an unused robot type goes."""
     world = tidied(restricted(WORLD, ("robots", "lanes"), [("robots", "wall_e"), ("lanes", 1)]))
 
     assert [*world["waypoints"]] == ["a", "b", "c"]

@@ -25,7 +25,6 @@ def found():
 
 
 def test_file_reproduces_the_failure(found, tmp_path):
-    """The trace is the same, byte for byte."""
     check, summary = found
     path = ResultsFolder(tmp_path / "results").keep(check, summary.findings[0])
 
@@ -45,7 +44,6 @@ def test_world_name_may_have_two_words(tmp_path):
 
 
 def test_moved_file_finds_its_controller(found, tmp_path, monkeypatch):
-    """The controller is in the current folder, or in the given one."""
     check, summary = found
     path = ResultsFolder(tmp_path / "a" / "b").keep(check, summary.findings[0])
     moved = path.rename(tmp_path / "moved.yaml")
@@ -118,7 +116,6 @@ def test_junit_has_a_test_case_for_each_property(found):
 
 
 def test_page_has_failures_and_gaps(found, tmp_path):
-    """Texts of the user are escaped."""
     check, summary = found
     page = page_of(check, summary, tmp_path)
 

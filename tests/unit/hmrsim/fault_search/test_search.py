@@ -137,7 +137,6 @@ def test_skips_schedules_with_an_injection_that_can_t_begin():
 
 
 def test_the_run_without_faults_is_made_once():
-    """If a property compares runs with it, it is made again."""
     runs = []
     for properties in ({}, SAME_ITEMS):
         check = check_of("careful", properties=properties)
@@ -294,7 +293,6 @@ def test_keeps_a_failure_whose_reduction_is_interrupted():
 
 
 def test_finds_a_controller_that_does_not_recover():
-    """A controller that retries passes, and so does one that other than transient faults stop."""
     spec = {
         "properties": {"built_in": {"recovers": {"within": 31.0}}},
         "space": {"only": ["goals_aborted", "goals_rejected", "speed"], "at_most": 1},
@@ -331,7 +329,6 @@ def test_failed_nominal_run_is_no_reference():
 
 
 def test_search_for_the_first_failure_ends_with_its_run():
-    """The rest of its batch is dropped."""
     summary = searched(check_of("vain", budget={"runs": 64}, space={"only": ["breakdown", "slip"]}), first_only=True)
 
     (finding,) = summary.findings
@@ -426,7 +423,6 @@ def test_reduction_reports_its_progress():
 
 
 def test_kept_outcomes_have_no_features():
-    """Only the outcome of the run without faults keeps its features, to save memory."""
     check = check_of("careful")
     slip = Case((Injection({"type": "slip", "robot": "porter", "factor": 0.5}),))
     with Evaluator(check, Serial, 1) as evaluator:

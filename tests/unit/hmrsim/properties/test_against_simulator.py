@@ -67,7 +67,6 @@ class _Comparing:
     ("name", "until"), [("zoo/corridor_swap", 120.0), ("zoo/crossing", 120.0), ("zoo/lift", 120.0), ("warehouse", 12.0)]
 )
 def test_robots_are_seen_where_they_are(name, until):
-    """At each instant with an event, a robot is at a place if its pose is near it."""
     world = load_world(name).world
     places = [*world.places, *world.waypoints][:12]
     made = []

@@ -123,8 +123,6 @@ def test_teleporting_waiting_and_deleting_set_the_place_of_a_robot(kind, fields,
 
 
 def test_the_states_of_a_robot_are_those_of_reports():
-    """Of several states the most important one counts."""
-
     def tell(feed):
         feed.goal(1, "eve", GO, A, 1, 2)
         drive(feed, 2.0, [0.0, 0.0], [10.0, 0.0], seconds=30.0)
@@ -237,8 +235,6 @@ def test_a_door_is_closed_opening_open_and_jammed():
 
 
 def test_an_order_is_late_beside_its_state():
-    """An order waits, is carried, waits again where it was dropped, and is delivered, late."""
-
     def tell(feed):
         feed.event(5, "order_placed", **PLACED)
         feed.event(10, "order_picked_up", order="pills_1", item="pills_1", robot="eve")
@@ -300,8 +296,6 @@ def test_all_any_and_not_combine_conditions():
 
 
 def test_an_event_holds_at_its_instant():
-    """Together with a state it holds only where both do."""
-
     def tell(feed):
         feed.event(2, "door_opened", door="gate")
         feed.event(3, "lane_closed", lane=["lab", "hall"], why="wet")

@@ -24,7 +24,6 @@ def text_of(seed, robots=None):
 
 
 def test_a_seed_and_a_number_of_robots_give_one_world():
-    """Worlds drawn earlier don't matter."""
     first = [text_of(seed, 4) for seed in SEEDS]
 
     assert first == [text_of(seed, 4) for seed in SEEDS]
@@ -40,7 +39,6 @@ def test_the_seeds_of_reports_stay_what_they_are():
 
 @pytest.mark.parametrize("policy", POLICIES)
 def test_a_fleet_is_valid_under_each_policy(policy):
-    """No two robots start in the same place."""
     for seed in SEEDS:
         with case(seed):
             world_of(random_fleet(seed) | {"traffic": {"policy": policy}}, "fleet")
@@ -57,7 +55,6 @@ def test_a_fleet_has_as_many_robots_as_users_begin_with():
 
 @pytest.mark.parametrize("robots", [2, 30])
 def test_other_numbers_of_robots_are_drawn_if_asked_for(robots):
-    """The command accepts a minimum and a maximum number."""
     for seed in range(3):
         fleet = random_fleet(seed, robots)
 
@@ -66,7 +63,6 @@ def test_other_numbers_of_robots_are_drawn_if_asked_for(robots):
 
 
 def test_some_fleets_have_each_kind_of_trouble():
-    """Each kind of difficulty occurs in some fleets."""
     worlds = [World.model_validate(random_fleet(seed)) for seed in range(60)]
     kinds = Counter[str]()
     for world in worlds:
@@ -84,7 +80,6 @@ def test_some_fleets_have_each_kind_of_trouble():
 
 
 def test_a_file_of_a_fleet_is_that_world(tmp_path):
-    """The file of a fleet has all digits."""
     for seed in SEEDS:
         file = tmp_path / f"{seed}.yaml"
         file.write_text(text_of(seed))
@@ -94,7 +89,6 @@ def test_a_file_of_a_fleet_is_that_world(tmp_path):
 
 
 def test_a_file_names_the_command_that_generates_it():
-    """The command is in a comment, after the line for editors if there is one."""
     data = random_fleet(3, 4)
 
     plain, known = to_text(data, header(3, 4)), to_text(data, header(3, 4), schema="world.schema.json")
@@ -106,7 +100,6 @@ def test_a_file_names_the_command_that_generates_it():
 
 
 def test_a_fleet_has_pickers_and_one_or_two_other_types():
-    """Some types carry heavy items, and some are quick and carry nothing."""
     drawn = {tuple(random_fleet(seed)["robot_types"]) for seed in range(100)}
 
     assert {("picker", "hauler"), ("picker", "scout"), ("picker", "hauler", "scout")} == drawn

@@ -201,7 +201,6 @@ def test_a_robot_too_wide_for_a_door_of_others_is_not_counted_on():
 
 
 def test_an_order_that_nobody_lifts_is_unsolvable():
-    """The verdict names the order."""
     world = fleet(ROW, {"ann": "w20"})
     heavy = world.model_copy(update={"demand": [world.demand[0].model_copy(update={"weight": 50.0})]})
 
@@ -211,14 +210,12 @@ def test_an_order_that_nobody_lifts_is_unsolvable():
 
 
 def test_the_search_gives_up_after_so_many_configurations():
-    """The verdict is unknown."""
     world = fleet(BAY, {"ann": "w20", "bob": "w00"}, orders=[("w00", "w20")])
 
     assert "unknown" == solve(world, max_states=1).answer
 
 
 def test_orders_are_those_of_a_simulation():
-    """The orders have the same order and places as in a simulation."""
     world = fleet(BAY, {"ann": "w20"}, orders=[("w00", "w20"), ("w11", "w00")])
     simulator = Simulator(world)
     simulator.advance(10.0)

@@ -92,7 +92,6 @@ def test_a_page_on_standard_output(file, capsys):
 @pytest.mark.parametrize("text", ["", "hello\n", "[" * 100_000 + "\n", '{"kind":"header"}\n', "\x89MCAQ\n"])
 @pytest.mark.parametrize("name", ["run.jsonl", "run.mcap"])
 def test_neither_a_trace_nor_a_recording_exits_with_2(tmp_path, capsys, text, name):
-    """The name of the file does not matter."""
     path = tmp_path / name
     path.write_text(text)
     code = main(["report", str(path)])
@@ -225,7 +224,6 @@ def test_page_and_json_can_not_both_go_to_standard_output(file, capsys):
 
 
 def test_control_characters_of_a_trace_are_escaped_in_json(file, capsys):
-    """This includes characters that JSON allows in texts."""
     path = file(ALONE)
     text = path.read_text()
     name = json.loads(text.splitlines()[0])["world"]["name"]

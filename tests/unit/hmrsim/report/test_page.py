@@ -67,7 +67,6 @@ def _throughput_bars(found):
 
 @pytest.mark.parametrize("exact", [True, False])
 def test_names_and_errors_are_text(trace, changed, exact):
-    """Names of worlds, items and faults, and errors, are shown and never executed."""
     world = FAULTY | {
         "name": EVIL,
         "places": {EVIL: {"at": [2, 0]}},

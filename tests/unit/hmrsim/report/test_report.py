@@ -208,7 +208,6 @@ def test_the_same_trace_has_the_same_report(trace):
 @examples(25)
 @given(data=st.data())
 def test_reports_are_consistent(data, exact):
-    """Shares sum to 1 and seconds to the whole time, and the spans of each robot are contiguous."""
     orders = st.lists(st.sampled_from(["Go west", "Go east", "Go middle", "Go bay", "Wait 1.5"]), max_size=5)
     robots = {
         name: {"at": at, "script": data.draw(orders)} for name, at in (("a", "west"), ("b", "east"), ("c", "bay"))

@@ -60,7 +60,6 @@ def test_each_section_is_reported_like_a_separate_run(reports):
 
 
 def test_a_whole_reset_gives_the_report_of_a_first_run(reports, report):
-    """Only the ids of goals and the event of the reset differ."""
     second, alone = reports(ALONE, **TWICE)[1], report(ALONE, until=12.0)
 
     assert (alone.states, alone.lanes, alone.robots) == (second.states, second.lanes, second.robots)
@@ -222,7 +221,6 @@ class TestCommand:
         assert (2, True) == (code, "goals.csv" in capsys.readouterr().err)
 
     def test_the_page_has_a_part_per_section(self, path, tmp_path):
-        """Each id occurs once, and each link has a target."""
         page = tmp_path / "report.html"
         main(["report", str(path), "-o", str(page)])
         text = page.read_text(encoding="utf-8")

@@ -482,7 +482,6 @@ def do(run, steps, gaps):
 
 @given(steps=MISSION, data=st.data())
 def test_energy_is_conserved(steps, data):
-    """The initial energy and the charged one equal the used and the remaining one; subscribers change nothing."""
     amount = st.floats(0, 3)
     gaps = data.draw(st.lists(st.floats(0.01, 60), min_size=len(steps), max_size=len(steps)))
     drain = data.draw(st.fixed_dictionaries(dict.fromkeys(("still", "moving", "distance", "load", "handling"), amount)))

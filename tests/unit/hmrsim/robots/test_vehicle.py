@@ -469,7 +469,6 @@ def test_a_vehicle_does_not_turn_for_a_rounding_error():
     walk=st.lists(steps, min_size=20, max_size=60),
 )
 def test_random_walks_keep_the_invariants(policy, base, walk):
-    """One state, a continuous path, and no lane without the right of way."""
     vehicles = Walk(policy, base)
     vehicles.check()
     for number, (what, name, how) in enumerate(walk, 1):

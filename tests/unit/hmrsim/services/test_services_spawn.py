@@ -281,7 +281,6 @@ class TestMove:
 
 
 def test_several_entities_are_spawned_at_once():
-    """Each request has its own result, and one that fails does not affect the others."""
     run = simulate(SMALL_WORLD)
     pose = {"pose": {"position": {"x": 3.0, "y": 2.0}}}
     requests = [

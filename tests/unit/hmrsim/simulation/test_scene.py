@@ -170,7 +170,6 @@ class TestWatched:
         assert [(0.0, {"robot": "wall_e", "points": [[5.0, 2.0], [9.0, 2.0]]})] == log.happened("route")
 
     def test_acceleration_is_a_profile(self):
-        """It has distance, speed and acceleration of the stretch, and the part that was driven before."""
         log = simulate(WORLD)((0.0, go(1, 2, robot="cart")))
 
         ((_, turned),) = log.happened("motion")

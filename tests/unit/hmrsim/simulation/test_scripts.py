@@ -45,7 +45,6 @@ def test_each_order_starts_when_the_previous_one_has_succeeded(scripted):
 
 
 def test_a_script_ends_with_the_first_goal_that_fails(scripted):
-    """The anvil is too heavy, and the rest of the script is skipped."""
     run = scripted("Go shelf", "Grab anvil", "Go home")
     run()
 

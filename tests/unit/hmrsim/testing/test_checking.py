@@ -18,8 +18,6 @@ from tests.porters import WORLD
     ],
 )
 def test_a_check_that_is_wrong_is_told_on_a_line(said, told):
-    """With what was called, and the argument."""
-
     @check(WORLD, **said)
     def searching():
         """Nothing is run."""
@@ -30,14 +28,11 @@ def test_a_check_that_is_wrong_is_told_on_a_line(said, told):
 
 
 def test_schedules_of_a_tree_that_there_is_not():
-    """They are an error at once."""
     with pytest.raises(CheckError, match=r"^hmrsim\.testing\.schedules: controller: nothing\.xml: no such file$"):
         schedules(WORLD, tree="nothing.xml")
 
 
 def test_the_results_are_those_that_the_command_writes(tmp_path):
-    """With what was ticked of the tree."""
-
     @check("zoo/crossing", tree="bt_controller.examples:go_to_pose", runs=1, output=tmp_path)
     def searching():
         """It is given no summary."""

@@ -41,7 +41,6 @@ def pick_up():
 
 
 def test_a_tree_is_run_to_its_end(simulation):
-    """And what happened can be asked for."""
     run = simulation(WORLD, tree=deliver, robots=["wall_e"])
 
     assert run.to_the_end().succeeded
@@ -55,7 +54,6 @@ def test_a_tree_is_run_to_its_end(simulation):
 
 
 def test_the_coverage_of_a_tree(simulation):
-    """It is counted if that is asked for."""
     run = simulation(WORLD, tree=pick_up, robots=["wall_e"], coverage=True)
     run.to_the_end()
 
@@ -67,7 +65,6 @@ def test_coverage_is_not_counted_by_default(simulation):
 
 
 def test_a_client_and_a_commander(simulation):
-    """Drive by hand, with what happened between."""
     run = simulation(WORLD)
     wall_e = run.commander("wall_e")
     wall_e.go_to_pose(10, 0)
@@ -81,7 +78,6 @@ def test_a_client_and_a_commander(simulation):
 
 
 def test_the_goals_of_a_robot(simulation):
-    """By robot, action and status."""
     run = simulation(WORLD)
     run.commander("wall_e").go_to_pose(10, 0)
     run.commander("eve").go_to_pose(10, 0)
@@ -101,7 +97,6 @@ def test_a_failed_assertion_tells_the_story(simulation):
 
 
 def test_wrong_questions(simulation):
-    """Get an answer that helps."""
     run = simulation(WORLD)
 
     with pytest.raises(ValueError, match="no robot or item 'bob'; there are: wall_e, eve, medicine"):
@@ -165,7 +160,6 @@ def test_a_tree_in_xml_with_nodes_of_its_own(simulation, tmp_path, monkeypatch):
 
 
 def test_a_tree_that_does_not_end(simulation):
-    """A run may have a limit, at which the behaviour is named that goes on."""
     run = simulation("cafe", tree=lambda: Running("Rest"), robots=["mocha"], settings=RunSettings(duration=30))
     run.to_the_end()
 
@@ -279,8 +273,6 @@ class TestAsyncioControllers:
             simulation(WORLD).play(self.wait_for_orders)
 
     def test_one_that_waits_for_itself(self, simulation):
-        """The error has notes of what the robots do."""
-
         async def wait_for_itself(client):
             await client.robot("wall_e").navigate_to("shelf")
             await asyncio.Event().wait()
@@ -299,7 +291,6 @@ class TestAsyncioControllers:
 
 
 def test_a_run_tells_why_a_robot_waits(simulation):
-    """So do the errors of its checks."""
     run = simulation({**WORLD, "traffic": {"policy": "reserve"}})
     run.client.action_client("wall_e", registry()["navigate_to_pose"]).send_goal({"pose": "ward"})
     run.client.sleep(30.0)

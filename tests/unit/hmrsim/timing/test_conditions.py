@@ -160,7 +160,6 @@ class TestEvents:
     """Conditions on events."""
 
     def test_a_fault_begins_and_ends(self):
-        """Each is reported at its time, by its name."""
         steps = joined({"type": "breakdown", "robot": "eve", "name": "stuck", "at": 7, "until": 9})
         began = event("began", kind="fault_began", name="stuck")
         ended = event("ended", kind="fault_ended", robot="eve")
@@ -170,13 +169,11 @@ class TestEvents:
         assert (9.0, ("ended",)) == ends(steps, epoch=1, until=60.0)
 
     def test_an_event_of_a_goal(self):
-        """The fields are those of `_world/events`."""
         succeeded = event(kind="status", status=4, action="wait")
 
         assert (3.0, ("seen",)) == ends(joined(), succeeded, wait(3), go(20, "wall_e"))
 
     def test_any_event_will_do(self):
-        """A condition without comparisons holds for the first event, the acceptance of the goal."""
         assert (0.0, ("seen",)) == ends(joined(), event(), wait(3))
 
 
@@ -191,7 +188,6 @@ class TestSamples:
         assert (pytest.approx(3.2, abs=1e-3), ("far",)) == ends(joined(), watch, go(20))
 
     def test_feedback_of_an_action(self):
-        """The field is below `feedback`; other actions and robots don't count."""
         near = Comparison(("feedback", "distance_remaining"), "<", 5.0)
         watch = Watch("near", Topic.FEEDBACK, "eve", "navigate_to_pose", (near,))
 
@@ -202,7 +198,6 @@ class TestWatching:
     """Adding and removing conditions."""
 
     def test_a_condition_is_met_once(self):
-        """Time moves on although the condition still holds."""
         steps = joined()
 
         assert (25.0, ("low",)) == ends(steps, battery(AT_MOST, 0.75), until=60.0)
@@ -296,7 +291,6 @@ class TestWatching:
         ids=["huge", "most", "least", "nan", "text", "bool", "null"],
     )
     def test_a_level_is_compared_with_any_value(self, comparison, value, met):
-        """Some of the values are out of range."""
         other = Comparison(("charge",), AT_LEAST, 0.0)
         both = Watch(
             "both", Topic.BATTERY_STATE, "eve", comparisons=(Comparison(("percentage",), comparison, value), other)
@@ -376,7 +370,6 @@ class TestWatching:
         assert (25.0, "event", ()) == (steps.answers(held).now, steps.answers(held).reason, steps.answers(held).met)
 
     def test_those_of_a_participant_that_leaves_are_forgotten(self):
-        """Time goes on as far as the other one allows."""
         steps = joined(names=("nurse", "porter"))
         steps.ask("porter", 0, 1.0, battery(AT_MOST, 0.75), wake=())
         ends(steps, until=1.0)

@@ -46,7 +46,6 @@ class TestOne:
     """Lockstep with one participant."""
 
     def test_joining_tells_where_to_begin(self):
-        """The answer has the epoch, the time, and how many goals this name has sent."""
         assert Joined("nurse", 0, 0.0, 0) == Steps().join("nurse")
 
     def test_time_stands_until_it_asks(self, steps):
@@ -56,14 +55,12 @@ class TestOne:
         assert 0.0 == steps.simulator.now
 
     def test_it_is_woken_by_a_result(self, steps):
-        """Time stops at the first result, before the limit that was asked for."""
         granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 5))
 
         assert (1, 3.0, "event") == granted[:3]
         assert [("result", "eve", 3.0)] == kinds(granted)
 
     def test_all_that_happens_at_the_instant_is_told_at_once(self, steps):
-        """Two results of one instant are reported with one grant."""
         granted = steps.advance("alone", 0, 10.0, wait("eve", 3), wait("wall_e", 3))
 
         assert [("result", "eve", 3.0), ("result", "wall_e", 3.0)] == kinds(granted)
@@ -84,7 +81,6 @@ class TestOne:
         assert Granted(1, 0.0, "idle") == steps.advance("alone", 0)
 
     def test_the_answers_to_its_commands_come_in_their_order(self, steps):
-        """Refused commands are answered, too."""
         granted = steps.advance("alone", 0, 1.0, wait("eve", 3), wait("nobody", 3), CancelGoal("eve", "wait"))
         accepted, rejected, canceled = granted.accepted
 
@@ -135,7 +131,6 @@ class TestOne:
         assert steps.answers(first) == steps.answers(second) == Granted(1, 1.0, "until")
 
     def test_another_epoch_is_refused(self, steps):
-        """The error message names the next epoch."""
         expected = Refused("epoch", 7, "epoch 7 is not the current one, which is 0")
 
         assert expected == steps.advance("alone", 7, 1.0)
@@ -163,7 +158,6 @@ class TestOne:
         assert not steps.lockstep.ready
 
     def test_status_wakes_a_participant_that_wants_it(self, steps):
-        """Time stops at the instant of the command."""
         granted = steps.advance("alone", 0, 9.0, wait("eve", 3), wake={"status"})
 
         assert 0.0 == granted.now
@@ -198,7 +192,6 @@ class TestOne:
         assert 2.0 == pytest.approx(feedback.feedback["distance_remaining"])
 
     def test_what_happens_while_it_thinks_is_told_next(self, steps):
-        """The goal is canceled by a client that does not take part."""
         steps.advance("alone", 0, 1.0, wait("eve", 3))
         steps.simulator.submit(CancelGoal("eve", "wait"))
         granted = steps.advance("alone", 1, 9.0)
@@ -215,7 +208,6 @@ class TestOne:
         assert (1.0, "idle") == (steps.advance("alone", 2).now, steps.advance("alone", 3).reason)
 
     def test_asking_for_the_next_epoch_while_waiting_is_refused(self, steps):
-        """The pending answer says which epoch is next."""
         steps.simulator.gate.limit = 0.0
         steps.ask("alone", 0, 5.0)
 
@@ -226,7 +218,6 @@ class TestSeveral:
     """Lockstep with several participants."""
 
     def test_no_participant_is_granted_before_all_ask(self):
-        """Time waits for a participant that has yet to ask."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 5.0)
@@ -264,7 +255,6 @@ class TestSeveral:
         assert [a, b] == answered
 
     def test_each_is_told_what_it_wants(self):
-        """One participant is woken; the other does not get the event that it did not ask for."""
         steps = Steps()
         steps.join("a", "b")
         held = steps.ask("a", 0, 9.0, wait("eve", 3), wake=())
@@ -274,7 +264,6 @@ class TestSeveral:
         assert 3.0 == steps.answers(held).now
 
     def test_time_stands_until_enough_have_joined(self):
-        """Two participants are awaited, and the first one has to wait."""
         steps = Steps(awaited=2)
         steps.join("a")
         held = steps.ask("a", 0, 1.0)
@@ -446,7 +435,6 @@ class TestHeld:
         assert () == steps.lockstep.participants
 
     def test_dismissing_answers_waiting_participants(self):
-        """The answer reports the end of the run."""
         steps = Steps(awaited=2)
         steps.join("a")
         held = steps.ask("a", 0, 9.0)

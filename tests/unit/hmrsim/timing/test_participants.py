@@ -146,7 +146,6 @@ class TestExpected:
     """Participants that are expected to join later."""
 
     def test_time_goes_on_and_waits(self):
-        """Time moves without any participant, and then waits for that one."""
         steps, calls = Steps(), []
         steps.join("ada")
         steps.lockstep.expect("ben", 5.0, lambda: calls.append(steps.simulator.now))

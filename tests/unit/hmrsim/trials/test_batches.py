@@ -62,7 +62,6 @@ def results(batches, pieces, **options):
     in_order=st.booleans(),
 )
 def test_each_task_has_one_result(sizes, killers, workers, in_order):
-    """Only the tasks that break an executor are lost."""
     numbers = iter(range(1, 100))
     pieces = [[next(numbers) for _ in range(size)] for size in sizes]
     found = results(Batches(lambda: Pool(killers), workers), pieces, in_order=in_order)

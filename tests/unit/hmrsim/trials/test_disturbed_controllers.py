@@ -44,7 +44,6 @@ def statuses(run):
 
 
 def test_every_disturbance_gives_the_same_trace_again(disturbed, waiting):
-    """Each disturbance alone and all together are deterministic, even with threads."""
     for disturbances in [*([each] for each in ALL), ALL]:
         with case(disturbances):
             runs = [disturbed(waiting(10, 10, 10), *disturbances) for _ in range(3)]
@@ -217,7 +216,6 @@ GOAL = b'{"goal":{"time":{"sec":1}}}'
 
 
 def test_reset_aborts_the_goal(disturbed, waiting):
-    """The controller gets the result and continues at time 0."""
     controller = waiting(10, 10)
     run = disturbed(controller, RESET)
 

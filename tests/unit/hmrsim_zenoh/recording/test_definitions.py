@@ -55,15 +55,12 @@ def test_nested_types_come_after_a_line():
 
 
 def test_constants_have_the_type_of_the_field_that_they_are_for():
-    """Constants have the type of the field that they are for."""
     assert "uint8 POWER_SUPPLY_STATUS_CHARGING=1\n" in described(BatteryState)
 
 
 def test_a_fixed_array_has_its_size():
-    """Arrays have their length: `float64[36] covariance`."""
     assert "float64[36] covariance\n" in described(PoseWithCovariance)
 
 
 def test_a_bounded_list_has_its_bound():
-    """Bounded lists have their bound: `float64[<=3] dimensions`."""
     assert "float64[<=3] dimensions\n" in described(SolidPrimitive)

@@ -130,7 +130,6 @@ GARBAGE = [
     "key", ["_world/events", "_world/clock", "wall_e/_tree", "wall_e/odom", "wall_e/wait/_action/status"]
 )
 def test_garbage_of_other_publishers_is_survived(heard, key):
-    """Later messages are recorded, and the recording is readable."""
     for payload in GARBAGE:
         with case(payload[:80]):
             heard.hear(key, payload)

@@ -65,14 +65,12 @@ def written(path, topics, **options):
 
 
 def test_a_complete_recording_says_so(path):
-    """The time range is known as well."""
     recording = open_recording(path)
 
     assert (1, 60_000_000_000, False) == (recording.begin, recording.end, recording.truncated)
 
 
 def test_the_world_is_as_in_its_file(path):
-    """The native definition and the simulator's description are available."""
     recording = open_recording(path)
 
     assert SMALL_WORLD["lanes"][0] == recording.world["lanes"][0]
@@ -80,14 +78,12 @@ def test_the_world_is_as_in_its_file(path):
 
 
 def test_events_come_in_order(path):
-    """All events are read: a goal, and its three statuses."""
     kinds = Counter(event["kind"] for event in open_recording(path).events())
 
     assert {"goal": 30, "status": 90} == kinds
 
 
 def test_samples_are_what_the_page_needs(path):
-    """Samples have their keys below the prefix."""
     samples = list(open_recording(path).samples())
 
     assert ["_world/world", "_world/info", "_world/scene", "_world/events"] == [key for _, key, _ in samples[:4]]
@@ -95,7 +91,6 @@ def test_samples_are_what_the_page_needs(path):
 
 
 def test_batteries_are_among_the_samples(record):
-    """Battery states are decoded as on the wire."""
     world = {**SMALL_WORLD, "robot_types": {"nurse": {"components": {"battery": {"capacity": 100.0}}}}}
     samples = open_recording(record(until=1.0, world=world)).samples()
     (level,) = (state["percentage"] for _, key, state in samples if key == "eve/battery_state")
@@ -104,7 +99,6 @@ def test_batteries_are_among_the_samples(record):
 
 
 def test_what_was_cut_off_can_be_read_up_to_there(path):
-    """All complete chunks are read."""
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
     recording = open_recording(path)
@@ -114,7 +108,6 @@ def test_what_was_cut_off_can_be_read_up_to_there(path):
 
 
 def test_a_damaged_chunk_costs_its_own_messages(path):
-    """Later chunks are read."""
     data, damaged = path.read_bytes(), chunks(path)[5].data
     path.write_bytes(data.replace(damaged, bytes(len(damaged))))
     recording = open_recording(path)
@@ -125,7 +118,6 @@ def test_a_damaged_chunk_costs_its_own_messages(path):
 
 
 def test_a_text_is_not_a_recording(tmp_path):
-    """The error names the expected format."""
     path = tmp_path / "notes.mcap"
     path.write_text("not much")
 
@@ -134,13 +126,11 @@ def test_a_text_is_not_a_recording(tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    """The error is one line with the reason."""
     with pytest.raises(RecordingError, match=r"none\.mcap: can't be read: no such file or directory"):
         open_recording(tmp_path / "none.mcap")
 
 
 def test_others_recordings_lack_our_events(tmp_path):
-    """The error names the command that makes a recording."""
     path = written(tmp_path / "other.mcap", {"/chatter": b"{}"})
 
     with pytest.raises(RecordingError, match=r"there are no messages on /_world/events; make one with `hmrsim run"):
@@ -148,7 +138,6 @@ def test_others_recordings_lack_our_events(tmp_path):
 
 
 def test_a_recording_without_a_world_says_so(tmp_path):
-    """A recording with events only has no world."""
     path = written(tmp_path / "events.mcap", {"/_world/events": b"{}"})
 
     with pytest.raises(RecordingError, match="there are no messages on /_world/world"):
@@ -166,7 +155,6 @@ def test_it_may_have_been_packed_anew(tmp_path, compression):
 
 
 def test_it_may_have_no_chunks(tmp_path):
-    """Messages without chunks are read."""
     topics = {
         "/_world/world": b"{}",
         "/_world/info": b"{}",
@@ -179,7 +167,6 @@ def test_it_may_have_no_chunks(tmp_path):
 
 @pytest.mark.parametrize("data", [b"[1]", b"{", b"[" * 100_000, b'{"kind":"a"}'])
 def test_an_event_that_is_none_is_named(tmp_path, data):
-    """The error gives the place of the message."""
     path = written(tmp_path / "bad.mcap", {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": data})
 
     with pytest.raises(RecordingError, match=r"bad\.mcap: /_world/events at 0\.000 s: not "):
@@ -260,7 +247,6 @@ _TINY = _record(Opcode.MESSAGE, struct.pack("<HIQQ", 999, 0, 5, 5))
     ],
 )
 def test_a_small_file_of_much_is_refused(path, chunk, error):
-    """A file of many identical chunks is rejected."""
     whole = path.read_bytes()
     path.write_bytes(whole[: whole.rindex(_record(Opcode.DATA_END, bytes(4)))] + _packed(chunk) * 150)
     began = time.process_time()

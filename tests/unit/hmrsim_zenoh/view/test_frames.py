@@ -11,7 +11,6 @@ from hmrsim_zenoh.view.frames import Outbox, embedded
 
 
 def test_a_payload_is_embedded_as_it_came():
-    """No number, space or order of fields is changed."""
     text = frames.embedded('a/"b"', b'{"z": 1.0, "a": 1e400000}')
 
     assert '["a/\\"b\\"",{"z": 1.0, "a": 1e400000}]' == f"[{text}"
@@ -39,14 +38,12 @@ def test_what_no_browser_reads_is_not_embedded(payload):
     ],
 )
 def test_what_makes_no_sense_is_refused(text, why):
-    """The error gives the place and the reason."""
     with pytest.raises(ValueError, match=why):
         frames.read(text)
 
 
 @pytest.mark.parametrize(("every", "pause"), [(0, 0.05), (1.5, 1.5), (1e300, 60.0)])
 def test_frames_come_neither_too_often_nor_never(every, pause):
-    """A subscription's pause has bounds."""
     request = frames.read(f'{{"op": "subscribe", "id": 1, "key": "a", "every": {every}}}')
 
     assert pause == request.pause
@@ -72,12 +69,10 @@ def taken(outbox: Outbox) -> list[dict]:
 
 
 def test_nothing_is_sent_of_nothing(outbox):
-    """A page without messages gets no frames."""
     assert [] == outbox.drain()
 
 
 def test_samples_of_all_subscriptions_share_a_frame(outbox):
-    """Samples of a subscription are in order."""
     outbox.add(1, [entry("a", 1), entry("a", 2)], lost=False)
     outbox.add(2, [entry("b", 3)], lost=False)
 
@@ -85,7 +80,6 @@ def test_samples_of_all_subscriptions_share_a_frame(outbox):
 
 
 def test_what_was_taken_is_not_sent_again(outbox):
-    """Each sample is sent once, also the latest of a key."""
     outbox.add(1, [entry("a", 1)], lost=False)
     outbox.add(2, [entry("a", 1)], lost=False)
     outbox.drain()
@@ -94,7 +88,6 @@ def test_what_was_taken_is_not_sent_again(outbox):
 
 
 def test_of_the_latest_only_the_newest_waits(outbox):
-    """A key has one sample, no matter how often it is published."""
     for value in range(1000):
         outbox.add(2, [entry("a", value)], lost=False)
 
@@ -111,7 +104,6 @@ def test_too_many_samples_are_dropped_and_reported(outbox):
 
 
 def test_samples_come_again_after_some_were_lost(outbox):
-    """Samples after a `lost` notice are sent."""
     outbox.add(1, [entry("a", "x" * 200)], lost=False)
     outbox.drain()
     outbox.add(1, [entry("a", 1)], lost=False)
@@ -120,7 +112,6 @@ def test_samples_come_again_after_some_were_lost(outbox):
 
 
 def test_other_subscriptions_lose_nothing(outbox):
-    """Only the samples of the largest subscription are dropped."""
     outbox.add(2, [entry("b", 1)], lost=False)
     outbox.add(1, [entry("a", "x" * 200)], lost=False)
 
@@ -150,7 +141,6 @@ def test_the_latest_can_not_be_lost(outbox):
 
 
 def test_what_waits_of_an_ended_subscription_is_dropped(outbox):
-    """A closed subscription gets no samples, and frees its memory."""
     outbox.add(1, [entry("a", "x" * 80)], lost=False)
     outbox.close(1)
     outbox.add(2, [entry("b", "y" * 80)], lost=False)
@@ -159,7 +149,6 @@ def test_what_waits_of_an_ended_subscription_is_dropped(outbox):
 
 
 def test_answers_are_never_dropped(outbox):
-    """All other frames are sent before the samples."""
     outbox.add(1, [entry("a", 1)], lost=False)
     for number in range(200):
         outbox.put(f'{{"op": "reply", "id": {number}}}')
@@ -190,7 +179,6 @@ def test_a_page_that_reads_no_answers_is_full(outbox):
 
 
 def test_less_room_is_left_when_other_pages_come(outbox):
-    """A lower limit takes effect with the next sample."""
     outbox.add(1, [entry("a", "x" * 60)], lost=False)
     outbox.limit(50)
     outbox.add(2, [entry("b", "y")], lost=False)

@@ -35,7 +35,6 @@ def test_variables_say_what_options_say(monkeypatch):
     ],
 )
 def test_a_wrong_variable_is_named(monkeypatch, name, text, message):
-    """With its value, and what would do."""
     monkeypatch.setenv(f"HMRSIM_{name}", text)
 
     with pytest.raises(BadOptions, match=message):

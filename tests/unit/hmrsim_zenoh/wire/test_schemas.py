@@ -38,6 +38,5 @@ def test_a_schema_that_is_out_of_date_is_named(written, tmp_path, capsys):
 
 
 def test_every_action_has_a_schema(written):
-    """One file each, beside those of worlds and envelopes."""
     assert sorted(registry()) == sorted(path.name.split(".")[0] for path in (written / "actions").iterdir())
     assert "goal" in json.dumps(json.loads((written / "actions" / "wait.schema.json").read_text()))

@@ -72,7 +72,6 @@ def page(results):
 
 
 def test_page_loads_nothing(page):
-    """No element loads anything, the policy forbids it, and no script runs."""
     found = elements(page())
     links = [value for _, attrs in found for name, value in attrs.items() if name in ("src", "href", "data", "action")]
 
@@ -245,7 +244,6 @@ def test_axis_of_equal_or_no_values_has_a_length():
     ],
 )
 def test_numbers_have_four_digits(value, text):
-    """Numbers of four and more digits have all digits before the point."""
     assert text == figure(value)
 
 

@@ -24,7 +24,6 @@ def shown(results, capsys):
 
 
 def test_each_level_of_a_factor_has_a_row(shown):
-    """Levels are in order, and treatments as in the file."""
     _, out, _ = shown("--by", "speed")
 
     rows = [line.split() for line in out.splitlines()]

@@ -54,7 +54,6 @@ def test_few_differences_have_no_bounds():
 
 
 def test_equal_differences():
-    """If all are 0, or all are equal, the mean has no bounds."""
     assert Interval(0.0, None, None, 100, 0.95) == confidence_sequence([0.0] * 100)
     found = confidence_sequence([2.0] * 100)
     assert 2.0 == pytest.approx(found.low) == pytest.approx(found.high)

@@ -63,7 +63,6 @@ def test_welch_is_that_of_scipy(a, b):
 
 
 def test_too_few_and_equal_runs():
-    """One pair has no interval, and equal differences are certain."""
     assert (2.0, None, None) == (paired_difference([1], [3]).interval.estimate, *[paired_difference([1], [3]).p] * 2)
     assert (0.0, 1.0) == (paired_difference([1, 2], [1, 2]).statistic, paired_difference([1, 2], [1, 2]).p)
     assert (math.inf, 0.0) == (paired_difference([1, 2], [2, 3]).statistic, paired_difference([1, 2], [2, 3]).p)

@@ -32,7 +32,6 @@ def test_the_mean_is_that_of_scipy(values):
 
 
 def test_few_and_equal_values():
-    """One value has no bounds, and equal values have no width."""
     assert Interval(None, None, None, 0, 0.95) == mean_interval([])
     assert Interval(3.0, None, None, 1, 0.95) == mean_interval([3])
     assert Interval(0.1, 0.1, 0.1, 7, 0.95) == mean_interval([0.1] * 7)

@@ -55,7 +55,6 @@ def test_minimum_and_maximum():
 
 
 def test_equal_values_and_a_mean_of_zero():
-    """Equal values are precise, even zeros; values around 0 never are."""
     assert 8 == stops([0.0] * 20, StoppingRule(0.05))
     assert stops([-1.0, 1.0] * 10, StoppingRule(0.05)) is None
     assert replications_needed([-1.0, 1.0], StoppingRule(0.05)) is None
