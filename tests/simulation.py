@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry
+from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.message import Message
-from hmrsim.protocol.commands import CallService
+from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.protocol.outputs import Answered, EventStamped, FeedbackSent, GoalChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
@@ -45,6 +47,32 @@ SMALL_WORLD = {
     },
     "remap": {"navigate_to_pose/wall_e": "wall_e/navigate_to_pose", "wall_e/grab": "wall_e/pickup"},
 }
+
+
+A, B, C, D = (letter * 32 for letter in "abcd")
+"""Ids of goals."""
+
+
+def send(action: str, goal_id: str | None = A, robot: str = "wall_e", reply_to: object = None, **goal: Any) -> SendGoal:
+    """Return the command that sends a goal with these fields; the answer goes to its id unless said otherwise."""
+    message = registry()[action].goal.model_validate(goal, strict=False)
+    return SendGoal(robot, action, message, goal_id, reply_to or goal_id)
+
+
+def at(x: float, y: float = 0.0, yaw: float = 0.0) -> dict[str, Any]:
+    """Return the plain values of a stamped pose."""
+    orientation = {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
+    return {"pose": {"position": {"x": float(x), "y": float(y)}, "orientation": orientation}}
+
+
+def go(x: float, y: float = 0.0, goal_id: str | None = A, robot: str = "wall_e", reply_to: object = None) -> SendGoal:
+    """Return the command that sends a robot to a point."""
+    return send("navigate_to_pose", goal_id, robot, reply_to, pose=at(x, y))
+
+
+def wait(seconds: float, goal_id: str | None = A, robot: str = "wall_e", reply_to: object = None) -> SendGoal:
+    """Return the command that makes a robot stand still."""
+    return send("wait", goal_id, robot, reply_to, time=Duration.from_seconds(seconds))
 
 
 def as_message(event: FeedbackSent) -> Message:

@@ -9,31 +9,24 @@ import pytest
 from hmrsim.goals.script_orders import read_order
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
-from hmrsim.interfaces.moveit_msgs import Grasp, Pickup, Place, PlaceLocation
+from hmrsim.interfaces.moveit_msgs import Grasp, PlaceLocation
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.world.model import World
-from tests.simulation import SMALL_WORLD
-
-A, B, C = (letter * 32 for letter in "abc")
-
-
-def stamped(x, y, yaw=0.0):
-    turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
-    return PoseStamped(pose=Pose(position=Point(x=x, y=y), orientation=turned))
+from tests.simulation import SMALL_WORLD, A, B, C, at, send
 
 
 def go(x, y, yaw=0.0, *, goal_id=A, robot="wall_e"):
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=stamped(x, y, yaw)), goal_id, goal_id)
+    return send("navigate_to_pose", goal_id, robot, pose=at(x, y, yaw))
 
 
 def pickup(item, *, goal_id=A, robot="wall_e", **fields):
-    return SendGoal(robot, "pickup", Pickup.Goal(target_name=item, **fields), goal_id, goal_id)
+    return send("pickup", goal_id, robot, target_name=item, **fields)
 
 
 def place(item, *, goal_id=A, robot="wall_e", **fields):
-    return SendGoal(robot, "place", Place.Goal(attached_object_name=item, **fields), goal_id, goal_id)
+    return send("place", goal_id, robot, attached_object_name=item, **fields)
 
 
 class TestNavigateToPose:
@@ -207,7 +200,7 @@ class TestPlace:
         assert (5.0, 2.0) == run.simulator.items["letter"].position
 
     def test_it_lies_at_the_first_location_within_reach(self, run):
-        locations = [PlaceLocation(id=n, place_pose=stamped(x, 2.0)) for n, x in (("far", 9.0), ("near", 1.5))]
+        locations = [{"id": name, "place_pose": at(x, 2.0)} for name, x in (("far", 9.0), ("near", 1.5))]
         log = run((0.0, pickup("letter")), (1.0, place("letter", goal_id=B, place_locations=locations)))
 
         assert (1.5, 2.0) == run.simulator.items["letter"].position
@@ -216,7 +209,7 @@ class TestPlace:
     def test_no_location_within_reach_is_aborted(self, run):
         log = run(
             (0.0, pickup("letter")),
-            (1.0, place("letter", goal_id=B, place_locations=[PlaceLocation(place_pose=stamped(9.0, 2.0))])),
+            (1.0, place("letter", goal_id=B, place_locations=[{"place_pose": at(9.0, 2.0)}])),
         )
 
         assert -1 == log.result(B).error_code.val

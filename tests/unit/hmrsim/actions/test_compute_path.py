@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from hmrsim.geometry import yaw_of
-from hmrsim.interfaces.nav2_msgs import ComputePathThroughPoses, ComputePathToPose, FollowPath
-from hmrsim.protocol.commands import SendGoal
-
-A, B = "a" * 32, "b" * 32
-
-
-def at(x, y, yaw=0.0):
-    orientation = {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-    return {"pose": {"position": {"x": float(x), "y": float(y)}, "orientation": orientation}}
+from tests.simulation import A, B, at, send
 
 
 def compute(goal, goal_id=A, **fields):
-    message = ComputePathToPose.Goal.model_validate({"goal": goal, **fields})
-    return SendGoal("wall_e", "compute_path_to_pose", message, goal_id, goal_id)
+    return send("compute_path_to_pose", goal_id, goal=goal, **fields)
 
 
 def through(*goals, **fields):
-    message = ComputePathThroughPoses.Goal.model_validate({"goals": {"goals": [*goals]}, **fields})
-    return SendGoal("wall_e", "compute_path_through_poses", message, A, A)
+    return send("compute_path_through_poses", goals={"goals": goals}, **fields)
 
 
 def path_of(log):
@@ -55,9 +43,8 @@ def test_a_path_to_the_robot_s_own_pose_has_one_pose(run):
 
 
 def test_planning_does_not_interrupt_a_drive(run):
-    follow = FollowPath.Goal.model_validate({"path": {"poses": [at(5, 2)]}})
 
-    log = run((0.0, SendGoal("wall_e", "follow_path", follow, B)), (2.0, compute(at(9, 2))))
+    log = run((0.0, send("follow_path", B, path={"poses": [at(5, 2)]})), (2.0, compute(at(9, 2))))
 
     assert (4.0, "SUCCEEDED") == log.changes(B)[-1]
     assert (3.0, 2.0, 0.0) == path_of(log)[0]

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.protocol.commands import SendGoal
+from tests.simulation import at, send
 
 
 def follow(goal_id, *points, **fields):
-    poses = [{"pose": {"position": {"x": float(x), "y": float(y)}}} for x, y in points]
-    goal = FollowPath.Goal.model_validate({"path": {"poses": poses}, **fields})
-    return SendGoal("wall_e", "follow_path", goal, goal_id * (32 // len(goal_id)), goal_id)
+    return send(
+        "follow_path",
+        goal_id * (32 // len(goal_id)),
+        reply_to=goal_id,
+        path={"poses": [at(*p) for p in points]},
+        **fields,
+    )
 
 
 def world(**base):

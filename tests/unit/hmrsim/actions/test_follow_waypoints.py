@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.interfaces.nav2_msgs import FollowWaypoints
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
+from tests.simulation import A, at, send
 
-A = "a" * 32
 HOME, DOOR, SHELF, SOLID = (1, 2), (5, 2), (9, 2), (7, 5)
 
 
 def follow(*points, **fields):
-    poses = [{"pose": {"position": {"x": float(x), "y": float(y)}}} for x, y in points]
-    goal = FollowWaypoints.Goal.model_validate({"poses": poses, **fields})
-    return SendGoal("wall_e", "follow_waypoints", goal, A, A)
+    return send("follow_waypoints", poses=[at(*point) for point in points], **fields)
 
 
 def missed(result):

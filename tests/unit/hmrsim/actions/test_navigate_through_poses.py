@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
-from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
+from tests import simulation
+from tests.simulation import A, B, send
 
-A, B = "a" * 32, "b" * 32
 
-
-def at(x, y, yaw=0.0, frame=""):
-    orientation = {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-    pose = {"position": {"x": float(x), "y": float(y)}, "orientation": orientation}
-    return {"header": {"frame_id": frame}, "pose": pose}
+def at(*pose, frame=""):
+    return {**simulation.at(*pose), "header": {"frame_id": frame}}
 
 
 def through(*poses, goal_id=A):
-    goal = NavigateThroughPoses.Goal.model_validate({"poses": {"goals": list(poses)}})
-    return SendGoal("wall_e", "navigate_through_poses", goal, goal_id, goal_id)
+    return send("navigate_through_poses", goal_id, poses={"goals": poses})
 
 
 def statuses(message):

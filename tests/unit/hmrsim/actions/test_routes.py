@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import gc
+from functools import partial
 from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hmrsim.actions import registry as actions
 from hmrsim.actions.compute_and_track_route import RouteTracker
 from hmrsim.geometry import yaw_of
-from hmrsim.interfaces.nav2_msgs import ComputeAndTrackRoute, ComputeRoute, FollowPath, NavigateToPose
+from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.protocol.commands import CallService, CancelGoal, SendGoal
 from hmrsim.services import registry as services
+from tests import simulation
 from tests.profiles import examples
-from tests.simulation import simulate
-
-A, B, C = (letter * 32 for letter in "abc")
+from tests.simulation import A, B, C, at, simulate
 
 # A square with 10 m sides and a lane to the east; the numbers of waypoints are 0 to 4, lanes begin at 5.
 WORLD = {
@@ -27,23 +28,16 @@ WORLD = {
 }
 
 
-def pose(x, y):
-    return {"pose": {"position": {"x": float(x), "y": float(y)}}}
+def route(*to, ident=A, action="compute_route", **fields):
+    given = {"use_poses": True, "goal": at(*to), **fields} if to else fields
+    return SendGoal("r", action, actions()[action].goal.model_validate(given), ident, ident)
 
 
-def route(*to, ident=A, **fields):
-    given = {"use_poses": True, "goal": pose(*to), **fields} if to else fields
-    return SendGoal("r", "compute_route", ComputeRoute.Goal.model_validate(given), ident, ident)
-
-
-def track(*to, ident=A, **fields):
-    given = {"use_poses": True, "goal": pose(*to), **fields} if to else fields
-    goal = ComputeAndTrackRoute.Goal.model_validate(given)
-    return SendGoal("r", "compute_and_track_route", goal, ident, ident)
+track = partial(route, action="compute_and_track_route")
 
 
 def go(x, y, goal_id=B):
-    return SendGoal("r", "navigate_to_pose", NavigateToPose.Goal.model_validate({"pose": pose(x, y)}), goal_id)
+    return simulation.go(x, y, goal_id, "r")
 
 
 def ask(service, **request):
@@ -96,7 +90,7 @@ class TestComputeRoute:
         assert 1 == len(result.path.poses)
 
     def test_a_given_start_replaces_the_robot_s_pose(self, make_run):
-        log = make_run(WORLD)((0.0, route(10, 10, start=pose(20, 0), use_start=True)))
+        log = make_run(WORLD)((0.0, route(10, 10, start=at(20, 0), use_start=True)))
 
         assert [4, 1, 2] == nodes_of(log.result(A).route)
 
@@ -117,7 +111,7 @@ class TestComputeRoute:
         ("goal", "code", "text"),
         [
             ({"goal_id": 5}, 400, "no waypoint has the id 5; ids are 0 to 4"),
-            ({"use_poses": True, "goal": pose(1e9, 0)}, 403, "target (1e+09, 0) is outside any map"),
+            ({"use_poses": True, "goal": at(1e9, 0)}, 403, "target (1e+09, 0) is outside any map"),
             ({"start_id": 0, "goal_id": 4}, 405, "no route from (0, 0) to (20, 0)"),
         ],
     )
@@ -238,7 +232,7 @@ class TestComputeAndTrackRoute:
 
     def test_a_robot_near_a_waypoint_passes_it(self, make_run):
         """The robot passes 1.5 m beside a waypoint when abreast of it."""
-        path = {"path": {"poses": [pose(0, 0.5), pose(20, 0.5)]}}
+        path = {"path": {"poses": [at(0, 0.5), at(20, 0.5)]}}
         follow = SendGoal("r", "follow_path", FollowPath.Goal.model_validate(path), B)
         log = make_run(WORLD)((0.0, track(20, 0)), (0.0, follow))
 

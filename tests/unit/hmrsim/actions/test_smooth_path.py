@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
 from hmrsim.geometry import yaw_of
-from hmrsim.interfaces.nav2_msgs import SmoothPath
-from hmrsim.protocol.commands import SendGoal
-
-A = "a" * 32
+from tests.simulation import A, at, send
 
 
 def smooth(*points, yaw=0.0, **fields):
-    orientation = {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-    poses = [{"pose": {"position": {"x": float(x), "y": float(y)}, "orientation": orientation}} for x, y in points]
-    return SendGoal("wall_e", "smooth_path", SmoothPath.Goal.model_validate({"path": {"poses": poses}, **fields}), A, A)
+    return send("smooth_path", path={"poses": [at(*point, yaw) for point in points]}, **fields)
 
 
 def path_of(log):

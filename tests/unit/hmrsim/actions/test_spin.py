@@ -7,10 +7,8 @@ import math
 import pytest
 
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import Spin
-from hmrsim.protocol.commands import CancelGoal, SendGoal
-
-A = "a" * 32
+from hmrsim.protocol.commands import CancelGoal
+from tests.simulation import A, send
 
 
 @pytest.fixture
@@ -19,7 +17,7 @@ def turner(make_run):
 
 
 def spin(yaw, **fields):
-    return SendGoal("wall_e", "spin", Spin.Goal(target_yaw=yaw, **fields), A, A)
+    return send("spin", target_yaw=yaw, **fields)
 
 
 @pytest.mark.parametrize(("yaw", "seconds"), [(1.5, 3.0), (-1.5, 3.0), (2 * math.pi, 4 * math.pi)])

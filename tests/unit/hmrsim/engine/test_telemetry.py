@@ -6,14 +6,13 @@ import math
 
 import pytest
 
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.commands import InterestChanged, SendGoal
 from hmrsim.protocol.outputs import Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
-from tests.simulation import simulate
+from tests.simulation import simulate, wait
 
-GO = SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=1)), "a" * 32)
+GO = wait(1)
 
 
 def sampled(log, topic):
@@ -72,7 +71,7 @@ def test_subscribers_do_not_change_what_happens():
 
 def test_a_late_subscriber_gets_the_last_status(make_run):
     run = make_run(topics=frozenset())
-    run((0.0, SendGoal("wall_e", "wait", Wait.Goal(time=Duration(sec=9)), "a" * 32)), until=1.0)
+    run((0.0, wait(9)), until=1.0)
     run.log.topics = frozenset({Topic.STATUS})
 
     run.simulator.stop()

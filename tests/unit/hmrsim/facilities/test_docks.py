@@ -6,15 +6,13 @@ from functools import partial
 
 import pytest
 
-from hmrsim.actions import registry
 from hmrsim.goals.script_orders import read_order
-from hmrsim.interfaces.nav2_msgs import DockRobot
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.world.model import World
-from tests.simulation import simulate
+from tests import simulation
+from tests.simulation import A, B, C, D, send, simulate
 
-A, B, C, D = (letter * 32 for letter in "abcd")
 NONE, STAGING, PERCEPTION, CONTROLLING, CHARGE = 0, 1, 2, 3, 4
 
 
@@ -37,20 +35,16 @@ def world(robots=("eve",), traffic="free", **dock):
     }
 
 
-def dock(robot="eve", goal_id=A, **goal):
-    goal.setdefault("dock_id", "bay")
-    return SendGoal(robot, "dock_robot", DockRobot.Goal.model_validate(goal), goal_id, goal_id)
+def dock(robot="eve", goal_id=A, *, dock_id="bay", **goal):
+    return send("dock_robot", goal_id, robot, dock_id=dock_id, **goal)
 
 
 def undock(robot="eve", goal_id=B, **goal):
-    kind = registry()["undock_robot"].goal
-    return SendGoal(robot, "undock_robot", kind.model_validate(goal), goal_id, goal_id)
+    return send("undock_robot", goal_id, robot, **goal)
 
 
 def go(x, y=0.0, robot="eve", goal_id=C):
-    pose = {"pose": {"pose": {"position": {"x": x, "y": y}}}}
-    kind = registry()["navigate_to_pose"].goal
-    return SendGoal(robot, "navigate_to_pose", kind.model_validate(pose, strict=False), goal_id, goal_id)
+    return simulation.go(x, y, goal_id, robot)
 
 
 def told(log, kind):

@@ -13,23 +13,20 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.traffic.policies import registry as policies
+from tests import simulation
 from tests.profiles import examples
-from tests.simulation import simulate
+from tests.simulation import at, send, simulate
 
 EVE, BOB, ANN = "e" * 32, "b" * 32, "a" * 32
 IDS = {"eve": EVE, "bob": BOB, "ann": ANN}
 
 
 def go(x, y=0.0, *, robot="eve", goal_id=None):
-    goal = {"pose": {"pose": {"position": {"x": x, "y": y}}}}
-    goal = actions()["navigate_to_pose"].goal.model_validate(goal)
-    return SendGoal(robot, "navigate_to_pose", goal, goal_id or IDS[robot])
+    return simulation.go(x, y, goal_id or IDS[robot], robot)
 
 
 def follow(*points, robot="eve"):
-    poses = [{"pose": {"position": {"x": x, "y": y}}} for x, y in points]
-    goal = actions()["follow_path"].goal.model_validate({"path": {"poses": poses}})
-    return SendGoal(robot, "follow_path", goal, IDS[robot])
+    return send("follow_path", IDS[robot], robot, path={"poses": [at(*point) for point in points]})
 
 
 def world(*, robots=("eve",), around=False, **gate):

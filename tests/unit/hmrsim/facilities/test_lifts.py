@@ -13,6 +13,7 @@ from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.world.model import World
+from tests import simulation
 from tests.profiles import examples
 from tests.simulation import simulate
 
@@ -22,9 +23,7 @@ SPOTS = {"ground": (0.0, 0.0), "first": (100.0, 0.0), "second": (200.0, 0.0), "y
 
 
 def go(spot, *, robot="eve", goal_id=None):
-    x, y = SPOTS[spot]
-    goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
-    return SendGoal(robot, "navigate_to_pose", goal, goal_id or IDS[robot])
+    return simulation.go(*SPOTS[spot], goal_id or IDS[robot], robot)
 
 
 def world(robots=None, *, base=None, **lift):

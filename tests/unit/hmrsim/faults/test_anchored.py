@@ -9,27 +9,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.errors import WorldError
-from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.trace.replay import replay
 from hmrsim.world_checks.loading import world_of
+from tests import simulation
 from tests.profiles import examples
-from tests.simulation import SMALL_WORLD, simulate
+from tests.simulation import SMALL_WORLD, A, B, C, send, simulate, wait
 
-A, B, C = "a" * 32, "b" * 32, "c" * 32
 DRIVES = {"goal": "executing", "robot": "wall_e", "action": "navigate_to_pose"}
 STOPS = {"type": "breakdown", "robot": "wall_e", "name": "stops", "duration": 1.0}
 
 
 def go(x, goal_id, robot="wall_e"):
-    goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": float(x), "y": 2.0}}}})
-    return SendGoal(robot, "navigate_to_pose", goal, goal_id)
-
-
-def rest(seconds, goal_id, robot="wall_e"):
-    return SendGoal(robot, "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id)
+    return simulation.go(x, 2.0, goal_id, robot)
 
 
 def faulty(*faults, **keys):
@@ -66,7 +58,7 @@ def test_a_fault_happens_only_once():
 def test_the_event_can_be_one_of_the_world():
     falls = {"type": "claw_drops", "robot": "eve", "at": 4.0}
     run = faulty({**STOPS, "when": {"event": "dropped", "where": {"item": "parcel"}}}, falls)
-    log = run((1.0, SendGoal("eve", "pickup", Pickup.Goal(target_name="parcel"), A)), until=6.0)
+    log = run((1.0, send("pickup", A, "eve", target_name="parcel")), until=6.0)
 
     assert [(4.0, "claw_drops_1"), (4.0, "stops")] == began(log)
 
@@ -234,7 +226,7 @@ def test_a_replay_has_the_same_faults():
     run = faulty(*faults, traced=True)
     run((0.0, go(9, A)), (1.0, go(9, B)), (1.0, go(5, C)), until=4.0)
     inject(run, {**STOPS, "name": "later", "when": {**DRIVES, "nth": 2}})
-    run((4.0, rest(2, "4" * 32, "eve")), (5.0, go(1, "5" * 32)), (5.0, go(9, "6" * 32)), (20.0, go(5, "7" * 32)))
+    run((4.0, wait(2, "4" * 32, "eve")), (5.0, go(1, "5" * 32)), (5.0, go(9, "6" * 32)), (20.0, go(5, "7" * 32)))
     run.ask("reset_simulation")
     run((2.0, go(9, "8" * 32)), until=10.0)
     outcome = replay(run.lines())

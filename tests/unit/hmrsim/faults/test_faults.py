@@ -9,10 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.actions import registry
-from hmrsim.interfaces.moveit_msgs import Pickup, Place
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read, SendGoal
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read
 from hmrsim.protocol.goal import GoalStatus, Refused
 from hmrsim.protocol.outputs import GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.time import Join
@@ -21,28 +18,17 @@ from hmrsim.robots.vehicle_state import VehicleState
 from hmrsim.simulation.fault_injector import MOST_AT_ONCE
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
-from tests.simulation import SMALL_WORLD, in_lockstep, simulate
+from tests.simulation import SMALL_WORLD, A, B, C, go, in_lockstep, send, simulate, wait
 
-A, B, C = "a" * 32, "b" * 32, "c" * 32
 LOST = "no connection to wall_e; it is lost for a while"
 
 
-def go(x, y, goal_id=A, robot="wall_e", reply_to=None):
-    goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": float(x), "y": float(y)}}}})
-    return SendGoal(robot, "navigate_to_pose", goal, goal_id, reply_to)
-
-
-def pick(item, goal_id=A, robot="wall_e"):
-    return SendGoal(robot, "pickup", Pickup.Goal(target_name=item), goal_id)
-
-
-def wait(seconds, goal_id=A, reply_to=None):
-    return SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id, reply_to)
+def pick(item, goal_id=A):
+    return send("pickup", goal_id, target_name=item)
 
 
 def maneuver(action, goal_id, goal, allowance):
-    message = registry()[action].goal.model_validate({**goal, "time_allowance": {"sec": allowance}}, strict=False)
-    return SendGoal("wall_e", action, message, goal_id)
+    return send(action, goal_id, **goal, time_allowance={"sec": allowance})
 
 
 def faulty(*faults, **keys):
@@ -258,7 +244,7 @@ def test_a_dropped_item_blocks_the_lane():
     run = faulty({"type": "claw_drops", "robot": "wall_e", "at": 2})
     log = run((0.0, pick("letter")), (0.0, go(9, 2, B)), until=3.0)
     closed = run.simulator.graph.closed
-    place = SendGoal("wall_e", "place", Place.Goal(attached_object_name="letter"), "d" * 32)
+    place = send("place", "d" * 32, attached_object_name="letter")
     run((10.0, place), (10.0, go(3, 2, C)), until=17.0)
     run((17.0, pick("letter", "e" * 32)))
 
@@ -368,7 +354,7 @@ def test_a_disconnected_robot_continues_its_goal(cut):
 
     assert (8.0, "SUCCEEDED") == log.changes(A)[-1]
     assert (GoalStatus.SUCCEEDED, GoalStatus.SUCCEEDED) == (log.answer("early").status, log.answer("late").status)
-    assert {"early": 10.0, "late": 10.0} == answered
+    assert {A: 0.0, "early": 10.0, "late": 10.0} == answered
 
 
 def test_a_disconnected_robot_publishes_nothing(cut):

@@ -5,22 +5,15 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.errors import WorldError
-from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.world_checks.loading import world_of
-from tests.simulation import SMALL_WORLD, simulate
-
-A, B, C = "a" * 32, "b" * 32, "c" * 32
+from tests import simulation
+from tests.simulation import SMALL_WORLD, A, B, C, send, simulate, wait
 
 
 def go(x, goal_id=A, robot="wall_e", reply_to=None):
-    goal = NavigateToPose.Goal.model_validate({"pose": {"pose": {"position": {"x": float(x), "y": 2.0}}}})
-    return SendGoal(robot, "navigate_to_pose", goal, goal_id, reply_to)
-
-
-def rest(seconds, goal_id=A, reply_to=None):
-    return SendGoal("wall_e", "wait", Wait.Goal.model_validate({"time": {"sec": seconds}}), goal_id, reply_to)
+    return simulation.go(x, 2.0, goal_id, robot, reply_to)
 
 
 def faulty(*faults, **settings):
@@ -53,7 +46,7 @@ def test_goals_are_rejected_while_it_lasts(keys, reason, message):
 
 def test_goals_of_one_action_are_rejected():
     run = faulty(refuses(action="navigate_to_pose"))
-    log = run((1.0, go(9, reply_to="A")), (1.0, rest(1, B, reply_to="B")))
+    log = run((1.0, go(9, reply_to="A")), (1.0, wait(1, B, reply_to="B")))
 
     assert (False, True) == (log.answer("A").accepted, log.answer("B").accepted)
 
@@ -96,21 +89,21 @@ def test_the_result_has_the_given_code_and_text():
 
 
 def test_without_a_code_the_result_has_the_code_for_unknown_errors():
-    log = faulty(fails(count=None))((1.0, go(9)), (2.0, rest(1, B)))
+    log = faulty(fails(count=None))((1.0, go(9)), (2.0, wait(1, B)))
 
     assert (9000, 740) == (log.result(A).error_code, log.result(B).error_code)
 
 
 def test_an_aborted_pickup_leaves_the_item():
     run = faulty({**fails(action="pickup", error_code=-4), "robot": "eve"})
-    log = run((1.0, SendGoal("eve", "pickup", Pickup.Goal(target_name="parcel"), A)))
+    log = run((1.0, send("pickup", A, "eve", target_name="parcel")))
 
     assert (-4, None) == (log.result(A).error_code.val, log.simulator.items["parcel"].carrier)
 
 
 @pytest.mark.parametrize(("keys", "aborted"), [({}, 1), ({"count": 2}, 2)])
 def test_a_count_limits_the_aborted_goals(keys, aborted):
-    log = faulty(fails(**keys))((1.0, rest(1)), (2.0, rest(1, B)), (3.0, rest(1, C)))
+    log = faulty(fails(**keys))((1.0, wait(1)), (2.0, wait(1, B)), (3.0, wait(1, C)))
 
     statuses = [log.changes(goal)[-1][1] for goal in (A, B, C)]
     assert ["ABORTED"] * aborted + ["SUCCEEDED"] * (3 - aborted) == statuses
@@ -119,10 +112,10 @@ def test_a_count_limits_the_aborted_goals(keys, aborted):
 
 @pytest.mark.parametrize(
     ("commands", "status"),
-    [([(0.0, rest(1))], "SUCCEEDED"), ([(0.0, rest(9)), (1.0, CancelGoal("wall_e", "wait", A))], "CANCELED")],
+    [([(0.0, wait(1))], "SUCCEEDED"), ([(0.0, wait(9)), (1.0, CancelGoal("wall_e", "wait", A))], "CANCELED")],
 )
 def test_a_goal_that_ends_before_the_delay_does_not_count(commands, status):
-    log = faulty(fails(delay=2.0))(*commands, (2.0, rest(9, B)))
+    log = faulty(fails(delay=2.0))(*commands, (2.0, wait(9, B)))
 
     assert [(1.0, status), (4.0, "ABORTED")] == [log.changes(goal)[-1] for goal in (A, B)]
 
@@ -132,7 +125,7 @@ def test_a_goal_that_ends_before_the_delay_does_not_count(commands, status):
     [({"at": 1.0, "delay": 3.0}, 3.0), ({"when": {"goal": "executing", "action": "wait", "after": 4.0}}, 4.0)],
 )
 def test_a_delay_counts_from_the_beginning_of_a_running_goal(keys, end):
-    log = faulty(fails(**keys))((0.0, rest(9)))
+    log = faulty(fails(**keys))((0.0, wait(9)))
 
     assert (end, "ABORTED") == log.changes(A)[-1]
 
@@ -155,7 +148,7 @@ def test_an_instant_goal_is_aborted():
 
 def test_an_ended_fault_aborts_no_running_goal():
     """Its timers are canceled, so the simulation does not wait for them."""
-    log = faulty(fails(delay=5.0, until=2.0))((0.0, rest(3)))
+    log = faulty(fails(delay=5.0, until=2.0))((0.0, wait(3)))
 
     assert ((3.0, "SUCCEEDED"), 3.0) == (log.changes(A)[-1], log.simulator.now)
 

@@ -6,15 +6,13 @@ import math
 
 import pytest
 
-from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read, SendGoal
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, Read
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import StatusChanged
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
-from tests.simulation import SMALL_WORLD, in_lockstep, simulate
+from tests.simulation import SMALL_WORLD, A, B, in_lockstep, simulate, wait
 
-A, B = "a" * 32, "b" * 32
 ACCEPTED, EXECUTING, SUCCEEDED = 1, 2, 4
 
 
@@ -29,8 +27,7 @@ def faulty(*faults, **settings):
 
 def rest(seconds, goal_id=A, robot="wall_e"):
     """Return the command that makes a robot wait, and answers with the result under the goal's id."""
-    goal = Wait.Goal.model_validate({"time": {"sec": seconds}})
-    return SendGoal(robot, "wait", goal, goal_id, f"sent {goal_id}", result_to=goal_id)
+    return wait(seconds, goal_id, robot, f"sent {goal_id}")._replace(result_to=goal_id)
 
 
 def answered(log, reply_to=A):

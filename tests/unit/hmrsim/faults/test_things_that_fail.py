@@ -6,14 +6,11 @@ from functools import partial
 
 import pytest
 
-from hmrsim.actions import registry
 from hmrsim.errors import WorldError
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.topics import Topic
 from hmrsim.world_checks.loading import world_of
-from tests.simulation import simulate
-
-A, B, C = "a" * 32, "b" * 32, "c" * 32
+from tests import simulation
+from tests.simulation import A, B, C, simulate
 
 WORLD = {
     "waypoints": {"west": [0, 0], "east": [20, 0], "up": [120, 0], "stairs": [20, 100], "ward": [140, 0]},
@@ -32,12 +29,11 @@ def faulty(*faults, **keys):
     return simulate({**WORLD, **keys, "faults": [*faults]}, topics=frozenset({Topic.EVENTS}))
 
 
-def send(action, goal_id=A, robot="eve", **goal):
-    return SendGoal(robot, action, registry()[action].goal.model_validate(goal, strict=False), goal_id)
+send = partial(simulation.send, robot="eve")
 
 
 def go(x, goal_id=A, robot="eve"):
-    return send("navigate_to_pose", goal_id, robot, pose={"pose": {"position": {"x": float(x)}}})
+    return simulation.go(x, 0.0, goal_id, robot)
 
 
 dock = partial(send, "dock_robot", dock_id="charger")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
-from hmrsim.actions import registry
-from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult, SendGoal
-from tests.simulation import simulate
+from hmrsim.protocol.commands import CancelGoal, ChangeState, GetResult
+from tests import simulation
+from tests.simulation import A, B, simulate
 
-A, B = "a" * 32, "b" * 32
 WORLD = {
     "waypoints": {"home": [0, 0], "shelf": [20, 0], "island": [0, 50]},
     "lanes": [["home", "shelf"]],
@@ -21,12 +22,8 @@ WORLD = {
 }
 
 
-def send(action, goal_id=A, **goal):
-    return SendGoal("eve", action, registry()[action].goal.model_validate(goal, strict=False), goal_id)
-
-
-def go(x, y=0.0, goal_id=A):
-    return send("navigate_to_pose", goal_id, pose={"pose": {"position": {"x": x, "y": y}}})
+send = partial(simulation.send, robot="eve")
+go = partial(simulation.go, robot="eve")
 
 
 WAIT = send("wait", time={"sec": 100})

@@ -14,18 +14,15 @@ from hypothesis import strategies as st
 from hmrsim.actions import Action, Codes
 from hmrsim.actions import registry as all_actions
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.moveit_msgs import Pickup
+from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose, NavigateToPose, Wait
-from hmrsim.interfaces.std_msgs import Header
 from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGoal
 from hmrsim.protocol.goal import GoalStatus, Refused
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
-from tests.simulation import simulate
+from tests.simulation import A, B, C, D, at, send, simulate
 
-A, B, C, D = (letter * 32 for letter in "abcd")
 NANO = 1_000_000_000
 ALL = "0" * 32
 FORGOTTEN = [(20.0, ForgetResult("wall_e", "navigate_to_pose", A))]
@@ -37,16 +34,15 @@ _SAMPLES = ("FeedbackSent", "Sampled")
 
 
 def go(x=9.0, y=2.0, *, goal_id=A, robot="wall_e", frame=""):
-    target = PoseStamped(header=Header(frame_id=frame), pose=Pose(position=Point(x=x, y=y)))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=target), goal_id, goal_id)
+    return send("navigate_to_pose", goal_id, robot, pose={**at(x, y), "header": {"frame_id": frame}})
 
 
 def wait(seconds=10, *, goal_id=A, robot="wall_e"):
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=seconds)), goal_id, goal_id)
+    return send("wait", goal_id, robot, time={"sec": seconds})
 
 
 def grab(item="letter", *, goal_id=A, robot="wall_e"):
-    return SendGoal(robot, "pickup", Pickup.Goal(target_name=item), goal_id, goal_id)
+    return send("pickup", goal_id, robot, target_name=item)
 
 
 def cancel(goal_id=ALL, stamp=0, *, action="wait", robot="wall_e"):

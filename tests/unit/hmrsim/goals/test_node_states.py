@@ -6,19 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hmrsim.goals.node_states import ACTIVE, TRANSITIONS
-from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.lifecycle_msgs import Transition
-from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import ChangeState, SendGoal
+from hmrsim.protocol.commands import ChangeState
 from hmrsim.trace.replay import replay
 from tests.profiles import examples
-from tests.simulation import simulate
-
-A, B = "a" * 32, "b" * 32
-
-
-def wait(goal_id, robot="wall_e"):
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=5)), goal_id, goal_id)
+from tests.simulation import A, B, simulate, wait
 
 
 def change(transition, reply_to="changed"):
@@ -29,7 +21,7 @@ DEACTIVATE, ACTIVATE = (change(each) for each in (Transition.TRANSITION_DEACTIVA
 
 
 def test_an_inactive_node_rejects_goals(run):
-    log = run((0.0, DEACTIVATE), (1.0, wait(A)), (1.0, wait(B, "eve")))
+    log = run((0.0, DEACTIVATE), (1.0, wait(5, A)), (1.0, wait(5, B, "eve")))
 
     assert log.answer("changed")
     assert (False, "not_ready") == (log.answer(A).accepted, log.answer(A).reason)
@@ -38,20 +30,20 @@ def test_an_inactive_node_rejects_goals(run):
 
 
 def test_deactivation_aborts_executing_goals(run):
-    log = run((0.0, wait(A)), (1.0, DEACTIVATE))
+    log = run((0.0, wait(5, A)), (1.0, DEACTIVATE))
 
     assert (1.0, "ABORTED") == log.changes(A)[-1]
     assert "behavior_server was deactivated" == log.result(A).error_msg
 
 
 def test_an_activated_node_serves_again(run):
-    log = run((0.0, DEACTIVATE), (1.0, ACTIVATE), (2.0, wait(A)))
+    log = run((0.0, DEACTIVATE), (1.0, ACTIVATE), (2.0, wait(5, A)))
 
     assert (7.0, "SUCCEEDED") == log.changes(A)[-1]
 
 
 def test_a_transition_from_another_state_does_nothing(run):
-    log = run((0.0, ACTIVATE), (0.0, change(99, "unknown")), (1.0, wait(A)))
+    log = run((0.0, ACTIVATE), (0.0, change(99, "unknown")), (1.0, wait(5, A)))
 
     assert [False, False] == [log.answer("changed"), log.answer("unknown")]
     assert log.answer(A).accepted
@@ -59,7 +51,7 @@ def test_a_transition_from_another_state_does_nothing(run):
 
 def test_a_disconnected_robot_keeps_its_states(run):
     run.ask("inject_fault", {"type": "messages_lost", "robot": "wall_e", "at": 1.0, "until": 6.0})
-    log = run((2.0, DEACTIVATE), (7.0, wait(A)))
+    log = run((2.0, DEACTIVATE), (7.0, wait(5, A)))
 
     assert log.answer("changed") is False
     assert log.answer(A).accepted
@@ -81,7 +73,7 @@ def test_runs_with_transitions_replay(transitions):
     ids = [f"{number:032x}" for number in range(1, len(transitions) + 1)]
     states, accepted = [], []
     for number, (transition, goal_id) in enumerate(zip(transitions, ids, strict=True)):
-        log = run((float(number), change(transition, number)), (number + 0.5, wait(goal_id)), until=number + 0.75)
+        log = run((float(number), change(transition, number)), (number + 0.5, wait(5, goal_id)), until=number + 0.75)
         states.append(run.simulator.dispatcher.nodes.of("wall_e", "behavior_server"))
         accepted.append(log.answer(goal_id).accepted)
     run.simulator.stop()

@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from hmrsim.actions import registry
 from hmrsim.components.battery import Battery, BatterySettings
-from hmrsim.protocol.commands import CancelGoal, Read, SendGoal
+from hmrsim.protocol.commands import CancelGoal, Read
 from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import Sampled
 from hmrsim.protocol.topics import Topic
+from tests import simulation
 from tests.simulation import simulate
 
 A, B, C = (letter * 32 for letter in "abc")
@@ -45,10 +45,7 @@ def world(base=None, docks=None, **battery):
     }
 
 
-def send(action, goal_id=A, **goal):
-    """Return the command that sends a goal to the robot."""
-    kind = registry()[action].goal
-    return SendGoal("eve", action, kind.model_validate(goal, strict=False), goal_id, goal_id)
+send = partial(simulation.send, robot="eve")
 
 
 def go(x, goal_id=A):

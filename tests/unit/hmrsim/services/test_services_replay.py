@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.actions import registry as actions
-from hmrsim.protocol.commands import CancelGoal, SendGoal
+from hmrsim.protocol.commands import CancelGoal
 from hmrsim.trace.replay import replay
-from tests.simulation import simulate
+from tests import simulation
+from tests.simulation import C, send, simulate
 
 WORLD = {
     "waypoints": {"zoo": [0, 0], "bar": [10, 0]},
@@ -18,13 +18,11 @@ WORLD = {
 
 
 def go(robot, x):
-    action = actions()["navigate_to_pose"]
-    goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": 0.0}}}})
-    return SendGoal(robot, action.name, goal)
+    return simulation.go(x, 0.0, None, robot)
 
 
 def steps(number):
-    return SendGoal("_world", "simulate_steps", actions()["simulate_steps"].goal(steps=number), "c" * 32)
+    return send("simulate_steps", C, "_world", steps=number)
 
 
 def state(number):
@@ -40,7 +38,7 @@ SPAWN = (
 STORIES = {
     "pause": [(1.3, PAUSE), (0.0, go("ann", 2.0)), (0.0, PLAY), (2.0, go("ann", 3.0))],
     "step": [(1.3, PAUSE), (0.0, go("ann", 2.0)), (0.0, ("step_simulation", {"steps": 7})), (3.0, PLAY)],
-    "steps": [(0.5, PAUSE), (0.0, steps(5)), (0.25, CancelGoal("_world", "simulate_steps", "c" * 32)), (0.0, PLAY)],
+    "steps": [(0.5, PAUSE), (0.0, steps(5)), (0.25, CancelGoal("_world", "simulate_steps", C)), (0.0, PLAY)],
     "spawn": [(1.0, SPAWN), (0.0, go("new", 0.0)), (1.0, ("delete_entity", {"entity": "new"})), (1.0, SPAWN)],
     "delete": [(2.0, ("delete_entity", {"entity": "zed"})), (1.0, ("delete_entity", {"entity": "parcel"}))],
     "move": [(2.0, ("set_entity_state", {"entity": "zed", "state": {"pose": {"position": {"x": 1.0}}}}))],

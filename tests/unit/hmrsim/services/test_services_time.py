@@ -14,7 +14,8 @@ from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import Answered, GoalChanged
 from hmrsim.services import registry
 from hmrsim.settings.run import RunSettings
-from tests.simulation import SMALL_WORLD, simulate
+from tests import simulation
+from tests.simulation import SMALL_WORLD, send, simulate
 
 STOPPED, PLAYING, PAUSED = (SimulationState.STATE_STOPPED, SimulationState.STATE_PLAYING, SimulationState.STATE_PAUSED)
 OK = Result(result=Result.RESULT_OK)
@@ -22,14 +23,11 @@ GOAL, STEPS, NEXT = (letter * 32 for letter in "abc")
 
 
 def go(x=9.0, y=2.0, goal_id=GOAL):
-    action = actions()["navigate_to_pose"]
-    goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
-    return SendGoal("wall_e", action.name, goal, goal_id, reply_to=goal_id)
+    return simulation.go(x, y, goal_id)
 
 
 def steps(number, goal_id=STEPS):
-    action = actions()["simulate_steps"]
-    return SendGoal("_world", action.name, action.goal(steps=number), goal_id, reply_to=goal_id)
+    return send("simulate_steps", goal_id, "_world", steps=number)
 
 
 def step(run, number=3, reply_to="steps"):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
 
-from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.trace.replay import replay
+from tests import simulation
 from tests.simulation import simulate
 
 GOAL = "a" * 32
@@ -38,9 +38,7 @@ def pose(run):
     return run.simulator.robots["r"].pose()
 
 
-def go(x, y=2.0):
-    goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
-    return SendGoal("r", "navigate_to_pose", goal, GOAL, GOAL)
+go = partial(simulation.go, y=2.0, robot="r")
 
 
 def test_a_robot_moves_as_long_as_velocities_come(run):

@@ -7,15 +7,14 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import shown
 from hmrsim.documents import yaml_text
-from hmrsim.protocol.commands import GetResult, SendGoal
+from hmrsim.protocol.commands import GetResult
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.settings.run import RunSettings
 from hmrsim.world_checks import load_world, world_hash
-from tests.simulation import simulate
+from tests.simulation import go, simulate
 
 GOAL = "a" * 32
 OTHER = """
@@ -25,12 +24,6 @@ lanes: [[a, b]]
 robots: {wall_e: {at: a}, zoe: {at: b, script: [Go a]}}
 seed: 3
 """
-
-
-def go(robot, x, y):
-    action = actions()["navigate_to_pose"]
-    goal = action.goal.model_validate({"pose": {"pose": {"position": {"x": x, "y": y}}}})
-    return SendGoal(robot, action.name, goal, GOAL)
 
 
 def load(run, **request):
@@ -74,7 +67,7 @@ def test_a_loaded_world_is_stopped(run):
 
 
 def test_goals_are_aborted_first(run):
-    run((0.0, go("wall_e", 9.0, 2.0)), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
+    run((0.0, go(9.0, 2.0)), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
     load(run, resource_string=OTHER)
 
     assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
@@ -85,7 +78,7 @@ def test_goals_are_aborted_first(run):
 def test_robots_drive_in_the_new_world(run):
     load(run, resource_string=OTHER)
     play(run)
-    log = run((0.0, go("wall_e", 4.0, 0.0)))
+    log = run((0.0, go(4.0, 0.0)))
 
     assert (4.0, "SUCCEEDED") == log.changes(GOAL)[-1]
 
@@ -205,7 +198,7 @@ def test_the_current_world_can_be_loaded_again(run):
     ],
 )
 def test_an_invalid_world_changes_nothing(run, request_, code, why):
-    run((0.0, go("wall_e", 9.0, 2.0)), until=1.5)
+    run((0.0, go(9.0, 2.0)), until=1.5)
     answer = load(run, **request_)
 
     assert code == answer.result.result, answer.result.error_message

@@ -9,14 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose, Wait
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.topics import Comparison, Topic, Unwatch, Watch, Watching
 from hmrsim.timing import battery_levels
 from hmrsim.timing.conditions import MAX_WATCHED, Conditions
+from tests import simulation
+from tests.simulation import send
 from tests.steps import Steps
 
 LESS, AT_MOST, AT_LEAST = "<", "<=", ">="
@@ -47,14 +45,11 @@ def event(called="seen", /, **fields):
 
 
 def go(x, robot="eve"):
-    """Return the command to drive along the lane."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose))
+    return simulation.go(x, 0.0, None, robot)
 
 
 def wait(seconds, robot="eve"):
-    """Return the command to stand still."""
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration.from_seconds(seconds)))
+    return simulation.wait(seconds, None, robot)
 
 
 def joined(*faults, names=("nurse",), topics=frozenset(), traced=False, **battery):
@@ -106,7 +101,7 @@ class TestBatteries:
     def test_charging_is_seen_as_well(self):
         """The robot docks after 21 m with an eighth of its charge, and charges 10 a second."""
         steps = joined()
-        docked = SendGoal("eve", "dock_robot", DockRobot.Goal(dock_id="charger"))
+        docked = send("dock_robot", None, "eve", dock_id="charger")
         (end, met) = ends(steps, docked, wake={"result"})
         energy = steps.simulator.robots["eve"].energy
         expected = energy.battery.reaches(70.0)
@@ -331,7 +326,7 @@ class TestWatching:
         def met_at(*watches):
             cell = {"type": "battery_cell", "robot": "eve", "cell": 0, "at": 50, "until": 60}
             steps, times = joined(cell), {}
-            dock = SendGoal("eve", "dock_robot", DockRobot.Goal(dock_id="charger"))
+            dock = send("dock_robot", None, "eve", dock_id="charger")
             commands, epoch = (*watches, go(x), wait(4)), 0
             while steps.simulator.now < 80.0:
                 until = 30.0 if steps.simulator.now < 30.0 else 80.0

@@ -6,27 +6,22 @@ import math
 
 import pytest
 
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
-from hmrsim.protocol.commands import CancelGoal, GetResult, SendGoal
+from hmrsim.protocol.commands import CancelGoal, GetResult
 from hmrsim.protocol.goal import Refused, made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined
 from hmrsim.protocol.topics import Topic
+from tests import simulation
 from tests.simulation import in_lockstep
 from tests.steps import Steps
 
 
 def wait(robot, seconds, goal_id=None):
-    """Return the command to stand still."""
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration.from_seconds(seconds)), goal_id)
+    return simulation.wait(seconds, goal_id, robot)
 
 
 def go(robot, x, y):
-    """Return the command to drive to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose))
+    return simulation.go(x, y, None, robot)
 
 
 def kinds(granted):

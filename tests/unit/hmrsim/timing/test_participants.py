@@ -6,17 +6,14 @@ import math
 
 import pytest
 
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import Granted
 from hmrsim.timing.participants import Participants
+from tests import simulation
 from tests.steps import RESULT, Steps
 
 
 def wait(robot, seconds):
-    """Return the command to stand still."""
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration.from_seconds(seconds)))
+    return simulation.wait(seconds, None, robot)
 
 
 def robots(granted):

@@ -8,10 +8,7 @@ import pytest
 
 from hmrsim.actions import registry
 from hmrsim.errors import HmrsimError, TraceError
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, UndockRobot, Wait
+from hmrsim.interfaces.nav2_msgs import UndockRobot
 from hmrsim.interfaces.simulation_interfaces import LoadWorld
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Participation, SendGoal, Stop
 from hmrsim.protocol.topics import Topic
@@ -20,16 +17,10 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import DeferredTrace, Header, Trace
 from hmrsim.world.model import World
-from tests.simulation import SMALL_WORLD, simulate
+from tests.simulation import SMALL_WORLD, A, B, go, send, simulate
 
-A, B = "a" * 32, "b" * 32
-WAIT = SendGoal("eve", "wait", Wait.Goal(time=Duration(sec=4)), A)
-PICK = SendGoal("wall_e", "pickup", Pickup.Goal(target_name="letter"), B)
-
-
-def go(x, y):
-    pose = PoseStamped(pose=Pose(position=Point(x=x, y=y)))
-    return SendGoal("wall_e", "navigate_to_pose", NavigateToPose.Goal(pose=pose), B)
+WAIT = send("wait", A, "eve", time={"sec": 4})
+PICK = send("pickup", B, target_name="letter")
 
 
 def traced(*commands, until=None, topics=frozenset(), world=None, close=True):
@@ -88,7 +79,7 @@ class TestTrace:
         assert ("zoe", "unknown_robot") == (rejected["robot"], rejected["reason"])
 
     def test_lines_are_canonical(self):
-        for number, line in enumerate(traced((0.0, PICK), (1.0, go(5.0, 2.0)))):
+        for number, line in enumerate(traced((0.0, PICK), (1.0, go(5.0, 2.0, B)))):
             assert line == json.dumps(json.loads(line), sort_keys=number > 0, separators=(",", ":")) + "\n"
 
     def test_the_world_keeps_its_order(self):
@@ -100,14 +91,14 @@ class TestTrace:
         assert ["c", "a", "b"] == list(header["world"]["definition"]["waypoints"])
 
     def test_numbers_of_events_are_rounded(self):
-        lines = traced((0.0, go(5.0, 2.0)), (1.0 / 3, CancelGoal("wall_e", "navigate_to_pose")))
+        lines = traced((0.0, go(5.0, 2.0, B)), (1.0 / 3, CancelGoal("wall_e", "navigate_to_pose")))
         (stopped,) = read(lines, "stopped")
 
         assert [1.333333333, 2.0] == stopped["at"]
 
     def test_numbers_of_commands_are_exact(self):
         """A replay has to have the same effects."""
-        (command, _) = read(traced((0.0, go(1 / 3, 2.0))), "command")
+        (command, _) = read(traced((0.0, go(1 / 3, 2.0, B))), "command")
 
         assert 1 / 3 == command["goal"]["pose"]["pose"]["position"]["x"]
 
@@ -117,14 +108,14 @@ class TestTrace:
         assert traced((0.0, WAIT)) == traced((0.0, WAIT), (0.0, ask))
 
     def test_a_goal_that_asks_for_its_result_has_the_same_trace(self):
-        commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, go(5.0, 2.0)._replace(goal_id="c" * 32))
+        commands = (0.1, go(9.0, 2.0, B)), (2.3, WAIT), (3.1, go(5.0, 2.0, B)._replace(goal_id="c" * 32))
         telling = tuple((at, command._replace(result_to=command.goal_id)) for at, command in commands)
 
         assert traced(*commands) == traced(*telling)
         assert replay(traced(*telling)).difference is None
 
     def test_subscribers_do_not_change_the_trace(self):
-        commands = (0.1, go(9.0, 2.0)), (2.3, WAIT), (3.1, CancelGoal("eve", "wait"))
+        commands = (0.1, go(9.0, 2.0, B)), (2.3, WAIT), (3.1, CancelGoal("eve", "wait"))
 
         assert traced(*commands) == traced(*commands, topics=frozenset(Topic))
 
@@ -140,7 +131,7 @@ class TestTrace:
 
 class TestReplay:
     def test_the_same_run_is_identical(self):
-        lines = traced((0.1, go(9.0, 2.0)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait")), (2.0, PICK))
+        lines = traced((0.1, go(9.0, 2.0, B)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait")), (2.0, PICK))
         outcome = replay(lines)
 
         assert outcome.difference is None
@@ -186,7 +177,7 @@ class TestReplay:
         assert [5, 4] == [line["status"] for line in read(lines, "status") if line["status"] >= 4]
 
     def test_a_truncated_trace_is_replayed_to_its_end(self):
-        text = "".join(traced((0.1, go(9.0, 2.0)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait"))))
+        text = "".join(traced((0.1, go(9.0, 2.0, B)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait"))))
         first = text.index("\n") + 1
         for cut in range(first, len(text) - 1, 7):
             outcome = replay(text[:cut].splitlines(keepends=True))

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
-from hmrsim.protocol.commands import SendGoal
+from tests import simulation
 from tests.simulation import simulate
 
 
 def go(robot, x, y, goal_id):
     """Return the command that sends a robot to a point."""
-    pose = PoseStamped(pose=Pose(position=Point(x=float(x), y=float(y))))
-    return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=pose), goal_id)
+    return simulation.go(x, y, goal_id, robot)
 
 
 def under(policy, world, **settings):

@@ -5,11 +5,9 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.geometry import distance
-from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.protocol.commands import CallService, SendGoal
+from hmrsim.protocol.commands import CallService
 from hmrsim.services import registry as services
-from tests.simulation import simulate
+from tests.simulation import simulate, wait
 from tests.unit.hmrsim.traffic.runs import go
 
 A, B, C = (letter * 32 for letter in "abc")
@@ -23,11 +21,6 @@ FORK = {
     "lanes": [["a", "b"], ["b", "c"], ["b", "d"]],
 }
 BASE = {"base": {"speed": 1.0, "radius": 0.3}}
-
-
-def wait(robot, seconds, goal_id):
-    """Return the command that makes a robot work where it stands."""
-    return SendGoal(robot, "wait", Wait.Goal(time=Duration(sec=seconds)), goal_id)
 
 
 def fleet(policy, world, robots, **settings):
@@ -87,7 +80,7 @@ class TestWaiting:
     def test_a_robot_waits_for_a_place_before_the_last_lane(self, policy):
         """Another robot works there until 20 s, and a third one passes from b to c meanwhile."""
         run = fleet(policy, LINE, {"works": [8, 1], "comes": "a", "passes": "b"})
-        run.simulator.submit(wait("works", 20, C))
+        run.simulator.submit(wait(20, C, "works"))
         log = run((0.0, go("comes", 8, 1, A)), (0.0, go("passes", 12, 0, B)), until=15.0)
 
         assert (8.0, "SUCCEEDED") == end(log, B)
@@ -104,7 +97,7 @@ class TestWaiting:
 
     def test_patience_does_not_count_while_the_robot_in_the_way_works(self, policy):
         run = fleet(policy, FORK, {"works": "b", "comes": "a"})
-        run.simulator.submit(wait("works", 65, C))
+        run.simulator.submit(wait(65, C, "works"))
         log = run((0.0, go("comes", 4, 3, A)), until=64.0)
 
         assert (0.0, "EXECUTING") == end(log, A)
@@ -159,7 +152,7 @@ def test_a_door_stays_open_for_a_robot_that_waits_beside_the_lane():
     door = {"gate": {"at": [[10, -1], [10, 1]], "opening_time": 2, "stays_open": 3}}
     world = {**LINE, "doors": door, "lanes": [["a", "b"], ["b", "d"]]}
     run = fleet("reserve", world, {"one": [9, 2], "works": "d"})
-    log = run((0.0, wait("works", 50, B)), (0.5, go("one", 12, 0, A)), until=40.0)
+    log = run((0.0, wait(50, B, "works")), (0.5, go("one", 12, 0, A)), until=40.0)
 
     assert [1, 0] == [len(log.happened(kind)) for kind in ("door_opened", "door_closed")]
 
@@ -170,7 +163,7 @@ def test_patience_behind_a_door_is_that_behind_the_robot_in_the_way(policy):
     door = {"gate": {"at": [[2, -1], [2, 1]], "opening_time": 30}}
     world = {"waypoints": {"a": [0, 0], "b": [4, 0]}, "lanes": [["a", "b"]], "doors": door}
     run = fleet(policy, world, {"works": "b", "comes": [0, 1]}, patience=10)
-    log = run((0.0, wait("works", 60, B)), (0.5, go("comes", 4, 0, A)), until=59.0)
+    log = run((0.0, wait(60, B, "works")), (0.5, go("comes", 4, 0, A)), until=59.0)
 
     assert (0.5, "EXECUTING") == end(log, A)
     log = run(until=100.0)
@@ -204,6 +197,6 @@ def test_a_robot_beside_a_lane_waits_there_until_a_door_is_open(policy):
 @pytest.mark.parametrize("policy", ["reserve", *YIELDING])
 def test_a_robot_does_not_leave_the_middle_of_a_lane_to_touch_another_one(policy):
     run = fleet(policy, LINE, {"one": [10, 0], "works": [12.5, 0]})
-    run((0.0, wait("works", 30, B)), (1.0, go("one", 12, 0, A)), until=20.0)
+    run((0.0, wait(30, B, "works")), (1.0, go("one", 12, 0, A)), until=20.0)
 
     assert (10, 0) == run.simulator.robots["one"].pose().point
