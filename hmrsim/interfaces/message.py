@@ -69,6 +69,10 @@ class Message(BaseModel):
             if not _is_of_ros(field.annotation, field.metadata):
                 text = "use a Message, or one of hmrsim.interfaces.message, such as UInt16 or Float64"
                 raise TypeError(f"{cls.ros_type}: field {name!r} has no ROS type; {text}")
+            make: Any = field.default_factory
+            if is_message(make) and not _has_list(make):
+                # Messages are immutable, so that all can share one default; lists in them are not.
+                field.default_factory = cache(make)
 
 
 def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
@@ -83,6 +87,11 @@ def _is_of_ros(annotation: Any, metadata: Iterable[object]) -> bool:
 def is_message(kind: Any) -> bool:
     """Return whether an annotation is a type of message."""
     return isinstance(kind, type) and issubclass(kind, Message)
+
+
+def _has_list(message: Any) -> bool:
+    kinds = [field.annotation for field in message.model_fields.values()]
+    return any(get_origin(kind) is list or (is_message(kind) and _has_list(kind)) for kind in kinds)
 
 
 def complete(message: Message) -> None:
@@ -147,7 +156,7 @@ def defaults(message: type[Message]) -> dict[str, Any]:
 
 
 def _default(field: FieldInfo) -> Any:
-    make: Any = field.default_factory
+    make: Any = getattr(field.default_factory, "__wrapped__", field.default_factory)
     if make is None:
         return field.default
     return defaults(make) if is_message(make) else make()

@@ -152,8 +152,14 @@ def test_docking_defaults() -> None:
     assert (goal.use_dock_id, goal.navigate_to_staging_pose, goal.max_staging_time) == (True, True, 1000.0)
 
 
-def test_defaults_are_not_shared() -> None:
+def test_default_lists_are_not_shared() -> None:
     assert Grasp().allowed_touch_objects is not Grasp().allowed_touch_objects
+    assert Grasp().pre_grasp_posture is not Grasp().pre_grasp_posture
+
+
+def test_default_messages_without_lists_are_shared() -> None:
+    """A message costs no more than the fields that it is given."""
+    assert Grasp().grasp_pose is Grasp().grasp_pose
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
