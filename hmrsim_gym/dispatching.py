@@ -177,7 +177,7 @@ class Run(SelectiveSink):
         self._stopped = bool(self._conditions.met)
         goals, self._goals = self._goals, []
         for goal in goals:
-            simulator.submit(goal)
+            simulator.submit(goal, _WE)
         self._pass_time(until)
         if not self._stopped:
             simulator.advance_clock(until)

@@ -70,7 +70,7 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
     if away > reach:
         raise GoalAborted(
             MoveItErrorCodes.PLANNING_FAILED,
-            f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}",
+            f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}{robot.moved_aside}",
         )
     if claw.settings.max_weight is not None and item.weight > claw.settings.max_weight:
         raise GoalAborted(

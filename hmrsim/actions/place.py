@@ -80,7 +80,8 @@ def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLoca
             return (position.x, position.y), location
     raise GoalAborted(
         MoveItErrorCodes.PLANNING_FAILED,
-        f"none of {len(goal.place_locations)} place locations is within reach, which is {reach:g} {robot.units}",
+        f"none of {len(goal.place_locations)} place locations is within reach, which is {reach:g} {robot.units}"
+        f"{robot.moved_aside}",
     )
 
 

@@ -139,8 +139,11 @@ class Dispatcher:
             return command
         return plain
 
-    def send_goal(self, command: SendGoal) -> None:
-        """Accept or reject a goal, and answer; an accepted one begins at this instant."""
+    def send_goal(self, command: SendGoal, *, in_real_time: bool = False) -> None:
+        """Accept or reject a goal, and answer; an accepted one begins at this instant.
+
+        A client *in_real_time* sends its next goal some time after this one has ended, not at the same instant.
+        """
         flaw: tuple[int, str] | None = None
         try:
             server = self.servers.find(command.robot, command.action)
@@ -168,7 +171,8 @@ class Dispatcher:
             self._errors.handle(f"action {command.action}", bug, command.robot)
             self._reject(command, "internal_error", f"bug in {command.action}: {described(bug)}")
             return
-        goal = ServedGoal(server, goal_id, self._env.stamp, from_client=command.goal_id is not None)
+        from_client = command.goal_id is not None
+        goal = ServedGoal(server, goal_id, self._env.stamp, from_client=from_client, in_real_time=in_real_time)
         if command.result_to is not None:
             goal.waiting[id(command.result_to)] = command.result_to
         if command.reply_to is not None:
@@ -239,7 +243,7 @@ class Dispatcher:
             self._publisher.publish_untraced(goal.accepted)
         self._publish(goal, goal.stamp, message)
         self._change(goal, GoalEvent.EXECUTE, goal.stamp)
-        server.robot.act(server.action.name)
+        server.robot.act(server.action.name, in_real_time=goal.in_real_time)
 
     def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
         """Abort an executing goal, as a fault says."""

@@ -47,8 +47,11 @@ class Owner(Protocol):
     def disabled_reasons(self) -> Mapping[str, str]:
         """Why it is disabled, by cause; empty while it is not."""
 
-    def act(self, action: str, ended: GoalStatus | None = None) -> None:
-        """Record that a goal of an action begins, or how it has ended."""
+    def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
+        """Record that a goal of an action begins, or how it has ended.
+
+        A client *in_real_time* sends its next goal some time after this one has ended.
+        """
 
 
 @dataclass(eq=False, slots=True)
@@ -59,6 +62,7 @@ class ServedGoal:
         goal_id: 32 hex digits.
         stamp: When it was accepted.
         from_client: Whether the client made the id, and so may send it again.
+        in_real_time: Whether the client sends its next goal some time after this one has ended.
         ended: When it ended, in simulated nanoseconds; None while it is active.
         message: The goal message; None after the end.
         process: The process that executes the goal; None once it has ended.
@@ -74,6 +78,7 @@ class ServedGoal:
     goal_id: str
     stamp: int
     from_client: bool
+    in_real_time: bool
     status: GoalStatus = GoalStatus.ACCEPTED
     ended: int | None = None
     message: Message | None = None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from simpy import Event
 
+from hmrsim.engine.environment import At
 from hmrsim.errors import BaseDisabled, NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
@@ -66,6 +67,7 @@ class MobileBase:
         rank: By what vehicles are ordered: when they began their trips, in simulated seconds, those that go nowhere
             last; then their names. It is kept up to date, as traffic compares it several times a lane.
         speed_scale: The factor of its maximum speed.
+        works: Whether its goal requires it to stand still.
         disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
     """
 
@@ -79,16 +81,18 @@ class MobileBase:
         "_env",
         "_final_yaw",
         "_follows_speed",
+        "_lingers",
         "_motion_change",
         "_moved",
+        "_moved_aside",
         "_publisher",
         "_route",
         "_set_out",
         "_speed",
         "_state",
+        "_stays_until",
         "_still_since",
         "_trip",
-        "_works",
         "base",
         "disabled_reasons",
         "flies",
@@ -102,6 +106,7 @@ class MobileBase:
         "rerouted",
         "speed_scale",
         "type",
+        "works",
     )
 
     def __init__(  # noqa: PLR0913 - each is a part of its world
@@ -140,7 +145,12 @@ class MobileBase:
         self._follows_speed = False
         self._state = VehicleState.IDLE
         self._still_since = env.now
-        self._works = False
+        self.works = False
+        # Whether the client of its last goal can't send the next one at the same instant, and until when it lingers.
+        self._lingers = False
+        self._stays_until = 0.0
+        # From where traffic has moved it aside since its last drive, and for which vehicle and when it last did.
+        self._moved_aside: tuple[Point, str, float] | None = None
         # Where it is to go, and the yaw to face there, None for any.
         self._route: Route | None = None
         self._final_yaw: float | None = None
@@ -188,8 +198,13 @@ class MobileBase:
 
     @property
     def busy(self) -> bool:
-        """Return whether the current goal requires the vehicle to stand still."""
+        """Return whether the vehicle stands still for a goal, or lingers where one has just ended."""
         return self._state is VehicleState.WORKING
+
+    @property
+    def stays_until(self) -> float:
+        """Until when it lingers where its goal has ended, in simulated seconds; the past if it does not."""
+        return self._stays_until if self.busy and not self.works else 0.0
 
     @property
     def activity(self) -> tuple[Activity, str, str]:
@@ -218,6 +233,21 @@ class MobileBase:
         if self._state.moves:
             return self._state is VehicleState.YIELDING or (self._state.needs_admission and self.goal is not None)
         return self.busy or self.may_yield
+
+    @property
+    def moved_aside(self) -> str:
+        """Where traffic has moved it since its last drive, for which vehicle and when, in words; empty if it has not.
+
+        It begins with a semicolon, as it follows the text of an error.
+        """
+        if self._moved_aside is None:
+            return ""
+        start, by, at = self._moved_aside
+        name = self._admission.causes.places.of
+        return (
+            f"; {self.name} was at {name(start)} until traffic moved it aside for {by} at {at:g} s, and is at "
+            f"{name(self.pose().point)} now: drive there again"
+        )
 
     @property
     def disabled(self) -> str:
@@ -347,6 +377,7 @@ class MobileBase:
             self.halt()
         self._route, self._final_yaw = route, final_yaw
         self._trip += 1
+        self._moved_aside = None
         self.rerouted, self._set_out = 0, self._env.now
         if yields:
             self._update_rank()
@@ -418,6 +449,7 @@ class MobileBase:
         self.halt()
         self.motion.stand(pose)
         self._entry, self._still_since = _NEVER_STOPPED, self._env.now
+        self._moved_aside = None
         self._admission.place(self)
         self._announce_change()
 
@@ -434,7 +466,7 @@ class MobileBase:
         """Be disabled by this cause no longer; nothing happens if it is not."""
         if self.disabled_reasons.pop(cause, None) is not None and not self.disabled_reasons:
             self._enter(VehicleEvent.ENABLE)
-            if self._works:
+            if self.works:
                 self._enter(VehicleEvent.WORK)
             if self._enabled is not None and not self._enabled.triggered:
                 self._enabled.succeed()
@@ -452,16 +484,29 @@ class MobileBase:
         """Stand still until `finish_work`, and yield to no other vehicle."""
         if not self._state.stands:
             self.halt()
-        self._works = True
+        self.works = True
         self._enter(VehicleEvent.WORK)
 
     def finish_work(self) -> None:
         """Finish the work; do nothing if the vehicle has moved on to something else."""
-        self._works = False
-        if self._state is VehicleState.WORKING:
+        self.works = False
+        if not (self.busy and self._linger()):
+            self._become_idle()
+
+    def _become_idle(self) -> None:
+        if self.busy:
             self._still_since = self._env.now
             self._enter(VehicleEvent.FINISH_WORK)
         self._admission.became_idle(self)
+
+    def _linger(self) -> bool:
+        """Stay here as if at work if the next goal needs time to come, so that traffic does not move it meanwhile."""
+        if not (self._lingers and self._admission.grace) or self.flies:
+            return False
+        self._enter(VehicleEvent.WORK)
+        until = self._stays_until = self._env.now + self._admission.grace
+        At(self._env, until, [lambda _event: self._become_idle() if self.stays_until == until else None])
+        return True
 
     def scale_speed(self, scale: float) -> None:
         """Go at this share of its maximum speed, also on the route that it drives now."""
@@ -530,6 +575,7 @@ class MobileBase:
 
     def _carry_out(self, driven: Drive, event: VehicleEvent) -> Generator[Any, Any, None]:
         if not driven.seconds:
+            self._linger()
             return
         self._enter(event)
         self._arrived = Event(self._env)
@@ -609,6 +655,8 @@ class MobileBase:
         motion.stand(motion.drive.end)
         self._stop_progress()
         self._enter(VehicleEvent.ARRIVE)
+        if self.stands:
+            self._linger()
         self._admission.arrived(self)
         self._announce_motion()
         if self._state is VehicleState.YIELDED:
@@ -634,6 +682,7 @@ class MobileBase:
             else:
                 # Where it has yielded is where it was going.
                 self._enter(VehicleEvent.ARRIVE)
+                self._linger()
                 if self._arrived is not None:
                     self._arrived.succeed()
         self._admission.yielded(self)
@@ -687,7 +736,7 @@ class MobileBase:
         self._enter(VehicleEvent.REROUTE)
         self._begin(driven)
 
-    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
+    def yield_along(self, legs: Sequence[Leg], by: str, *, rerouted: bool = False) -> None:
         """Yield to another vehicle by driving legs from where it stands, to which it is admitted already.
 
         Then it goes on to where it was going, if anywhere, when the traffic policy lets it. *rerouted* says whether
@@ -697,6 +746,7 @@ class MobileBase:
         self._enter(VehicleEvent.YIELD)
         if stood:
             self._route, self._arrived = None, Event(self._env)
+            self._moved_aside = (self._moved_aside or (here,))[0], by, self._env.now
         self.motion.stand(self.motion.rest)
         self.rerouted += rerouted
         if here != first.start:

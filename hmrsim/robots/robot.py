@@ -404,10 +404,14 @@ class Robot(MobileBase):
         action, status, at = self._last_goal
         return f"it has had no goal since {action} {status.name} at {at:g} s"
 
-    def act(self, action: str, ended: GoalStatus | None = None) -> None:
-        """Record that a goal of an action begins, or how it has ended."""
+    def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
+        """Record that a goal of an action begins, or how it has ended.
+
+        After a goal from a client *in_real_time*, the robot lingers where it is, until its next goal can have come.
+        """
         if ended is None:
             self.doing.append(action)
+            self._lingers = in_real_time
         else:
             self.doing.remove(action)
             self._last_goal = action, ended, self.now

@@ -28,7 +28,7 @@ def _set_velocity(simulator: Simulator, request: SetVelocity.Request) -> Result:
         return failed("; ".join(robot.disabled_reasons.values()), Result.RESULT_INCORRECT_STATE)
     if goal is not None:
         return failed(f"{name} executes {goal[0]} goal {goal[1]}; cancel it first", Result.RESULT_INCORRECT_STATE)
-    if not robot.state.maneuvers and (robot.busy or not robot.stands):
+    if not robot.state.maneuvers and (robot.works or not robot.stands):
         return failed(f"{name} is busy; wait until it stands", Result.RESULT_INCORRECT_STATE)
     blocked = robot.steer(request.linear, request.angular, _SECONDS)
     return failed(f"{name} stops before {blocked}") if blocked else OK

@@ -165,10 +165,10 @@ class Simulator:
         )
         # Most commands are of these types.
         self._appliers: Mapping[type[Command], Callable[[Any], None]] = {
-            SendGoal: self.dispatcher.send_goal,
             GetResult: self.dispatcher.get_result,
             StopWaiting: self.dispatcher.withdraw,
             ForgetResult: self.dispatcher.forget,
+            CallService: self._call,
         }
         self.graph = WaypointGraph(world)
         self.chance = Chance()
@@ -267,7 +267,7 @@ class Simulator:
         The effect of a command thus depends on the time and order of commands only. A command that a sink submits is
         applied immediately, in the middle of an instant.
 
-        *by* is the participant that sent it in lockstep.
+        *by* is the participant that sent it in lockstep; empty for a client in real time.
         """
         if not (self._busy or isinstance(command, UNRECORDED)):
             self.finish_instant()
@@ -283,7 +283,7 @@ class Simulator:
         if self._command_sinks:
             self._record(command, by)
         try:
-            self._apply(command)
+            self._apply(command, in_real_time=not by)
         except BUGS as bug:
             # The bug concerns this command only.
             self._command_failed(command, bug, replayed=self._replayed(command))
@@ -338,7 +338,10 @@ class Simulator:
     def _mark(self, robot: str, error: str) -> None:
         self.fault_injector.mark(robot, error)
 
-    def _apply(self, command: Command) -> None:
+    def _apply(self, command: Command, *, in_real_time: bool = False) -> None:
+        if isinstance(command, SendGoal):
+            self.dispatcher.send_goal(command, in_real_time=in_real_time)
+            return
         apply = self._appliers.get(type(command))
         if apply is not None:
             apply(command)
@@ -348,8 +351,6 @@ class Simulator:
                 self._end_goals(command)
             case Read():
                 self.emit(Answered(command.reply_to, self.readings.read(command)))
-            case CallService():
-                self._call(command)
             case InterestChanged():
                 self._change_interest()
             case Participation(participant, change, why):

@@ -46,6 +46,7 @@ class Admission:
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
         by_legs: Whether a vehicle asks before each leg, as rules say who may drive.
+        grace: For how many simulated seconds a vehicle lingers where a goal has ended, if its next one takes time.
         waits: The vehicles that wait, in the order in which they began to.
     """
 
@@ -76,6 +77,7 @@ class Admission:
         self._obstructed = False
         self._lanes_change: Event | None = None
         self.needed = self.by_legs = self._rules is not None
+        self.grace = self._rules.grace if self._rules is not None else 0.0
 
     @property
     def now(self) -> float:
@@ -357,7 +359,7 @@ class Admission:
         self._barriers.enter(robot, legs[0])
         start, wanted_by = robot.pose().point, "" if by is robot else by.name
         self.publisher.publish(lambda: MadeRoom(robot.name, start, legs[-1].end, wanted_by))
-        robot.yield_along(legs, rerouted=rerouted)
+        robot.yield_along(legs, by.name, rerouted=rerouted)
 
     def abort(self, robot: Vehicle, why: GoalAborted) -> None:
         """Abort the motion of a waiting vehicle; its next motion starts a new wait."""

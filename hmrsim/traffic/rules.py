@@ -76,7 +76,11 @@ class Vehicle(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Return whether the current goal requires the vehicle to stand still."""
+        """Return whether the vehicle stands still for a goal, or lingers where one has just ended."""
+
+    @property
+    def stays_until(self) -> float:
+        """Until when it lingers where its goal has ended, in simulated seconds; the past if it does not."""
 
     @property
     def may_yield(self) -> bool:
@@ -138,8 +142,8 @@ class Vehicle(Protocol):
     def take_route(self, route: Route) -> None:
         """Take a route from where it waits; it asks for the right of way again."""
 
-    def yield_along(self, legs: Sequence[Leg], *, rerouted: bool = False) -> None:
-        """Yield to another vehicle by driving legs, to which it is admitted already; it may count as another route."""
+    def yield_along(self, legs: Sequence[Leg], by: str, *, rerouted: bool = False) -> None:
+        """Yield to the vehicle *by* by driving legs to which it is admitted; it may count as another route."""
 
     def give_up(self, why: GoalAborted) -> None:
         """Stop on its way, and fail the drive."""
@@ -167,6 +171,10 @@ class Wait:
 
 class Rules(Protocol):
     """A policy at work in one world."""
+
+    @property
+    def grace(self) -> float:
+        """For how long a vehicle is not moved from where a goal has ended, if its next one takes time to come."""
 
     def held(self, robot: Vehicle) -> tuple[int, ...]:
         """Return the slots that a vehicle holds, in the order in which it drives them."""

@@ -59,12 +59,15 @@ Most vehicles can be helped by few moves, or go on by themselves before that is 
 
 
 class PrioritySettings(ReserveSettings):
-    """The settings of reservations, and the limit of a search.
+    """The settings of reservations, and of making room.
 
     Attributes:
+        grace: Simulated seconds for which a robot stays where its goal has ended, if its client sends goals in real
+            time and so needs time to send the next one.
         most_states: How many combinations of places a search for a way out of a deadlock looks at before it gives up.
     """
 
+    grace: Annotated[float, Field(strict=True, ge=0, le=1e9)] = 5.0
     most_states: Annotated[int, Field(strict=True, ge=0, le=10_000_000)] = 4_000
 
 
@@ -98,6 +101,7 @@ class Priority(Reserve):
 
     def __init__(self, admission: Admission, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
+        self.grace = settings.grace
         self.costs = Costs(admission)
         self._max_states = settings.most_states
         self._pause = min(_PAUSE, math.inf if settings.patience is None else settings.patience / _PAUSES)
@@ -467,7 +471,10 @@ class Priority(Reserve):
         """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""
         if other in self.resolutions.by_robot or other.rank <= robot.rank:
             return False
-        return other.will_yield if soon else other.may_yield
+        if soon:
+            # One that lingers makes room by itself, nearer to where it is than a search would have it go.
+            return other.will_yield and not other.stays_until
+        return other.may_yield
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
         """Publish a deadlock once, and not each time that it is looked at."""

@@ -63,6 +63,7 @@ class Reserve:
     def __init__(self, admission: Admission, settings: ReserveSettings) -> None:
         self.admission = admission
         self.settings = settings
+        self.grace = 0.0
         self._deadlocks: dict[frozenset[Vehicle], None] = {}
         self._unsolved: dict[Vehicle, None] = {}
         lanes, layouts = admission.graph.lanes, _LAYOUTS(admission.world)
@@ -138,6 +139,8 @@ class Reserve:
             return f"waits for {listed(names)}" if names else "waits itself"
         if other.may_yield:
             return self._why_idle_stays(other, robot)
+        if other.stays_until:
+            return f"makes no room before {other.stays_until:g} s, so that its controller can send the next goal"
         return "makes no room meanwhile" if other.stands else "is on its way"
 
     def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:

@@ -90,7 +90,7 @@ class Stage:
 
     def yield_to(self, name: str) -> None:
         edges = self.run.simulator.graph.lanes.edges
-        self.robot.yield_along([next(edge.leg for edge in edges if edge.leg.lane == ("a", name))])
+        self.robot.yield_along([next(edge.leg for edge in edges if edge.leg.lane == ("a", name))], "other")
 
     def finish(self) -> None:
         """Advance time until the vehicle is at rest."""

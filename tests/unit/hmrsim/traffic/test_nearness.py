@@ -201,15 +201,15 @@ def check_apart(simulator):
 
 
 def comes_by(simulator, one, here, other, there):
-    """Return whether one robot has stopped in the middle of a lane, and the other is on an adjacent one."""
+    """Return whether one robot has stopped in the middle of a lane, and the other is on or from an adjacent one."""
     slots, lanes = simulator.roster.admission._rules.slots, simulator.graph.lanes
     if slots.is_lane(here):
         one, here, other, there = other, there, one, here
     own = [slot for slot in slots.held(one) if slots.is_lane(slot)]
-    if here not in slots.points or not own or not slots.is_lane(there):
+    if here not in slots.points or not own or there in slots.points:
         return False
-    ends = [{*lanes.tracks[slot - len(lanes.names)]} for slot in (own[0], there)]
-    return bool(ends[0] & ends[1])
+    ends = {*lanes.tracks[own[0] - len(lanes.names)]}
+    return not ends.isdisjoint(lanes.tracks[there - len(lanes.names)] if slots.is_lane(there) else [lanes.names[there]])
 
 
 @pytest.mark.parametrize("policy", ["reserve", "priority"])

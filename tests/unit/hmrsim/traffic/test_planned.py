@@ -59,7 +59,8 @@ class TestTurningOff:
 
     def test_a_robot_waits_where_other_lanes_lead_away(self):
         world = grid(3, 2, ann=("n00", 1.0), bob=("n10", 1.0))
-        log = planned(world)((0.0, works("bob", 7, B)), (1.0, go("ann", 10, 0, A)), until=100.0)
+        run = planned(world, grace=0.0)
+        log = run((0.0, works("bob", 7, B)), (1.0, go("ann", 10, 0, A)), until=100.0)
 
         assert (17.0, "SUCCEEDED", "") == end(log, A)
 

@@ -199,7 +199,7 @@ class TestPriority:
         assert [(10.0, "SUCCEEDED", "")] * 4 == [end(log, name * 32) for name in corners]
 
     def test_a_robot_at_work_does_not_make_room(self):
-        run = under("priority", CROSS, patience=None)
+        run = under("priority", CROSS, patience=None, grace=0.0)
         run((0.0, go("ann", 10, 0, A)))
         wait = {"time": {"sec": 7}}
         run.simulator.submit(SendGoal("ann", "wait", _message("wait", wait), B))
