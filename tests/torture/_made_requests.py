@@ -52,7 +52,7 @@ _DEEPER: Final = 0.85
 
 @dataclass(frozen=True)
 class Made:
-    """A request.
+    """A random request, valid or malformed.
 
     Attributes:
         key: Where it goes.

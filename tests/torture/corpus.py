@@ -77,7 +77,7 @@ built_in: {no_deadlock: 30, no_vain_goals: 3, mission_ends: false, goals_end: tr
 
 @dataclass(frozen=True)
 class Sample:
-    """A valid file.
+    """A valid file, to be damaged.
 
     Attributes:
         kind: Its reader: ``world``, ``tree``, ``coverage``, ``trace``, ``recording``, ``settings`` or

@@ -57,7 +57,7 @@ _GID: Final = bytes(range(16))
 
 @dataclass
 class Ledger:
-    """The outcomes of requests.
+    """The outcomes of all requests so far.
 
     Attributes:
         answers: Counts kinds of answers.

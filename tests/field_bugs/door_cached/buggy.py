@@ -1,4 +1,4 @@
-"""Fetch a folder from behind a fire door, which is kept closed when nobody passes."""
+"""Fetch a folder from behind a fire door, which is kept closed except when a robot passes."""
 
 import json
 
@@ -11,7 +11,7 @@ class FireDoor:
     """The door, and whether it is open."""
 
     def __init__(self, client, name):
-        """Control this door."""
+        """Control the door of this name."""
         self._client = client
         self._name = name
         self._open = False

@@ -1,4 +1,4 @@
-"""Fetch a folder from behind a fire door, which is kept closed when nobody passes."""
+"""Fetch a folder from behind a fire door, which is kept closed except when a robot passes."""
 
 import json
 
@@ -8,10 +8,10 @@ PAUSE = 25.0
 
 
 class FireDoor:
-    """The door."""
+    """The fire door of the building."""
 
     def __init__(self, client, name):
-        """Control this door."""
+        """Control the door of this name."""
         self._client = client
         self._name = name
 

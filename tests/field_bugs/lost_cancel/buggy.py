@@ -1,4 +1,4 @@
-"""Have the vault inspected: by eve, or by wall_e if she takes too long."""
+"""Inspect the vault with eve, or with wall_e if she takes too long."""
 
 import contextlib
 

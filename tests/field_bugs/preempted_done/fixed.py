@@ -15,7 +15,7 @@ class Porter:
     """A robot that is interrupted when it has to charge."""
 
     def __init__(self, client, name):
-        """Drive this robot."""
+        """Drive the robot of this name."""
         self._client = client
         self._robot = client.robot(name)
         self._free = asyncio.Event()

@@ -1,4 +1,4 @@
-"""Hand orders out to two robots; an order that a robot rejects is given to nobody any more."""
+"""Hand orders out to two robots; an order that a robot rejects is lost."""
 
 import asyncio
 import json
@@ -13,7 +13,7 @@ class Dispatcher:
     """Hands each new order to a robot that has none."""
 
     def __init__(self, client):
-        """Know no order yet."""
+        """Serve the orders of a simulator."""
         self._client = client
         self._known = set()
         self._waiting = []

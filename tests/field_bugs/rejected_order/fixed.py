@@ -13,7 +13,7 @@ class Dispatcher:
     """Hands each new order to a robot that has none."""
 
     def __init__(self, client):
-        """Know no order yet."""
+        """Serve the orders of a simulator."""
         self._client = client
         self._known = set()
         self._waiting = []

@@ -11,7 +11,7 @@ class Courier:
     """A robot, and how far it is from its goal."""
 
     def __init__(self, client, name):
-        """Drive this robot."""
+        """Drive the robot of this name."""
         self._client = client
         self._robot = client.robot(name)
         self._remaining = float("inf")

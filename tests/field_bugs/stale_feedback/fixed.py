@@ -14,7 +14,7 @@ class Courier:
     """A robot, and where it was last."""
 
     def __init__(self, client, name):
-        """Drive this robot."""
+        """Drive the robot of this name."""
         self._client = client
         self._robot = client.robot(name)
         self._position = None

@@ -1,4 +1,4 @@
-"""Whether the robot carries the parcel is counted from events, and one kind of event is forgotten."""
+"""A client that derives from events whether the robot carries the parcel, and forgets one kind of event."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def test_ros2s_spelling_send_goal_with_an_underscore_is_accepted(run):
 
 
 def test_a_goal_in_lockstep_is_refused_at_once_with_a_remedy(start, capsys):
-    """It would wait forever."""
+    """The command would wait forever, as it does not take part in lockstep."""
     with start("run", "scenario1", "--clock", "lockstep", "--listen", "tcp/127.0.0.1:0") as process:
         where = process.stdout.readline().split()[1]
         code = main(["action", "send-goal", "/wall_e/wait", "{}", "--connect", where])

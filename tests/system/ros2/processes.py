@@ -24,7 +24,7 @@ HMRSIM = Path(sys.executable).with_name("hmrsim")
 
 @dataclass(frozen=True)
 class Running:
-    """A running simulator process.
+    """A simulator that runs as a process.
 
     Attributes:
         process: The process.

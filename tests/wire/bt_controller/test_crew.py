@@ -1,4 +1,4 @@
-"""How a fleet reacts when one of its robots gets stuck, in a real simulator in lockstep."""
+"""The reaction of a fleet to a robot that gets stuck, in a real simulator in lockstep."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TEA = Task("tea", "shelf", "table")
 
 
 class Day:
-    """A finished run.
+    """A finished run of the crew.
 
     Attributes:
         status: How the tree ended.

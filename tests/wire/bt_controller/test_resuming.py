@@ -1,4 +1,4 @@
-"""How a restarted controller resumes its goals in a real simulation."""
+"""A restarted controller that resumes its goals in a real simulation."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ def test_a_goal_that_was_sent_before_is_rejected(fast):
 
 
 def test_a_goal_that_can_not_be_reached_is_aborted(fast):
-    """free_fleet then plans again."""
+    """The client free_fleet then plans again."""
     assert ABORTED == fast.status(fast.navigate(100.0, 2.0))
 
 
@@ -209,7 +209,7 @@ def test_a_cancel_without_goals_is_not_an_error(fleet):
 
 
 def test_transforms_are_published_at_rest_without_a_namespace(fleet):
-    """free_fleet adds the namespace."""
+    """The client free_fleet adds the namespace itself."""
     (footprint, base) = fleet.wait("tf")[0]["transforms"]
 
     assert ("map", "base_footprint") == (footprint["header"]["frame_id"], footprint["child_frame_id"])

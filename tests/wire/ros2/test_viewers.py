@@ -1,4 +1,4 @@
-"""What RViz and Foxglove show of a simulation, and what RViz's buttons do."""
+"""The topics that RViz and Foxglove show of a simulation, and the effects of RViz's buttons."""
 
 from __future__ import annotations
 

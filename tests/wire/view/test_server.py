@@ -137,7 +137,7 @@ def test_each_name_of_the_loopback_is_accepted(server, host):
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:7448", "localhost@evil.example", "", "[::1"])
 def test_foreign_host_names_are_refused(server, host):
-    """This prevents DNS rebinding."""
+    """A page of another origin could connect otherwise, by DNS rebinding."""
     upgrade = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
     upgrade["Sec-WebSocket-Key"] = "dGhlIHNhbXBsZSBub25jZQ=="
 

@@ -1,4 +1,4 @@
-"""Selectors of robots."""
+"""Selecting robots by name, type and role."""
 
 from __future__ import annotations
 

@@ -94,8 +94,8 @@ class Files:
 
     Attributes:
         nodes: The nodes that they may use.
-        unset: What the last one that was loaded lacked.
-        doubts: What need not be wrong with it.
+        unset: The blackboard keys that the last loaded tree lacked.
+        doubts: The warnings about the last loaded tree.
     """
 
     def __init__(self, folder):

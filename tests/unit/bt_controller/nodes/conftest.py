@@ -59,7 +59,7 @@ class Topics:
     """The topics of a robot, with messages that the test sets.
 
     Attributes:
-        known: What nodes are set up with.
+        known: The arguments with which nodes are set up.
         messages: By topic, the latest message.
         watched: The robots and topics that are watched.
         stops: Whether time stops for conditions, as in lockstep.
@@ -131,7 +131,7 @@ class Tree:
 
 
 class At(NamedTuple):
-    """Where a robot is, in m and rad, and how fast, in m/s; the stamp of the message is in seconds."""
+    """A robot's pose in m and rad, and its speed in m/s; the stamp of the message is in seconds."""
 
     x: float = 0.0
     y: float = 0.0
@@ -142,7 +142,7 @@ class At(NamedTuple):
 
 @dataclass(frozen=True)
 class Row:
-    """What a node does when it is ticked and halted.
+    """The expected behavior of a node when it is ticked and halted.
 
     Attributes:
         kinds: The node's class, or all classes that behave so.

@@ -22,7 +22,7 @@ class World:
 
     Attributes:
         lanes: Those, in the direction in which they are driven.
-        error: What the client raises instead.
+        error: The error that the client raises instead.
     """
 
     def __init__(self):

@@ -1,4 +1,4 @@
-"""Trees for Groot2."""
+"""Serving running trees to Groot2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What ``hmrsim explain --robot`` prints."""
+"""The output of ``hmrsim explain --robot``."""
 
 from __future__ import annotations
 

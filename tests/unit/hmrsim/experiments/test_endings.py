@@ -1,4 +1,4 @@
-"""The conditions of endings."""
+"""The endings of runs that an experiment defines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``hmrsim report``."""
+"""The command line of ``hmrsim report``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What started the waits of a run."""
+"""The first causes of the waits of a run."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ def test_the_page_is_reproducible(page):
 
 
 def test_tables_have_captions_and_headings(page):
-    """Screen readers announce them."""
+    """Screen readers announce the captions and headings."""
     text = page(FAULTY, until=4.0)
 
     assert text.count("<table>") == text.count("<caption") == text.count("<thead>")

@@ -55,7 +55,7 @@ class Passive(Reserve):
     """Reservations that resolve nothing, so that a vehicle waits until a test ends that."""
 
     def blocked(self, robot: object) -> None:
-        """Do nothing."""
+        """Do nothing: no vehicle is blocked here."""
 
     def stays_aside(self, _robot: object) -> bool:
         """Return True: a vehicle that has yielded stays there."""

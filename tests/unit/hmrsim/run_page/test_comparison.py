@@ -1,4 +1,4 @@
-"""Where two runs first differ, and the key moments."""
+"""The first difference of two runs, and their key moments."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from tests.porters import WORLD
 def test_a_check_that_is_wrong_is_told_on_a_line(said, told):
     @check(WORLD, **said)
     def searching():
-        """Nothing is run."""
+        """Fail before anything is run."""
 
     with pytest.raises(CheckError) as error:
         searching()
@@ -48,7 +48,7 @@ def test_only_the_named_robots_run_a_tree():
 
     @check("cafe", tree="bt_controller.examples:go_to_pose", robots=["nobody"], runs=1)
     def searching():
-        """Nothing is run."""
+        """Fail before anything is run."""
 
     with pytest.raises(CheckError, match="no robot 'nobody'"):
         searching()

@@ -237,18 +237,18 @@ class TestEndlessTree:
 
 
 class TestAsyncioControllers:
-    """Controllers that `Run.play` runs."""
+    """Functions and coroutines that `Run.play` runs as controllers."""
 
     @staticmethod
     async def patrol(client, places=("shelf", "ward")):
-        """Visit some places."""
+        """Visit some places, and return them."""
         for place in places:
             await client.robot("wall_e").navigate_to(place)
         return places
 
     @staticmethod
     async def wait_for_orders(client):
-        """Never return."""
+        """Wait for orders without an end."""
         await client.robot("wall_e").navigate_to("shelf")
         async for _ in client.events("order_placed"):
             pass

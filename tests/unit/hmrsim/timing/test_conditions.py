@@ -152,7 +152,7 @@ class TestBatteries:
 
 
 class TestEvents:
-    """Conditions on events."""
+    """Conditions that events of the world meet."""
 
     def test_a_fault_begins_and_ends(self):
         steps = joined({"type": "breakdown", "robot": "eve", "name": "stuck", "at": 7, "until": 9})
@@ -190,7 +190,7 @@ class TestSamples:
 
 
 class TestWatching:
-    """Adding and removing conditions."""
+    """Adding conditions during lockstep, and removing them."""
 
     def test_a_condition_is_met_once(self):
         steps = joined()

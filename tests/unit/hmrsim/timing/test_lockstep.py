@@ -38,7 +38,7 @@ def steps():
 
 
 class TestOne:
-    """Lockstep with one participant."""
+    """Lockstep with a single participant only."""
 
     def test_joining_tells_where_to_begin(self):
         assert Joined("nurse", 0, 0.0, 0) == Steps().join("nurse")
@@ -210,7 +210,7 @@ class TestOne:
 
 
 class TestSeveral:
-    """Lockstep with several participants."""
+    """Lockstep with several participants at once."""
 
     def test_no_participant_is_granted_before_all_ask(self):
         steps = Steps()

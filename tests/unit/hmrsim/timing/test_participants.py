@@ -30,7 +30,7 @@ def steps():
 
 
 class TestStalled:
-    """Stalled participants."""
+    """Participants that a disturbance has stalled."""
 
     def test_the_others_go_on(self, steps):
         steps.ask("ada", 0, 2.0)

@@ -1,4 +1,4 @@
-"""The policies of traffic."""
+"""Robots under each of the traffic policies."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ def test_equal_worlds_have_one_hash(load):
 
 
 def test_worlds_of_one_file_share_what_no_overlay_changes(write):
-    """What is derived from the same fields, such as the road map, is then derived once."""
+    """Data that is derived from the same fields, such as the road map, is then derived once."""
     path = write("waypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\nrobots: {eve: {at: a}}\n")
     plain = load_world(path).world
     moved, _, again = (load_world(path, overlays=[setting(f"robots.eve.at={at}")]).world for at in ("b", "a", "b"))

@@ -329,7 +329,7 @@ CALLS = [
 
 
 def test_a_commander_has_a_method_for_every_action():
-    """Each of them succeeds."""
+    """A call of each method succeeds."""
     with simulation("cafe") as run:
         mocha = run.commander("mocha")
         for name, *values in CALLS:
@@ -342,7 +342,7 @@ def test_a_commander_has_a_method_for_every_action():
 
 
 def test_a_robot_for_asyncio_has_the_same_methods():
-    """Each of them succeeds."""
+    """A call of each method succeeds."""
 
     async def play(client):
         mocha = client.robot("mocha")

@@ -29,14 +29,14 @@ class Link:
     """A client whose simulator answers on command."""
 
     def __init__(self, prefix="hmrsim"):
-        """Begin with nothing asked."""
+        """Create a client that has sent no query."""
         self.keys = Keys(prefix)
         self.session = self
         self.asked = []
         self.handlers = {}
 
     def declare_subscriber(self, key, handler):
-        """Keep the subscriber."""
+        """Keep the callback of the subscriber."""
         self.handlers[key] = handler.callback
         return SimpleNamespace(undeclare=lambda: None)
 
@@ -45,7 +45,7 @@ class Link:
         return self
 
     def ask(self, key, _payload, then, *, timeout):
-        """Keep what is asked."""
+        """Keep the query, to be answered later."""
         assert timeout
         self.asked.append((key.rpartition("/")[2], then))
 
@@ -76,7 +76,7 @@ class Listening:
         return [name for name, _ in asked]
 
     def hear(self, key, payload, *, work=True):
-        """Publish something."""
+        """Publish a sample, and record it."""
         sample = SimpleNamespace(key_expr=f"hmrsim/{key}", payload=SimpleNamespace(to_bytes=lambda: payload))
         self.link.handlers[self.link.keys.everything()](sample)
         if work:

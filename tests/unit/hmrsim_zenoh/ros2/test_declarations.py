@@ -47,7 +47,7 @@ class Network:
         return self
 
     def declare_token(self, token: str) -> Any:
-        """Record a declared token."""
+        """Record that a token was declared."""
         if self.refused in token:
             raise self.error
         self.said.append(("token", token))
@@ -55,12 +55,12 @@ class Network:
         return SimpleNamespace(undeclare=lambda: self._undeclare(token))
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
-        """Record an opened publisher."""
+        """Record that a publisher was opened."""
         self.said.append(("open", endpoint.name))
         self.gids[endpoint.name] = gid
 
     def close(self, endpoint: Endpoint) -> None:
-        """Record a closed publisher."""
+        """Record that a publisher was closed."""
         self.said.append(("close", endpoint.name))
 
     def _undeclare(self, token: str) -> None:

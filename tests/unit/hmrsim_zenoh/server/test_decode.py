@@ -23,11 +23,11 @@ class Query:
     errors: list[bytes] = field(default_factory=list)
 
     def drop(self) -> None:
-        """Note the end."""
+        """Record that the query was dropped."""
         self.dropped = True
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        """Note an error reply."""
+        """Record an error reply to the query."""
         assert encoding == "application/json"
         self.errors.append(payload)
 
@@ -39,7 +39,7 @@ class Publisher:
         self.declared: list[str] = []
 
     def declare(self, key: str) -> None:
-        """Declare a key."""
+        """Record that a key was declared."""
         self.declared.append(key)
 
     def timestamp(self) -> None:

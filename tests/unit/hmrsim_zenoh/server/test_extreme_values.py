@@ -62,7 +62,7 @@ class Encoding:
     """A sink that encodes every output as for clients."""
 
     def emit(self, output: Output) -> None:
-        """Encode an output."""
+        """Encode an output of the simulation."""
         match output:
             case GoalChanged() | EventStamped():
                 payload = encoding.event_payload(output)

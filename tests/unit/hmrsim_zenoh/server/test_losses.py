@@ -1,4 +1,4 @@
-"""Injected losses of answers."""
+"""Losses of answers that a disturbance injects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stopping rules for replications."""
+"""Rules for when an experiment stops replicating."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Summaries of columns."""
+"""Summaries of the columns of results."""
 
 from __future__ import annotations
 
