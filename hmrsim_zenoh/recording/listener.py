@@ -1,4 +1,4 @@
-"""Recording of a simulation over the network, in the order of publication."""
+"""The listener, which records a running simulator over the network."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _MAX_WAITING: Final = 100_000
-"""The largest number of samples that wait to be written; further samples are lost."""
+"""The maximum number of samples in the queue; further samples are lost."""
 _FEW_WAITING: Final = _MAX_WAITING // 10
-"""The number of waiting samples below which the world is queried again after a loss."""
+"""The length of the queue below which the state is queried again after a loss."""
 
 _PATIENCE: Final = 10.0
 """Wall seconds for an answer."""
@@ -56,22 +56,24 @@ _MESSAGES: Final[Mapping[str, tuple[Topic, type[Message]]]] = {
 _UNREADABLE: Final = (
     ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, struct.error
 )  # fmt: skip
-"""The exceptions of invalid samples; an error of the file is a `HmrsimError`."""
+"""The exceptions that an invalid sample raises. An error of the file is an `HmrsimError` instead."""
 
 
 class _Answered(NamedTuple):
-    """The answer to a query of a topic."""
+    """The answer to a query for the state of the world."""
 
     topic: str
     answer: Reply
 
 
 class Listener:
-    """Subscribes to all topics of a simulation, and records the samples in `work`.
+    """Subscribes to all topics of a simulator, queues the samples, and records them in `work`.
+
+    Samples and answers to queries share one queue, so that they are recorded in the order in which they arrive.
 
     Attributes:
-        lost: The number of lost samples.
-        begun: Whether the initial state has arrived, before which nothing is recorded.
+        lost: The number of samples that were lost because the queue was full.
+        begun: Whether the initial state has arrived; nothing is recorded before.
         interrupted: Whether the simulator was gone, if only for a moment, since the last query.
     """
 
@@ -81,7 +83,7 @@ class Listener:
         self._recorder = recorder
         self._waiting: SimpleQueue[tuple[str, bytes] | _Answered] = SimpleQueue()
         self._answers: dict[str, dict[str, Any]] = {}
-        self._asking = False
+        self._querying = False
         self._warned = self._missed = False
         self.lost = 0
         self.begun = False
@@ -90,19 +92,19 @@ class Listener:
         self._subscriber = client.session.declare_subscriber(self._keys.everything(), handler)
         presence = zenoh.handlers.Callback(self._on_presence, indirect=False)
         self._presence = client.session.liveliness().declare_subscriber(self._keys.alive(), presence)
-        self._ask()
+        self._query()
 
     def __enter__(self) -> Self:
         """Return the listener."""
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End the subscription to the simulator."""
+        """Unsubscribe from the simulator."""
         self._subscriber.undeclare()
         self._presence.undeclare()
 
     def work(self, timeout: float) -> None:
-        """Write the next sample or answer, which may arrive within *timeout* wall seconds.
+        """Record the next sample or answer of the queue; wait up to *timeout* wall seconds for it.
 
         Raises:
             queue.Empty: Nothing has arrived.
@@ -118,13 +120,13 @@ class Listener:
             if not self._warned:
                 self._warned = True
                 _log.warning("invalid messages are not recorded: %s", str(error).partition("\n")[0])
-        if self._missed and not self._asking and self._waiting.qsize() <= _FEW_WAITING:
+        if self._missed and not self._querying and self._waiting.qsize() <= _FEW_WAITING:
             self._missed = False
             self._recorder.forget_world()
-            self._ask()
+            self._query()
 
     def drain(self) -> None:
-        """Write all samples that have arrived."""
+        """Record all samples that have arrived."""
         for _ in range(self._waiting.qsize()):
             self.work(0.0)
         self._recorder.settle()
@@ -137,7 +139,7 @@ class Listener:
             now, event = recorder.time.simulated, SimulatorReturned()
             recorder.event(event, dump({"stamp": values_of(now), "kind": event.kind}), now)
             recorder.forget_world()
-        self._ask()
+        self._query()
 
     def _on_sample(self, sample: zenoh.Sample) -> None:
         if self._waiting.qsize() < _MAX_WAITING:
@@ -152,9 +154,9 @@ class Listener:
         if sample.kind == zenoh.SampleKind.DELETE:
             self.interrupted = True
 
-    def _ask(self) -> None:
-        """Query the state; the answers share the queue of the samples, so that their order is kept."""
-        self._asking = True
+    def _query(self) -> None:
+        """Query the state of the simulator; the answers go to the queue of samples."""
+        self._querying = True
         for topic in (_INFO, _DEFINITION, _SCENE):
             self._client.ask(
                 self._keys.world(topic),
@@ -166,9 +168,9 @@ class Listener:
     def _on_answer(self, answered: _Answered) -> None:
         if answered.answer is None or isinstance(answered.answer, RequestError):
             # The simulator has gone; `query_again` is called when it is back.
-            self._asking = False
+            self._querying = False
             return
-        self._asking &= answered.topic != _SCENE
+        self._querying &= answered.topic != _SCENE
         value = _object_in(answered.answer)
         if answered.topic == _DEFINITION:
             value = _object_in(value["world"]["world_resource"]["resource_string"])
@@ -197,8 +199,8 @@ class Listener:
                 self._recorder.sample(Sampled(kind, robot, message), message.header.stamp.to_nanoseconds())
             case ActionKey(robot, action, verb) if key == self._keys.action(robot, action, verb):
                 self._record_goals(robot, action, verb, _object_in(payload))
-        if self._recorder.scene_due and not self._asking:
-            self._ask()
+        if self._recorder.scene_due and not self._querying:
+            self._query()
 
     def _record_world(self, topic: str, payload: bytes) -> None:
         if topic == "events":
@@ -216,7 +218,7 @@ class Listener:
 
 
 def _object_in(payload: bytes | str) -> dict[str, Any]:
-    """Return a JSON object."""
+    """Return the JSON object in a payload."""
     value = from_json(payload)
     if not isinstance(value, dict):
         raise TypeError("not a JSON object")

@@ -1,4 +1,4 @@
-"""Recording of a simulation within its process."""
+"""The sink that records a simulation in the same process."""
 
 from __future__ import annotations
 
@@ -25,10 +25,12 @@ _TOPICS: Final = frozenset(Topic) - {Topic.TIME}
 
 
 class RecordingSink:
-    """Records all events, without a rate limit.
+    """Records everything that a simulation publishes, without a rate limit.
 
     Args:
         simulator: A simulator that has not started.
+        recorder: Writes the recording.
+        time: Returns the state of time for the description of the world.
         clock_rate: Samples of the clock per simulated second.
     """
 
@@ -47,7 +49,7 @@ class RecordingSink:
         return topic in _TOPICS
 
     def emit(self, output: Output) -> None:
-        """Write an event."""
+        """Record an output of the simulation."""
         match output:
             case Sampled():
                 self._sample(output)
@@ -61,7 +63,7 @@ class RecordingSink:
                 self._recorder.feedback(output, stamp(self._simulator.now))
 
     def close(self) -> None:
-        """Write the pending data."""
+        """Write the data that is still pending at the end of the recording."""
         self._settle(due=self._recorder.stale)
         self._recorder.settle()
 
@@ -70,7 +72,7 @@ class RecordingSink:
         if event.topic is not Topic.CLOCK:
             self._recorder.sample(event, now)
             return
-        # The clock is also sampled whenever time stands still, which depends on the wall time of controllers.
+        # The clock is also sampled whenever time stops, and when it stops depends on how fast controllers are.
         if now == self._nearest_tick(now) and now != self._clock:
             self._clock = now
             self._recorder.sample(event, now)
@@ -81,7 +83,7 @@ class RecordingSink:
         return round(round(now / NANOSECONDS / self._period) * self._period * NANOSECONDS)
 
     def _settle(self, *, due: bool) -> None:
-        """Write the world or the scene again if it is stale."""
+        """Write the world again if it is stale, else the scene if it is *due*."""
         if self._recorder.world_stale:
             self._description.forget()
             self._recorder.write_state(*self._now())

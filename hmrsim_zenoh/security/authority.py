@@ -1,4 +1,4 @@
-"""The certificate authority, and the certificates that it signs, with keys on the curve P-256."""
+"""The certificate authority of a keystore and the certificates that it signs, with keys on the curve P-256."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _AUTHORITY_DAYS: Final = 3650
 
 @dataclass(frozen=True)
 class Issued:
-    """A certificate and its key, as PEM.
+    """A certificate with its key, both as PEM.
 
     Attributes:
         expires: The end of its validity.
@@ -80,7 +80,7 @@ class Authority:
         """
         key, now = ec.generate_private_key(ec.SECP256R1()), datetime.now(UTC)
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
-        # An expired one, with negative days, began to be valid before it expired.
+        # Negative days give an expired certificate, which must have begun before it expired.
         expires = min(now + timedelta(days=days), self._certificate.not_valid_after_utc)
         if now >= self._certificate.not_valid_after_utc:
             raise BadOptions(f"the authority expired on {expires:%Y-%m-%d}; make a new keystore")

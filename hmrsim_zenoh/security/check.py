@@ -1,7 +1,7 @@
-"""Check of a policy against a running simulator: each member and some strangers send allowed and forbidden requests.
+"""A check that a running simulator enforces a security policy: members and strangers send it requests.
 
-Nothing is changed: the requests are unreadable ones, which a simulator answers with an error if access control lets
-them through.
+The requests change nothing: they are unreadable, so the simulator answers with an error if access control lets them
+through.
 """
 
 from __future__ import annotations
@@ -26,35 +26,34 @@ if TYPE_CHECKING:
     import zenoh
 
     from hmrsim_zenoh.security.keystore import Keystore
-    from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.enclave import Member
     from hmrsim_zenoh.wire.options import SessionOptions
 
 _UNREADABLE: Final = b"[]"
 """A payload that is no valid request."""
 _OF_ROS: Final = "wait/_action/send_goal/nav2_msgs::action::dds_::Wait_SendGoal_/RIHS01_0"
-"""The end of a key of ROS, of a type that no distribution has: its goals are rejected."""
+"""The end of a ROS key with a type that no distribution has, so that its goals are rejected."""
 _EARLIER: Final = "@adv/**?_anyke"
-"""The end of a selector for earlier values, on which all members may ask."""
+"""The end of a selector for earlier values, which all members may query."""
 _ATTACHMENT: Final = struct.pack("<qqB16s", 1, 0, 16, bytes(16))
 """The attachment of a ROS request."""
 _PATIENCE: Final = 3.0
 """Wall seconds for an answer."""
 _OPENING: Final = 0.5
-"""Wall seconds in which strangers try to connect."""
+"""Wall seconds for which a stranger tries to connect."""
 _UNKNOWN: Final = "mallory"
-"""The name on a certificate of the authority that is no member's."""
+"""The name in a certificate that the authority has signed but that belongs to no member."""
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A request that was tried.
+    """A request that a member or a stranger has sent, and its outcome.
 
     Attributes:
-        who: The member, or a description of a stranger.
+        who: The name of the member, or a description of the stranger.
         what: A description of the request.
-        expected: Whether the policy of the keystore allows it.
-        done: Whether the simulator let it through.
+        expected: Whether the policy of the keystore allows the request.
+        done: Whether the simulator let the request through.
     """
 
     who: str
@@ -69,15 +68,15 @@ class Attempt:
 
 
 def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
-    """Try all requests, and yield each attempt; it takes some seconds.
+    """Send all requests, and yield the outcome of each; this takes some seconds.
 
     Args:
         store: The complete keystore, with its authority and the enclaves of all members.
-        options: Where the simulator listens; nothing else is used.
+        options: Only the endpoint of the simulator is used.
 
     Raises:
-        SimulatorNotFound: No simulator answers there.
-        BadOptions: The keystore is not complete.
+        SimulatorNotFound: No simulator answers.
+        BadOptions: The keystore is incomplete.
     """
     options = replace(options, prefix=store.network.prefix)
     members = [member for member in store.members.values() if member.role != SIMULATOR]
@@ -88,16 +87,19 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
     domain = store.network.domain
     for member in members:
         with open_client(replace(options, secure=store.enclave(member.name).folder)) as session:
-            # All replies: unread ones would block the session.
+            # Read all replies, since unread ones would block the session.
             nodes = list(session.liveliness().get(f"@ros2_lv/{domain}/**", timeout=_PATIENCE))
-            tries = [*_tries(keys, robots, member), *(_ros_tries(domain, robots, member) if nodes else ())]
-            yield from _of_member(session, member, tries, store.access_control)
-            earlier = _asks(session, f"{_goal(keys, robots[0])}/{_EARLIER}")
+            requests = [*_requests(keys, robots, member), *(_ros_requests(domain, robots, member) if nodes else ())]
+            for what, request_key in requests:
+                allowed = store.access_control.may_query(member.name, request_key).allowed
+                yield Attempt(member.name, what, allowed, _is_answered(session, request_key))
+            earlier = _is_answered(session, f"{_goal_key(keys, robots[0])}/{_EARLIER}")
             yield Attempt(member.name, "sends a goal as if to read earlier values", expected=False, done=earlier)
-    key = _goal(keys, robots[0])
+    key = _goal_key(keys, robots[0])
     with TemporaryDirectory(prefix="hmrsim-") as folder:
-        for who, there in _strangers(store, Path(folder), options):
-            yield Attempt(who, f"sends a goal to {robots[0]}", expected=False, done=_stranger_asks(there, key))
+        for who, stranger in _strangers(store, Path(folder), options):
+            done = _stranger_is_answered(stranger, key)
+            yield Attempt(who, f"sends a goal to {robots[0]}", expected=False, done=done)
 
 
 def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: SessionOptions) -> list[str]:
@@ -113,46 +115,39 @@ def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: Ses
     )
 
 
-def _tries(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
-    """Yield the requests that a member tries, each with its key."""
+def _requests(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
+    """Yield the requests that a member sends: a description and the key of each."""
     yield "reads the description of the world", keys.world("info")
-    for robot in _two(robots, member):
-        yield f"sends a goal to {robot}", _goal(keys, robot)
+    for robot in _own_and_other(robots, member):
+        yield f"sends a goal to {robot}", _goal_key(keys, robot)
         yield f"executes a goal of {robot}", keys.action(robot, "wait", Verb.EXECUTE)
         yield f"cancels goals of {robot}", keys.action(robot, "wait", Verb.CANCEL_GOAL)
-    yield "sends a goal to any robot at once", _goal(keys, "*")
+    yield "sends a goal to any robot at once", _goal_key(keys, "*")
     for service in ("delete_entity", "inject_fault", *member.services):
         yield f"calls {service}", keys.world(service)
     yield "changes the clock", keys.world("time/set")
     yield "advances time with goals of any robots", keys.world("time/advance")
 
 
-def _ros_tries(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
-    """Yield the requests that a member tries as a ROS node, each with its key."""
-    for robot in _two(robots, member):
+def _ros_requests(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
+    """Yield the requests that a member sends as a ROS node: a description and the key of each."""
+    for robot in _own_and_other(robots, member):
         yield f"sends a goal to {robot} over ROS 2", f"{domain}/{robot}/{_OF_ROS}"
 
 
-def _two(robots: Sequence[str], member: Member) -> list[str]:
-    """Return a robot that a member may drive, and one that it may not, if there is one."""
+def _own_and_other(robots: Sequence[str], member: Member) -> list[str]:
+    """Return a robot that a member may drive and, if there is one, a robot that it may not drive."""
     own = next((robot for robot in robots if robot in member.robots), robots[0])
     others = [robot for robot in robots if robot not in member.robots] if member.robots else []
     return [own, *others[:1]]
 
 
-def _of_member(
-    session: zenoh.Session, member: Member, tries: Sequence[tuple[str, str]], policy: AccessControl
-) -> Iterator[Attempt]:
-    for what, key in tries:
-        yield Attempt(member.name, what, policy.may_query(member.name, key).allowed, _asks(session, key))
-
-
-def _goal(keys: Keys, robot: str) -> str:
+def _goal_key(keys: Keys, robot: str) -> str:
     return keys.action(robot, "wait", Verb.SEND_GOAL)
 
 
-def _asks(session: zenoh.Session, key: str) -> bool:
-    """Return whether the simulator answers, even with an error."""
+def _is_answered(session: zenoh.Session, key: str) -> bool:
+    """Send a request; return whether the simulator answers, even if with an error."""
     payload = None if key.endswith("/info") else _UNREADABLE
     attachment = _ATTACHMENT if key.endswith(_OF_ROS) else None
     replies = session.get(key, payload=payload, attachment=attachment, timeout=_PATIENCE)
@@ -160,7 +155,7 @@ def _asks(session: zenoh.Session, key: str) -> bool:
 
 
 def _is_error(reply: zenoh.Reply) -> bool:
-    """Return whether a reply is an error of the simulator, not Zenoh's timeout."""
+    """Return whether a reply is an error from the simulator, and not Zenoh's timeout."""
     return reply.err is not None and reply.err.payload.to_bytes().startswith(b"{")
 
 
@@ -168,16 +163,17 @@ def _strangers(store: Keystore, folder: Path, options: SessionOptions) -> Iterat
     """Yield each stranger: a description, and the options of its session."""
     options = replace(options, timeout=_OPENING)
 
-    def of(name: str, days: float, authority: Callable[[], Authority] | None = None) -> SessionOptions:
-        there = store.stranger(name, days, folder / f"{name}{days:g}", authority() if authority else None).folder
-        return replace(options, zenoh_config=there / SESSION)
+    def with_certificate(name: str, days: float, authority: Callable[[], Authority] | None = None) -> SessionOptions:
+        """Return the options of a stranger whose certificate has a name and is valid for some days."""
+        enclave = store.stranger(name, days, folder / f"{name}{days:g}", authority() if authority else None)
+        return replace(options, zenoh_config=enclave.folder / SESSION)
 
     known = next(member.name for member in store.members.values() if member.role != SIMULATOR)
-    yield f"the name {known!r} by another authority", of(known, 1.0, lambda: Authority.create(1.0)[0])
-    yield f"{known!r}, expired", of(known, -1.0)
-    yield f"{_UNKNOWN!r}, who is no member", of(_UNKNOWN, 1.0)
+    yield f"the name {known!r} by another authority", with_certificate(known, 1.0, lambda: Authority.create(1.0)[0])
+    yield f"{known!r}, expired", with_certificate(known, -1.0)
+    yield f"{_UNKNOWN!r}, who is no member", with_certificate(_UNKNOWN, 1.0)
     for name in store.revoked:
-        yield f"{name!r}, revoked", of(name, 1.0)
+        yield f"{name!r}, revoked", with_certificate(name, 1.0)
     bare = folder / "none.json5"
     tls: dict[str, Any] = {"root_ca_certificate": str(store.path.resolve() / "public" / AUTHORITY)}
     bare.write_text(json.dumps({"transport": {"link": {"tls": tls}}}), encoding="utf-8")
@@ -186,10 +182,10 @@ def _strangers(store: Keystore, folder: Path, options: SessionOptions) -> Iterat
     yield "a stranger without TLS", replace(options, connect=plain)
 
 
-def _stranger_asks(options: SessionOptions, key: str) -> bool:
-    """Return whether the simulator answers a stranger."""
+def _stranger_is_answered(options: SessionOptions, key: str) -> bool:
+    """Send a request as a stranger; return whether the simulator answers."""
     if not options.connect:
         options = replace(options, connect=(f"tls/{options.default.partition('/')[2]}",))
     with suppress(SimulatorNotFound), open_client(options) as session:
-        return _asks(session, key)
+        return _is_answered(session, key)
     return False
