@@ -23,7 +23,7 @@ _SPEED: Final = 1.0
 
 
 class Job(NamedTuple):
-    """An order.
+    """An order to deliver an item.
 
     Attributes:
         at: When it arrives, in seconds.

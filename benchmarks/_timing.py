@@ -32,7 +32,7 @@ def microseconds(seconds: float) -> float:
 
 @dataclass(frozen=True)
 class Variant:
-    """A function to time.
+    """A function to time, with its name and clean-up.
 
     Attributes:
         name: The name of the variant.

@@ -140,7 +140,7 @@ class _Worker:
         execute_run(self._plan, self._run)
 
     def repeat(self) -> None:
-        """Repeat its goals."""
+        """Send the goals of the run again, without its controller."""
         world, settings = self._plan.world(0).world, RunSettings(seed=self._run.seed)
         self._goals.repeat(world, settings, self._end)
         collect_run()

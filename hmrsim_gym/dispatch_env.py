@@ -102,7 +102,7 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
         return self._episodes.render()
 
     def close(self) -> None:
-        """End the episode."""
+        """End the current episode, if there is one."""
         self._episodes.end()
 
     def _observed(self, run: Dispatching) -> tuple[Observation, dict[str, Any]]:

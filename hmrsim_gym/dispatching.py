@@ -249,7 +249,7 @@ class Dispatching:
         self._go_on(0.0)
 
     def close(self) -> None:
-        """End the run."""
+        """End the run and its simulation."""
         self._run.close()
 
     @property

@@ -116,7 +116,7 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         return np.concatenate([part.ravel() for parts in observations.values() for part in parts.values()])
 
     def close(self) -> None:
-        """End the episode."""
+        """End the current episode, if there is one."""
         self._episodes.end()
 
     def _observed(self, run: Dispatching) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:

@@ -29,7 +29,7 @@ _NEEDED: Final = frozenset({"navigate_to_pose", "pickup", "place"})
 
 @dataclass(frozen=True)
 class Charger:
-    """A dock that charges.
+    """A dock that charges robots.
 
     Attributes:
         at: Its position.

@@ -28,7 +28,7 @@ class PrefixTaken(HmrsimError):
 
 
 class SimulatorNotFound(HmrsimError):
-    """No simulator answers."""
+    """No simulator answers at the endpoint, or none with this prefix."""
 
 
 class ConnectionDenied(SimulatorNotFound):
@@ -55,7 +55,7 @@ class RequestError(HmrsimError):
     """The simulator answered with an error: it can't read or serve the request.
 
     Attributes:
-        details: One mapping for each mistake: ``field``, ``message``, ``value``.
+        details: A mapping for each error in the request, with ``field``, ``message`` and ``value``.
     """
 
     def __init__(self, message: str, details: Sequence[dict[str, Any]] = ()) -> None:
@@ -74,7 +74,7 @@ class RequestError(HmrsimError):
 
 
 class Denied(RequestError):
-    """The simulator's access control lets no such request through; the text names the certificate and the key."""
+    """The simulator's access control denies the request; the text names the certificate and the key."""
 
 
 class NameTaken(RequestError):
@@ -100,11 +100,11 @@ class RequestTimeout(HmrsimError, TimeoutError):
 
 
 class GoalTimeout(RequestTimeout):
-    """A goal was not answered, or did not end, in time; it may go on, as the text says."""
+    """A goal was not answered or did not end in time; the text says whether it may still be running."""
 
 
 class ResultExpired(HmrsimError):
-    """A goal has ended, as its status says, but its result is no longer kept."""
+    """A goal has ended, but the simulator no longer keeps its result."""
 
 
 class ClientClosed(HmrsimError):
@@ -122,12 +122,12 @@ class Idle(HmrsimError):
 class Deadlock(SystemExit):
     """No task of an event loop can go on, and nothing is awaited that could change that.
 
-    It ends `asyncio.run`, whatever errors tasks catch; a program that does not catch it prints it, and ends with 1.
+    It ends `asyncio.run` even if tasks catch all errors. A program that does not catch it prints it and exits with 1.
     """
 
 
 class NotCharging(HmrsimError):
-    """A robot is not charged, so that its battery does not reach the charge that is waited for."""
+    """A robot is not charging, so its battery will not reach the awaited charge."""
 
 
 class GoalFailed(HmrsimError):

@@ -35,7 +35,7 @@ def domain_id(text: str) -> int:
 
 
 class RecordSettings(Settings):
-    """Whether a run is recorded."""
+    """The settings of a run's recording."""
 
     record: Annotated[
         Path | None,
@@ -44,7 +44,7 @@ class RecordSettings(Settings):
 
 
 class MonitorSettings(Settings):
-    """Whether properties of a run are watched."""
+    """The settings of the monitor that checks properties during a run."""
 
     monitor: Annotated[
         Path | None,
@@ -57,7 +57,7 @@ class MonitorSettings(Settings):
 
 
 class ViewSettings(Settings):
-    """Whether the page of a run is served."""
+    """The settings of a run's live page."""
 
     view: Annotated[
         int | None,

@@ -1,4 +1,4 @@
-"""The battery state, by a behavior named as in py_trees_ros."""
+"""Behaviors on the robot's battery: one that writes its state on the blackboard, and one that waits for a charge."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.conditions import Condition
 
 _HYSTERESIS: Final = 5.0
-"""Hysteresis in per cent: the warning ends so far above the threshold."""
+"""The warning ends this many per cent above the threshold."""
 
 
 class ToBlackboard(subscribers.ToBlackboard):
     """Writes ``battery``, the latest BatteryState, and ``battery_low_warning`` on the blackboard.
 
-    The warning begins below the threshold and ends five per cent above it, so that it does not flicker.
+    The class is named as in py_trees_ros. The warning begins below the threshold and ends five per cent above it, so
+    that it does not flicker.
 
     Args:
         threshold: Per cent of the capacity.
-        robot: The robot; None for the one that the tree is run for.
+        robot: The robot; None for the robot of the tree.
     """
 
     def __init__(
@@ -36,7 +37,7 @@ class ToBlackboard(subscribers.ToBlackboard):
         self.blackboard.register_key("battery_low_warning", Access.READ)
 
     def update(self) -> Status:
-        """Write the message and the warning."""
+        """Write the latest message and the warning on the blackboard."""
         status = super().update()
         if status is Status.SUCCESS:
             battery: BatteryState = self.message()
@@ -51,12 +52,12 @@ class ToBlackboard(subscribers.ToBlackboard):
 
 
 class WaitUntilCharged(subscribers.Handler):
-    """Waits until the battery has reached a charge; fails when it does not charge.
+    """Waits until the battery has reached a charge; fails if it does not charge, or stops charging.
 
     Args:
-        percentage: The share of the capacity, from 0 to 1, as in a BatteryState.
-        name: The behavior's name; says the share if left out.
-        robot: The robot; None for the one that the tree is run for.
+        percentage: The charge as a share of the capacity, from 0 to 1, as in a BatteryState.
+        name: The behavior's name; by default one with the charge, such as ``Charge to 90%``.
+        robot: The robot; None for the robot of the tree.
     """
 
     def __init__(self, percentage: float = 0.9, *, name: str | None = None, robot: str | None = None) -> None:
@@ -64,14 +65,14 @@ class WaitUntilCharged(subscribers.Handler):
         self._percentage = percentage
 
     def awaited(self) -> Sequence[Condition]:
-        """Return the charge, and that it ends before."""
+        """Return the conditions that end the wait: the battery has reached the charge, or no longer charges."""
         level, charging = "/percentage", "/power_supply_status"
         return self._conditions(
             (level, ">=", self._percentage), (charging, "!=", BatteryState.POWER_SUPPLY_STATUS_CHARGING)
         )
 
     def update(self) -> Status:
-        """Return whether the battery has reached the charge."""
+        """Return SUCCESS if the battery has reached the charge or is full, else RUNNING while it charges."""
         battery: BatteryState = self.message()
         self.feedback_message = f"battery: {battery.percentage:.0%}"
         if battery.percentage >= self._percentage or is_full(battery):

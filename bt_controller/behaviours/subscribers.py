@@ -34,11 +34,11 @@ _LEVELS: Final = ("/charge", "/percentage")
 
 
 class Handler(Behaviour):
-    """Reads the latest message of a topic; the base of the subscribers, which take its arguments, too.
+    """The base class of subscribers: it reads the latest message of a topic, and has arguments common to all of them.
 
     Args:
-        robot: The robot; None for the one that the tree is run for.
-        clearing_policy: Which messages are too old.
+        robot: The robot; None for the robot of the tree.
+        clearing_policy: When a message is discarded as too old.
 
     Raises:
         ValueError: There is no such topic.

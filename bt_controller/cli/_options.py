@@ -1,4 +1,4 @@
-"""The options, exit codes and help texts that several commands share."""
+"""Options, exit codes and help texts that several commands of ``bt-controller`` share."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _KEY: Final = re.compile(r"[\w-]+(/[\w-]+)*")
 
 
 def add_tree_options(parser: Any) -> None:
-    """Add TREE and its options."""
+    """Add the argument TREE, and the options of a tree."""
     parser.add_argument("tree", metavar="TREE", help="FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE, …)")
     parser.add_argument(
         "--tree", dest="tree_id", metavar="ID", help="the tree of FILE.xml to run (default: its main tree)"
@@ -96,7 +96,7 @@ def add_tree_options(parser: Any) -> None:
 
 
 def add_robot_option(parser: Any, about: str) -> None:
-    """Add the names of robots."""
+    """Add the option ``--robot``, with its help."""
     parser.add_argument("--robot", action="extend", nargs="+", default=[], type=_robot, metavar="NAME", help=about)
 
 
@@ -137,7 +137,7 @@ def _value(text: str) -> tuple[str, str]:
 
 
 def tree_of(args: argparse.Namespace) -> Plan:
-    """Return the tree that the options select; its warnings go to stderr.
+    """Load the tree that the options select, and print its warnings to stderr.
 
     Raises:
         TreeError: There is no such tree, or it is invalid.

@@ -251,7 +251,7 @@ class Topics:
         self._changes += 1
 
     def close(self) -> None:
-        """Unsubscribe from all topics."""
+        """Unsubscribe from the topics of all robots."""
         for subscription in self._subscriptions:
             subscription.close()
 

@@ -46,17 +46,17 @@ _KEPT: Final = 1024
 
 
 class Described(NamedTuple):
-    """What the structure of a tree says about a node.
+    """The description of a node, derived from the structure of its tree.
 
     Attributes:
-        place: Which child of each parent, from the root.
-        path: As of `NodeCoverage`.
+        place: The index of each of its ancestors, and of itself, among the children of its parent.
+        path: Its path, as in `NodeCoverage`.
         kind: Its class.
-        origin: File and line, if it comes from a file.
+        origin: Its file and line, if it comes from a file.
         possible: Its possible outcomes.
-        end: The number after that of the last node below it; nodes are numbered from 0, parents first.
+        end: The number after that of its last descendant; nodes are numbered from 0, parents first.
         sends_goals: Whether it is an `ActionLeaf`.
-        recovers: Whether it makes up for failures of its children.
+        recovers: Whether it handles failures of its children.
     """
 
     place: tuple[int, ...]
@@ -124,7 +124,7 @@ class _Seen:
 
     Attributes:
         number: Its number, parents before their children.
-        about: What the tree says about it.
+        about: Its description.
         covered: Its counts.
         leaf: The node, if it sends goals.
         handle: The goal whose end was counted last.
@@ -158,7 +158,7 @@ class Recorder:
         self._look()
 
     def tick(self) -> None:
-        """Tick the tree once."""
+        """Tick the tree once, and count what its nodes do."""
         if self._ended:
             self._root.tick_once()
             return

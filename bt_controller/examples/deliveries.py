@@ -61,7 +61,7 @@ class AllDone(Leaf):
         self._task_queue = task_queue
 
     def update(self) -> Status:
-        """Look at the books."""
+        """Return FAILURE if a task was given up, else SUCCESS."""
         done, lost = len(self._task_queue.done), self._task_queue.lost
         given_up = "".join(f"; {item} is given up: {why}" for item, why in lost.items())
         self.feedback_message = f"{done} of {done + len(lost)} tasks are done{given_up}"

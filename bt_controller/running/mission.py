@@ -156,7 +156,7 @@ class Mission:
                 else:
                     self._recorder.tick()
                 running = self.root.status is Status.RUNNING
-                # What a node waits for may depend on its blackboard.
+                # The blackboard may decide which events a node waits for.
                 self.due = due(self.root, now, period) if running and now is not None else _NEVER
         except (SimulatorNotFound, SimulatorGone):
             raise

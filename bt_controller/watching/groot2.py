@@ -69,7 +69,7 @@ class Groot2Publishers:
         self._ending = ExitStack()
 
     def __enter__(self) -> Self:
-        """Serve the trees."""
+        """Start serving the trees to Groot2."""
         with ExitStack() as started:
             for server in self._servers.values():
                 started.enter_context(server.serving())

@@ -222,7 +222,7 @@ class Demand:
             self._moved[item] = None
 
     def place(self, spec: DemandSpec, *, by_client: bool = False) -> Order:
-        """Release an order now."""
+        """Place an order now, with the next number of its demand."""
         world = self._world
         if world is None:
             raise AssertionError

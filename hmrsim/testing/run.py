@@ -156,7 +156,7 @@ class Run:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End the run."""
+        """End the run and abort its active goals."""
         self.close()
 
     def close(self) -> None:

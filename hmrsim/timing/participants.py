@@ -152,7 +152,7 @@ class Slot(Receiver):
 
 @dataclass(slots=True, eq=False)
 class Participant:
-    """A participant in lockstep.
+    """A controller that takes part in lockstep.
 
     Attributes:
         since: When it last got an answer, by the watchdog's clock.

@@ -54,7 +54,7 @@ class Tail(io.TextIOBase):
 
     @property
     def text(self) -> str:
-        """The last characters written."""
+        """The last characters that were written."""
         return "".join(self._pieces)[-_TAIL:].strip()
 
 

@@ -156,7 +156,7 @@ class Trial(ABC):
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """End the run."""
+        """End all goals and clients."""
         self.close()
 
     @property

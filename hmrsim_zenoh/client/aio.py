@@ -116,7 +116,7 @@ class AsyncClient:
         return await self._time.now()
 
     async def sleep(self, seconds: float) -> None:
-        """Sleep for simulated seconds.
+        """Sleep for a number of simulated seconds.
 
         Raises:
             ValueError: The time is negative.

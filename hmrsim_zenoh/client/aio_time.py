@@ -165,7 +165,7 @@ class AsyncTime:
         return await asyncio.to_thread(lambda: self._client.now)
 
     async def sleep(self, seconds: float) -> None:
-        """Sleep for simulated seconds.
+        """Sleep for a number of simulated seconds.
 
         Raises:
             ValueError: The time is negative, infinite or not a number.

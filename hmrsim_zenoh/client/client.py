@@ -356,7 +356,7 @@ class Client:
                 return answer
             self._await_simulator(key, until, timeout)
         if until - time.monotonic() < timeout / 2:
-            # What nobody takes ends at once.
+            # A query that no queryable receives would have ended at once.
             raise RequestTimeout(f"{key!r}: no answer in {timeout:g} s")
         raise Unreachable(f"nothing answers on {key!r}, though the simulator is there")
 

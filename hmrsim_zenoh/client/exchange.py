@@ -110,7 +110,7 @@ class Delivery:
 
 
 class Kind(Enum):
-    """A kind of declaration."""
+    """The kind of a declaration on a key."""
 
     __hash__ = object.__hash__
     """Enum's own is written in Python."""

@@ -367,7 +367,7 @@ class Liveliness:
         self._delivery = connection.simulation.delivery
 
     def declare_token(self, key: str) -> Declaration:
-        """Declare a token."""
+        """Declare a liveliness token on a key."""
         token = self._connection.declare(Kind.TOKEN, key, lambda _message: None)
         self._delivery.settle()
         return token

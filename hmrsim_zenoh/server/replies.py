@@ -131,7 +131,7 @@ class PendingExecution(PendingReply):
             _log.debug("replying on %s: %s", self.key, error)
 
     def reply(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send the last reply."""
+        """Send the last reply, and drop the query."""
         try:
             self.send(payload, mime, attachment)
         finally:

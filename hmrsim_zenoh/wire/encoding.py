@@ -1,4 +1,4 @@
-"""Encoding of events and answers for the JSON wire."""
+"""The encoding of events and answers as JSON, with the names of the encodings on the wire."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def of_message(message: Message) -> str:
 
 
 def ros_type(mime: str) -> str:
-    """Return the type that an encoding names, or an empty text."""
+    """Return the ROS type that an encoding names; an empty text if it names none."""
     return mime.partition(";")[2]
 
 
@@ -95,7 +95,7 @@ def result_response(answer: ResultResponse) -> bytes:
 
 
 def cause(name: str) -> bytes:
-    """Return the field with the cause if a goal did not succeed, or an empty text."""
+    """Return the JSON field with the cause of a goal's failure; an empty text if there is no cause."""
     return b'"cause":"%b",' % name.encode() if name else b""
 
 
@@ -105,7 +105,7 @@ def feedback_message(goal_id: str, feedback: Message | Mapping[str, Any]) -> byt
 
 
 def feedback_body(feedback: Message | Mapping[str, Any]) -> bytes:
-    """Return feedback alone."""
+    """Return feedback as JSON, without the id of its goal."""
     return message(feedback) if isinstance(feedback, Message) else to_json(feedback)
 
 
@@ -116,7 +116,7 @@ def status_array(event: StatusChanged) -> bytes:
 
 
 def event_payload(event: GoalChanged | EventStamped) -> bytes:
-    """Return the message of an event on ``_world/events``."""
+    """Return an event as a message of ``_world/events``."""
     if isinstance(event, EventStamped):
         inner = event.event
         return dump({"stamp": _stamp_fields(event.stamp), "kind": inner.kind, **inner.as_dict()})
@@ -130,5 +130,5 @@ def event_payload(event: GoalChanged | EventStamped) -> bytes:
 
 
 def error(text: str, field: str = "", value: object = None) -> bytes:
-    """Return the body of Zenoh's error reply for a single error."""
+    """Return the body of an error reply with a single error."""
     return dump({"error": text, "details": [{"field": field, "message": text, "value": value}]})

@@ -56,7 +56,7 @@ class Script(Scripted, Leaf):
 
 
 class AlwaysSuccess(Leaf):
-    """Succeeds."""
+    """Succeeds at once, whenever it is ticked."""
 
     def update(self) -> Status:
         """Return the status."""
@@ -64,7 +64,7 @@ class AlwaysSuccess(Leaf):
 
 
 class AlwaysFailure(Leaf):
-    """Fails."""
+    """Fails at once, whenever it is ticked."""
 
     def update(self) -> Status:
         """Return the status."""

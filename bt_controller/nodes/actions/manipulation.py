@@ -27,7 +27,7 @@ class _MoveItNode(ActionNode):
 
 
 class Pickup(_MoveItNode):
-    """Picks an item up."""
+    """Picks up the item ``target_name``."""
 
     ACTION = "pickup"
     INPUTS: ClassVar = {**ACTION_INPUTS, "target_name": input_port(STRING, "The item")}
@@ -102,7 +102,7 @@ class DockRobot(_DockNode):
 
 
 class UndockRobot(_DockNode):
-    """Leaves the dock."""
+    """Leaves the dock for its staging pose."""
 
     ACTION = "undock_robot"
     INPUTS: ClassVar = {

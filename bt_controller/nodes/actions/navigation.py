@@ -45,7 +45,7 @@ _TREE = input_port(STRING, "Sent with the goal and ignored: simulated robots hav
 
 
 class NavigateToPose(ActionNode):
-    """Drives to ``goal``."""
+    """Drives to ``goal`` along the lanes."""
 
     ACTION = "navigate_to_pose"
     FIELDS: ClassVar = {"goal": "pose"}
@@ -71,7 +71,7 @@ _MANEUVER_INPUTS: Final[Mapping[str, Port]] = MappingProxyType(
 
 
 class Spin(ActionNode):
-    """Turns in place."""
+    """Turns in place by an angle."""
 
     ACTION = "spin"
     FIELDS: ClassVar = {"spin_dist": "target_yaw"}
@@ -90,7 +90,7 @@ class Wait(ActionNode):
 
 
 class BackUp(ActionNode):
-    """Drives straight back."""
+    """Drives straight back for a distance."""
 
     ACTION = "back_up"
     FIELDS: ClassVar = {"backup_speed": "speed"}
@@ -106,7 +106,7 @@ class BackUp(ActionNode):
 
 
 class DriveOnHeading(ActionNode):
-    """Drives straight ahead."""
+    """Drives straight ahead for a distance."""
 
     ACTION = "drive_on_heading"
     INPUTS: ClassVar = {
@@ -121,7 +121,7 @@ class DriveOnHeading(ActionNode):
 
 
 class _Cancel(Leaf):
-    """Succeeds when the robot answers the cancel request, else fails. In lockstep it does not wait for the answer."""
+    """Cancels all goals of an action; succeeds when the robot answers, which in lockstep it does not wait for."""
 
     ACTION: ClassVar[str]
     """The name of the action."""
@@ -151,37 +151,37 @@ class _Cancel(Leaf):
 
 
 class CancelBackUp(_Cancel):
-    """Cancels `BackUp`."""
+    """Cancels all goals of `BackUp` nodes."""
 
     ACTION = "back_up"
 
 
 class CancelComputeAndTrackRoute(_Cancel):
-    """Cancels `ComputeAndTrackRoute`."""
+    """Cancels all goals of `ComputeAndTrackRoute` nodes."""
 
     ACTION = "compute_and_track_route"
 
 
 class CancelControl(_Cancel):
-    """Cancels `FollowPath`."""
+    """Cancels all goals of `FollowPath` nodes."""
 
     ACTION = "follow_path"
 
 
 class CancelDriveOnHeading(_Cancel):
-    """Cancels `DriveOnHeading`."""
+    """Cancels all goals of `DriveOnHeading` nodes."""
 
     ACTION = "drive_on_heading"
 
 
 class CancelSpin(_Cancel):
-    """Cancels `Spin`."""
+    """Cancels all goals of `Spin` nodes."""
 
     ACTION = "spin"
 
 
 class CancelWait(_Cancel):
-    """Cancels `Wait`."""
+    """Cancels all goals of `Wait` nodes."""
 
     ACTION = "wait"
 
@@ -200,7 +200,7 @@ _CLEARING: Mapping[str, Port] = {**_SERVICE, "plugins": input_port(STRING, _NOT_
 
 
 class _NoOp(Leaf):
-    """Succeeds."""
+    """A node that has no effect in this simulator, and succeeds."""
 
     INPUTS: ClassVar = _SERVICE
 

@@ -100,8 +100,7 @@ class IsStuck(Located, Condition):
         before, self._before = self._before, self.odometry
         if before is None:
             return Status.FAILURE
-        stamps = (each.header.stamp.to_nanoseconds() * 1e-9 for each in (before, self._before))
-        began, ended = stamps
+        began, ended = (odometry.header.stamp.to_nanoseconds() * 1e-9 for odometry in (before, self._before))
         if ended <= began:
             return Status.FAILURE
         gained = self._before.twist.twist.linear.x - before.twist.twist.linear.x

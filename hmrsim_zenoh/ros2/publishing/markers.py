@@ -184,7 +184,7 @@ class WorldMarkers:
         self._closed: dict[tuple[str, str], str] = {}
 
     def load(self, world: World) -> None:
-        """Replace the world."""
+        """Draw another world from now on."""
         self._world = world
 
     def follow(self, scene: Mapping[str, Any]) -> None:

@@ -63,7 +63,7 @@ class Grid(NamedTuple):
 
     @property
     def height(self) -> int:
-        """The number of rows."""
+        """The number of rows of the grid."""
         return len(self.cells) // self.width
 
 
