@@ -1,13 +1,11 @@
 """The inbox of the simulation: queries and commands in order of arrival.
 
-Over Zenoh one channel has the queries of all keys, and the simulation thread drains it. No Python runs in Zenoh's
-threads for a query: the simulation thread takes it from the channel, or blocks on the channel when it is idle. A
-channel has no wait with a timeout. Where time is paced, a second thread blocks on the channel in place of the
-simulation thread, forwards one query to a condition variable, and leaves the channel to the simulation thread until its
-next wait: while that thread computes, Python lets another one run only every 5 ms.
-
-Each further key expression has its own channel and a thread that always forwards its queries: the simulation thread
-can block on one channel only. Forwarding costs 0.1 ms a query where time is not paced.
+Over Zenoh each key expression has a channel of queries, and the simulation thread drains it. No Python runs in Zenoh's
+threads for a query: the simulation thread takes it from the channel, or blocks on the first channel when it is idle. A
+channel has no wait with a timeout, and a thread can block on one only. Where time is paced, and for further channels,
+a second thread blocks on the channel in place of the simulation thread, forwards one query to a condition variable,
+and leaves the channel to the simulation thread until its next wait: while that thread computes, Python lets another
+one run only every 5 ms.
 """
 
 from __future__ import annotations
@@ -116,6 +114,67 @@ class QueryInbox(Inbox, ABC):
         return False
 
 
+class _LentChannel:
+    """A channel of queries, which either the simulation thread reads or another one, while the channel is lent to it.
+
+    With two readers a cancel request could overtake its goal.
+
+    Args:
+        add: Adds a query in the other thread; returns whether the channel returns to the simulation thread.
+    """
+
+    def __init__(
+        self, queryable: zenoh.Queryable[Channel], reader: Reader, add: Callable[[zenoh.Query, _LentChannel], bool]
+    ) -> None:
+        self.reader = reader
+        self.lent = False
+        self._queryable = queryable
+        self._handler = queryable.handler
+        self._add = add
+        # The other thread reads when it gets True, and ends when it gets False.
+        self._orders: SimpleQueue[bool] = SimpleQueue()
+        self._thread: threading.Thread | None = None
+
+    def lend(self) -> None:
+        """Let the other thread read until it has added a query."""
+        if self.lent:
+            return
+        self.lent = True
+        self._orders.put(True)
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._run, name="hmrsim-queries", daemon=True)
+            self._thread.start()
+
+    def receive(self, *, block: bool = False) -> zenoh.Query | None:
+        """Return the next query, for the simulation thread; None if there is none or the channel is lent or closed."""
+        if self.lent:
+            return None
+        try:
+            return self._handler.recv() if block else self._handler.try_recv()
+        except zenoh.ZError:
+            return None
+
+    def close(self) -> None:
+        """Undeclare the queryable, and end the other thread."""
+        try:
+            self._queryable.undeclare()
+        except zenoh.ZError as error:
+            _log.debug("undeclaring a queryable: %s", error)
+        if self._thread is not None:
+            self._orders.put(False)
+            self._thread.join(_CLOSE_SECONDS)
+
+    def _run(self) -> None:
+        while self._orders.get():
+            added = False
+            while not added:
+                try:
+                    query = self._handler.recv()
+                except zenoh.ZError:
+                    return
+                added = self._add(query, self)
+
+
 class ChannelInbox(QueryInbox):
     """An inbox of the queries that come over Zenoh.
 
@@ -145,14 +204,8 @@ class ChannelInbox(QueryInbox):
         self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
         self._asleep = False
-        # Whether the second thread reads the channel. It reads when it gets True, and ends when it gets False.
-        self._lent = False
-        self._orders: SimpleQueue[bool] = SimpleQueue()
-        self._deputy: threading.Thread | None = None
-        # Not complete: Zenoh would not query a controller that serves its trees below the same prefix.
-        self._queryable = session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=False)
-        self._channel = self._queryable.handler
-        self._further: list[tuple[zenoh.Queryable[Channel], threading.Thread]] = []
+        # The first one is not complete: Zenoh would not query a controller that serves its trees below the same prefix.
+        self._channels = [self._opened(key_expr, reader, complete=False)]
 
     def serve(
         self,
@@ -163,8 +216,11 @@ class ChannelInbox(QueryInbox):
         complete: bool = False,
     ) -> None:
         """Serve a further key expression until `leave`; *refuse* also answers queries after `close`."""
+        self._channels.append(self._opened(key_expr, Reader(decode, refuse), complete=complete))
+
+    def _opened(self, key_expr: str, reader: Reader, *, complete: bool) -> _LentChannel:
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
-        self._further.append((queryable, _started(self._forward, queryable.handler, Reader(decode, refuse))))
+        return _LentChannel(queryable, reader, self._add_forwarded)
 
     def arrived(self) -> int:
         """Return how many queries have arrived so far, including those taken."""
@@ -195,46 +251,42 @@ class ChannelInbox(QueryInbox):
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
         self._prepare(None)
-        if timeout is None and not self._lent:
-            self._sleep()
-            return
+        first, *further = self._channels
+        blocks = timeout is None and not first.lent
         with self._changed:
-            if not self._lent and not self.waiting and not self.closed:
-                self._lent = True
-                self._orders.put(True)
-                if self._deputy is None:
-                    self._deputy = _started(self._deputize)
-            self._changed.wait_for(lambda: self.waiting or self.closed, timeout)
+            if not self.waiting and not self.closed:
+                for channel in further if blocks else self._channels:
+                    channel.lend()
+            if not blocks:
+                self._changed.wait_for(lambda: self.waiting or self.closed, timeout)
+        if blocks:
+            self._sleep()
 
     def close(self) -> None:
-        """Close the inbox and wake the simulation thread; `poll` still returns the queries in the channel."""
+        """Close the inbox and wake the simulation thread; `poll` still returns the queries that have arrived."""
+        first, *further = self._channels
         with self._changed:
             if self.closed:
                 return
             super().close()
-        try:
-            self._queryable.undeclare()
-        except zenoh.ZError as error:
-            _log.debug("undeclaring the queryable: %s", error)
-        if self._deputy is not None:
-            self._orders.put(False)
-            self._deputy.join(_CLOSE_SECONDS)
+            # From now on the other threads refuse the queries.
+            for channel in further:
+                while (query := channel.receive()) is not None:
+                    self._queries.append((channel.reader, query))
+                channel.lend()
+        first.close()
 
     def leave(self) -> None:
         """Undeclare the queryables and end all threads; after `close`."""
-        for queryable, forwarder in self._further:
-            try:
-                queryable.undeclare()
-            except zenoh.ZError as error:
-                _log.debug("undeclaring a queryable: %s", error)
-            forwarder.join(_CLOSE_SECONDS)
+        for channel in self._channels[1:]:
+            channel.close()
 
     def _sleep(self) -> None:
-        """Block on the channel, without a timeout."""
+        """Block on the first channel, without a timeout."""
         self._asleep = True
         try:
             if not (self._commands or self._queries or self.closed):
-                self._receive(block=True)
+                self._take(self._channels[0], block=True)
         finally:
             self._asleep = False
 
@@ -255,51 +307,30 @@ class ChannelInbox(QueryInbox):
         self._changed.notify()
         return True
 
-    def _deputize(self) -> None:
-        """Forward the next query of the channel whenever it is lent, and refuse those after the end."""
-        while self._orders.get():
-            taken = False
-            while not taken:
-                query = _recv(self._channel)
-                if query is None:
-                    return
-                with self._changed:
-                    taken = self._add(query, self._reader)
-                    self._lent = not taken
-                if not taken:
-                    self._reader.refuse(query)
+    def _add_forwarded(self, query: zenoh.Query, channel: _LentChannel) -> bool:
+        """Add a query of a lent channel, which then returns to the simulation thread; or refuse the query."""
+        with self._changed:
+            taken = self._add(query, channel.reader)
+            channel.lent = not taken
+        if taken:
+            self._wake()
+        else:
+            channel.reader.refuse(query)
+        return taken
 
-    def _forward(self, channel: Channel, reader: Reader) -> None:
-        """Forward queries from a further channel to the condition variable until the channel is closed."""
-        while (query := _recv(channel)) is not None:
-            self.put_query(query, reader)
+    def _receive(self) -> bool:
+        """Take a query from each channel that has one; return whether there was any.
 
-    def _receive(self, *, block: bool = False) -> bool:
-        """Take the next query from the channel, if there is one and this thread is the channel's reader.
-
-        With two readers a cancel request could overtake its goal. After closing, the call waits for the channel's end,
-        which is near.
+        After closing, this waits for the first channel's end, which is near.
         """
-        if self._lent:
-            return False
-        try:
-            query = self._channel.recv() if block or self.closed else self._channel.try_recv()
-        except zenoh.ZError:
-            # The channel is closed and empty.
-            return False
+        first, *further = self._channels
+        taken = self._take(first, block=self.closed)
+        for channel in further:
+            taken = self._take(channel) or taken
+        return taken
+
+    def _take(self, channel: _LentChannel, *, block: bool = False) -> bool:
+        query = channel.receive(block=block)
         if query is not None:
-            self._queries.append((self._reader, query))
+            self._queries.append((channel.reader, query))
         return query is not None
-
-
-def _started(run: Callable[..., None], *args: object) -> threading.Thread:
-    thread = threading.Thread(target=run, args=args, name="hmrsim-queries", daemon=True)
-    thread.start()
-    return thread
-
-
-def _recv(channel: Channel) -> zenoh.Query | None:
-    try:
-        return channel.recv()
-    except zenoh.ZError:
-        return None

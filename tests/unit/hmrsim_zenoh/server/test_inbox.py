@@ -110,3 +110,34 @@ def test_a_query_that_comes_at_the_end_of_a_computation_can_be_taken(inbox, refu
 
     assert inbox.poll() == "late"
     assert refused == []
+
+
+@pytest.fixture
+def further(inbox, channel, refused):
+    """Return the channel of a further key expression."""
+    channels = [channel, Channel()]
+    queryable = SimpleNamespace(handler=channels[1], undeclare=lambda: channels[1].send(None))
+    inbox._session = SimpleNamespace(declare_queryable=lambda *_args, **_options: queryable)
+    inbox.serve("c/**", decode=lambda query: [query], refuse=refused.append)
+    return channels[1]
+
+
+def test_the_simulations_thread_reads_further_channels_while_it_computes(inbox, further):
+    inbox.wait(0.0)
+    further.send("first")
+    inbox.wait(PATIENCE)
+    first = inbox.poll()
+    further.send("second")
+
+    assert ("first", "second") == (first, inbox.poll())
+    assert [False, True] == [reader is threading.current_thread() for reader in further.readers]
+
+
+def test_queries_of_a_further_channel_are_refused_after_the_end_and_taken_before(inbox, further, refused):
+    further.send("before")
+    inbox.close()
+    further.send("after")
+    inbox.leave()
+
+    assert ["before", "late"] == [inbox.poll(), inbox.poll()]
+    assert refused == ["after"]
