@@ -23,6 +23,10 @@ _WIDTH: Final = 100
 
 _HANDLE: Final = "its controller has to handle this error, and send a goal; look at the output of the controller"
 
+_EARLIER: Final = (
+    "A dispatcher that subscribes to events misses orders from before it connects; use `AsyncClient.orders()`"
+)
+
 _EXAMPLES: Final = """\
 examples:
   hmrsim explain 208
@@ -69,6 +73,7 @@ def _explain(args: argparse.Namespace) -> int:
 
 def _explain_robot(args: argparse.Namespace) -> int:
     from hmrsim.cli.connection import connected
+    from hmrsim.cli.robot import waiting_orders
     from hmrsim.traffic.causes import Link, chain_of
 
     if args.code is not None:
@@ -76,18 +81,21 @@ def _explain_robot(args: argparse.Namespace) -> int:
     with connected(args) as (client, _):
         scene = json.loads(client.get(client.keys.world("scene")))
         time = json.loads(client.get(client.keys.world("time/state")))
+        orders = waiting_orders(client)
     robots = {robot["name"]: robot for robot in scene["robots"]}
     if args.robot not in robots:
         raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, robots)}")
     chain = chain_of(args.robot, lambda name: Link(**robots[name]["cause"]))
     stands, remedy = _why_time_stands(time)
     last = chain.links[-1]
+    idle = last.kind == "idle"
     failed = _last_error(robots[last.robot]) if last.kind in {"idle", "docked"} else ""
     found = {
         "robot": args.robot,
         "time": stands,
         "links": [link._asdict() for link in chain.links],
         "last_error": failed,
+        "orders": f"{orders}. {_EARLIER}" if orders and idle else orders,
         "help": remedy or (_HANDLE if failed and len(chain.links) == 1 else chain.help),
     }
     show_result(found, _lines_of(found), as_json=args.json)
@@ -104,6 +112,8 @@ def _lines_of(found: dict[str, Any]) -> Iterator[str]:
         failed = f"{found['links'][-1]['robot']}'s last goal failed: {found['last_error']}"
         yield from textwrap.wrap(failed, _WIDTH, initial_indent="  ", subsequent_indent="  ")
     yield ""
+    if found["orders"]:
+        yield from textwrap.wrap(found["orders"], _WIDTH)
     yield from textwrap.wrap(f"What would help: {found['help']}", _WIDTH)
 
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.connection import connected
 from hmrsim.cli.options import ExitCode, add_connection_options, add_json
 from hmrsim.cli.output import columns, show_result
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.command_line import add_commands
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.simulation.demand import OrderState
 from hmrsim.traffic.causes import Chain, Link, chain_of
 from hmrsim.traffic.rules import Activity
 
 if TYPE_CHECKING:
     from hmrsim.program.command_line import LazyParser
+    from hmrsim_zenoh.client.client import Client
 
 _EXAMPLES: Final = """\
 examples:
@@ -41,9 +45,28 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
 def _list(args: argparse.Namespace) -> int:
     with connected(args) as (client, _):
         scene = json.loads(client.get(client.keys.world("scene")))
+        orders = waiting_orders(client)
     table = [("name", "type", "at", "battery", "state"), *rows(scene)]
-    show_result(scene["robots"], columns(table), as_json=args.json)
+    lines = chain(columns(table), ["", orders] if orders else [])
+    show_result(scene["robots"], lines, as_json=args.json)
     return ExitCode.DONE
+
+
+def waiting_orders(client: Client) -> str:
+    """Return how many orders no robot has picked up, and which one has waited longest; empty if there are none."""
+    demand = json.loads(client.get(client.keys.world("demand")))
+    waiting = [order for order in demand["orders"] if order["state"] == OrderState.WAITING]
+    if not waiting:
+        return ""
+    first = waiting[0]
+    seconds = (_nanoseconds(demand["stamp"]) - _nanoseconds(first["placed"])) / NANOSECONDS
+    several = f"{len(waiting)} orders wait" if len(waiting) > 1 else "1 order waits"
+    oldest = f"{first['name']}, from {first['at']} to {first['to']}, for {seconds:.0f} s"
+    return f"{several} to be picked up; the oldest: {oldest}"
+
+
+def _nanoseconds(stamp: Mapping[str, int]) -> int:
+    return stamp["sec"] * NANOSECONDS + stamp["nanosec"]
 
 
 def rows(scene: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
@@ -53,20 +76,20 @@ def rows(scene: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
         yield _row(robot, chain_of(robot["name"], links.__getitem__))
 
 
-def _row(robot: Mapping[str, Any], chain: Chain) -> tuple[str, ...]:
+def _row(robot: Mapping[str, Any], causes: Chain) -> tuple[str, ...]:
     x, y, _ = robot["pose"]
     battery = robot.get("battery")
     charge = f"{battery['percentage']:.0%}" if battery else "-"
-    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, chain))
+    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, causes))
 
 
-def _states(robot: Mapping[str, Any], chain: Chain) -> list[str]:
+def _states(robot: Mapping[str, Any], causes: Chain) -> list[str]:
     states = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
     states += sorted(robot["ailments"])
     states += [f"holds {item}" for item in robot["holds"]]
     states += [f"docked at {robot['dock']}"] if robot["dock"] else []
     states += [] if robot["connected"] else ["connection lost"]
-    first, last = chain.links[0], chain.links[-1]
+    first, last = causes.links[0], causes.links[-1]
     if first.kind not in get_args(Activity):
         cause = "" if first is last else f"; cause: {last.text}"
         states.append(f"{first.text.removeprefix(first.robot).strip()}{cause}")

@@ -154,8 +154,8 @@ class CallLift:
 class Order(Message):
     """An order of the demand: to bring an item from one place to another.
 
-    *state* is ``waiting``, ``carried``, ``delivered`` or ``lost``; *robot* carries the item, or has brought it; *due*,
-    *picked_up* and *ended* are zero where there is none.
+    *weight* is the mass of the item in kg. *state* is ``waiting``, ``carried``, ``delivered`` or ``lost``; *robot*
+    carries the item, or has brought it; *due*, *picked_up* and *ended* are zero where there is none.
     """
 
     name: String = ""
@@ -171,6 +171,7 @@ class Order(Message):
     due: Time = Field(default_factory=Time)
     picked_up: Time = Field(default_factory=Time)
     ended: Time = Field(default_factory=Time)
+    weight: Float64 = 0.0
 
 
 class GetOrders:

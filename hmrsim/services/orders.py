@@ -35,6 +35,7 @@ def _message_of(order: Order) -> OrderMessage:
         at=order.at,
         to=order.to,
         priority=order.priority,
+        weight=order.weight,
         state=order.state.value,
         robot=order.robot,
         late=order.late,

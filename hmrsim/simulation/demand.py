@@ -58,6 +58,7 @@ class Order:
         item: The name of the item to bring.
         at: The place of the item when the order was placed.
         to: The place to bring it to.
+        weight: The mass of the item, in kg.
         placed: When it was placed.
         due: The deadline; None for none.
         robot: The robot that carries the item or has brought it; empty for none.
@@ -72,6 +73,7 @@ class Order:
     at: str
     to: str
     priority: int
+    weight: float
     placed: float
     due: float | None
     robot: str = ""
@@ -90,6 +92,7 @@ class Order:
             "at": self.at,
             "to": self.to,
             "priority": self.priority,
+            "weight": self.weight,
             "state": self.state.value,
             "robot": self.robot,
             "late": self.late,
@@ -234,7 +237,8 @@ class Demand:
         demand = "" if by_client else spec.name
         name = f"{spec.name}_{number}"
         now = self._env.now
-        order = Order(name, demand, item, at, to, spec.priority, now, None if within is None else now + within)
+        due = None if within is None else now + within
+        order = Order(name, demand, item, at, to, spec.priority, spec.weight, now, due)
         self.open[order.name] = self._by_item[item] = order
         self._open_of[demand] += 1
         self.totals.placed += 1

@@ -16,13 +16,14 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cached_property, partial, wraps
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Self, TypeVar
 
 from hmrsim.diagnostics import known_name
 from hmrsim.errors import HmrsimError
 from hmrsim.events import registry
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.aio_time import AsyncTime
@@ -33,9 +34,10 @@ from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
+    from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Mapping, Sequence
 
     from hmrsim.geometry import Pose
+    from hmrsim.interfaces.hmrsim_msgs import Order
     from hmrsim.interfaces.sensor_msgs import BatteryState
     from hmrsim_zenoh.client.aio_time import Waiting
     from hmrsim_zenoh.client.goal_handle import GoalHandle
@@ -47,6 +49,9 @@ R = TypeVar("R", bound=Message)
 
 _CANCEL_PATIENCE = 2.0
 _EVENTS = "_world/events"
+_PLACED = "order_placed"
+_RESTARTS = ("reset", "world_loaded")
+"""Events after which the names of orders begin anew."""
 _ON_ITS_WAY = 1.0
 """Wall seconds for which time stands still in lockstep until an event arrives over the network."""
 
@@ -124,6 +129,30 @@ class AsyncClient:
         """
         await self._time.sleep(seconds)
 
+    async def orders(self) -> AsyncIterator[dict[str, Any]]:
+        """Yield the open orders of the world, oldest first, then each new order when it is placed.
+
+        An order has the fields of the event ``order_placed``, and ``robot`` if a robot already carries its item. In
+        lockstep, time advances and stands still as with `events`.
+
+        Raises:
+            SimulationEnded, SimulatorGone, Dropped, Idle: Time no longer advances.
+            SimulatorNotFound, Unreachable, RequestTimeout: As `Client.get_orders`.
+        """
+        with self._listening((_PLACED, *_RESTARTS)) as next_event:
+            with self._time.held():
+                orders = await asyncio.to_thread(self.client.get_orders, "open")
+            for order in orders:
+                yield _placed(order)
+            # Events of these orders may be on their way.
+            known = {order.name for order in orders}
+            while True:
+                event = await next_event()
+                if event["kind"] != _PLACED:
+                    known.clear()
+                elif event["order"] not in known:
+                    yield event
+
     async def events(self, *kinds: str) -> AsyncIterator[dict[str, Any]]:
         """Yield the events of the world from now on, as ``_world/events`` has them; see the table of events.
 
@@ -139,6 +168,13 @@ class AsyncClient:
         """
         for kind in kinds:
             known_name("event", kind, registry())
+        with self._listening(kinds) as next_event:
+            while True:
+                yield await next_event()
+
+    @contextmanager
+    def _listening(self, kinds: Sequence[str]) -> Iterator[Callable[[], Coroutine[Any, Any, dict[str, Any]]]]:
+        """Subscribe to events of some kinds, or of all if there are none; yield the function that awaits the next."""
         come: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
         waits: list[Waiting] = []
         conditions = [Condition(_EVENTS, [("/kind", "==", kind)]) for kind in kinds] or [Condition(_EVENTS)]
@@ -156,9 +192,7 @@ class AsyncClient:
                 self._time.stop_if_late(waits, event["stamp"])
                 self._time.post(partial(take, event), rank)
 
-        rank = self._time.next_rank()
-        subscription = self.client.subscribe(f"{self.client.keys.prefix}/{_EVENTS}", on_sample)
-        with subscription, self._time.listening(subscription):
+        async def next_event() -> dict[str, Any]:
             while True:
                 if come.empty():
                     waits[:] = [self._time.wait()]
@@ -167,7 +201,12 @@ class AsyncClient:
                     waits.clear()
                 event = come.get_nowait() if not come.empty() else await self._on_its_way(come)
                 if event is not None:
-                    yield event
+                    return event
+
+        rank = self._time.next_rank()
+        subscription = self.client.subscribe(f"{self.client.keys.prefix}/{_EVENTS}", on_sample)
+        with subscription, self._time.listening(subscription):
+            yield next_event
 
     async def _on_its_way(self, come: asyncio.Queue[dict[str, Any] | None]) -> dict[str, Any] | None:
         """Return an event that arrives over the network, while time stands still; None if it was lost."""
@@ -323,3 +362,13 @@ def _load(places: NamedPlaces) -> None:
     """Query the places in advance, while a wait does no harm; a real robot may have none."""
     with suppress(Unreachable):
         places.load()
+
+
+def _placed(order: Order) -> dict[str, Any]:
+    """Return the event by which an order was placed, with the robot that carries its item, if any."""
+    known = {"stamp": order.placed.model_dump(), "kind": _PLACED, "order": order.name, "item": order.item}
+    due, placed = order.due.to_nanoseconds(), order.placed.to_nanoseconds()
+    within = (due - placed) / NANOSECONDS if due else None
+    rest = {"priority": order.priority, "within": within, "weight": order.weight, "demand": order.demand}
+    rest["robot"] = order.robot
+    return {**known, "from": order.at, "to": order.to, **{name: value for name, value in rest.items() if value}}

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Self
 import zenoh
 
 from hmrsim.geometry import Pose, yaw_of
+from hmrsim.interfaces.hmrsim_msgs import GetOrders
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
@@ -50,6 +51,7 @@ from hmrsim_zenoh.wire.session import enclave_of, open_client
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim.errors import HmrsimError
+    from hmrsim.interfaces.hmrsim_msgs import Order
     from hmrsim_zenoh.client.connection import Asked, Reply
     from hmrsim_zenoh.client.subscription import Subscription
 
@@ -174,6 +176,22 @@ class Client:
         before, self._run_id = self._run_id, run_id
         if before and run_id != before:
             _log.warning("the simulator was restarted; the goals of the previous run are lost")
+
+    def get_orders(self, state: str = "", timeout: float = PATIENCE) -> list[Order]:
+        """Return the orders of the demand, oldest first: all, or those in one state, such as ``open`` or ``waiting``.
+
+        Of orders that have ended, only the last 1,000 are included.
+
+        Raises:
+            RequestError: There is no such state.
+            SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: As `get`.
+        """
+        asked = Ask("get_orders", GetOrders.Request(state=state), GetOrders.Response)
+        key = self.keys.world(asked.service)
+        response: GetOrders.Response = self._ask(asked, key, timeout)
+        if why := response.result.error_message:
+            raise RequestError(f"{key}: {why}")
+        return response.orders
 
     def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
         """Report how the run ended to the experiment, which then ends it, and to all subscribers of events.

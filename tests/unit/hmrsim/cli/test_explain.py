@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli.explain import _last_error, _lines_of, _why_time_stands
+from hmrsim.cli.robot import waiting_orders
+from hmrsim.testing import simulation
 
 STATE = {"now": 12.5, "paused": False, "waiting_for": (), "clock": "lockstep", "participants": ("nurse",)}
 LINKS = [{"robot": "ann", "text": "ann has waited for bob"}, {"robot": "bob", "text": "bob is idle"}]
@@ -31,16 +33,26 @@ def test_time_that_advances_is_not_told(changes):
 
 
 def test_each_cause_is_indented_below_the_one_before_it():
-    found = {"time": "", "links": LINKS, "last_error": "", "help": "send bob elsewhere"}
+    found = {"time": "", "links": LINKS, "last_error": "", "orders": "", "help": "send bob elsewhere"}
 
     lines = ["ann has waited for bob", "  bob is idle", "", "What would help: send bob elsewhere"]
     assert lines == [*_lines_of(found)]
 
 
 def test_the_error_of_the_last_robot_is_told():
-    found = {"time": "it stands", "links": LINKS, "last_error": "no route", "help": "handle it"}
+    found = {"time": "it stands", "links": LINKS, "last_error": "no route", "orders": "", "help": "handle it"}
 
     assert ["it stands", "  bob's last goal failed: no route"] == [*_lines_of(found)][0:4:3]
+
+
+def test_orders_that_wait_are_counted():
+    order = {"item": "cup", "at": "counter", "to": "table_1", "arrives": 30, "count": 2, "name": "order"}
+    with simulation("cafe", changes={"demand.+": order}) as run:
+        assert "" == waiting_orders(run.client)
+        run.client.sleep(75)
+
+        told = "2 orders wait to be picked up; the oldest: order_1, from counter to table_1, for 45 s"
+        assert told == waiting_orders(run.client)
 
 
 @pytest.mark.parametrize(

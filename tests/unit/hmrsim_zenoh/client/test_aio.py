@@ -243,6 +243,79 @@ def test_all_events_of_an_instant_come():
     assert [("mocha", 0.0), ("latte", 0.0)] == undocked
 
 
+async def first_orders(orders, number):
+    """Return the names of the next orders, and their other fields by name."""
+    placed = []
+    async for order in orders:
+        placed.append(order)
+        if len(placed) == number:
+            return placed
+    return placed
+
+
+def test_orders_that_were_placed_before_come_first():
+    async def play(client):
+        await client.sleep(70)
+        told = await first_orders(client.orders(), 4)
+        return [(order["order"], order["stamp"]["sec"]) for order in told], await client.now()
+
+    numbered = [(f"order_{number}", 30 * number) for number in (1, 2, 3, 4)]
+    assert (numbered, 120.0) == played(play, {"demand.+": ORDERS}).answer
+
+
+def test_an_open_order_has_the_fields_of_its_event():
+    async def play(client):
+        (event,) = await first_orders(client.events("order_placed"), 1)
+        (order,) = await first_orders(client.orders(), 1)
+        return event, order
+
+    demand = {**ORDERS, "priority": 2, "weight": 1.5, "within": 60.5}
+    event, order = played(play, {"demand.+": demand}).answer
+    assert event == order
+
+
+def test_an_order_that_a_robot_already_carries_names_the_robot():
+    async def play(client):
+        (order,) = await first_orders(client.orders(), 1)
+        mocha = client.robot("mocha")
+        await mocha.navigate_to(order["from"])
+        await mocha.pickup(order["item"])
+        (again,) = await first_orders(client.orders(), 1)
+        return again.get("robot")
+
+    assert "mocha" == played(play, {"demand.+": ORDERS}).answer
+
+
+def test_an_order_comes_once_if_its_event_is_on_its_way():
+    """Two orders of an instant: the first wakes the task that asks for open orders, while the second's event waits."""
+
+    async def play(client):
+        async def listen():
+            return [order["order"] for order in await first_orders(client.orders(), 4)]
+
+        async def late():
+            await anext(client.events("order_placed"))
+            return await listen()
+
+        return await asyncio.gather(listen(), late())
+
+    twice = [{**ORDERS, "count": 2}, {**ORDERS, "name": "other", "count": 2}]
+    there = played(play, {"demand": twice}).answer
+    assert [["order_1", "other_1", "order_2", "other_2"]] * 2 == there
+
+
+def test_orders_of_a_reset_world_come_again():
+    async def play(client):
+        await client.sleep(40)
+        orders = client.orders()
+        before = await anext(orders)
+        await asyncio.to_thread(client.client.get, client.client.keys.world("reset_simulation"), payload=b"{}")
+        after = await anext(orders)
+        return before["order"], after["order"], await client.now()
+
+    assert ("order_1", "order_1", 30.0) == played(play, {"demand.+": ORDERS}).answer
+
+
 def test_no_more_events_can_come():
     """A task that waits for an event gets the error."""
 
