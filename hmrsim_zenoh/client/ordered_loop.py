@@ -13,6 +13,7 @@ import builtins
 import gc
 import itertools
 import math
+import re
 import threading
 from collections.abc import Coroutine, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final, Protocol
@@ -148,6 +149,9 @@ class OrderedLoop(asyncio.SelectorEventLoop):
             self._asyncgens.add(generator)
         if self.get_task_factory() is None:
             self.set_task_factory(_make_task)  # type: ignore[arg-type]
+        for task in sorted(_all_tasks(self), key=_age):
+            if _UNNAMED.fullmatch(task.get_name()):
+                task.set_name(f"Task-{next(self._numbers)}")
         _order_sets()
         return self
 
@@ -248,9 +252,16 @@ def _make_task(
     return OrderedTask(number, coroutine, loop, **{"name": f"Task-{number}", **options})
 
 
-def _age(task: asyncio.Task[Any]) -> tuple[int, str]:
-    return (task.number, "") if isinstance(task, OrderedTask) else (0, task.get_name())
+def _age(task: asyncio.Task[Any]) -> tuple[int, int, str]:
+    """Return a key by which tasks that were made before their loop was ordered come first, by number or name."""
+    if isinstance(task, OrderedTask):
+        return task.number, 0, ""
+    unnamed = _UNNAMED.fullmatch(name := task.get_name())
+    return 0, int(unnamed[1]) if unnamed else 0, name
 
+
+_UNNAMED: Final = re.compile(r"Task-(\d+)")
+"""The names of tasks without a name of their own, which count the tasks of the whole process."""
 
 _all_tasks = asyncio.tasks.all_tasks
 

@@ -132,6 +132,22 @@ def test_a_deadlock_ends_the_program_at_once():
         played(play)
 
 
+def test_the_text_of_a_deadlock_is_the_same_in_each_run():
+    """The names that asyncio gives count the tasks of the process; `asyncio.run` makes the first before a client."""
+
+    async def play(_client):
+        await asyncio.gather(*(asyncio.Event().wait() for _ in range(2)))
+
+    texts = []
+    for _ in range(2):
+        with pytest.raises(Deadlock) as deadlock:
+            played(play)
+        texts.append(str(deadlock.value))
+
+    assert texts[0] == texts[1]
+    assert "Task-1 " in texts[0]
+
+
 def test_what_waits_for_a_thread_is_no_deadlock():
     """The thread belongs to an executor or to the user."""
 
