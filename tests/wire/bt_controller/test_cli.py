@@ -38,19 +38,7 @@ def simulator(client, monkeypatch):
         def wait_for_simulator(self, timeout):
             pass
 
-        def action_client(self, robot, action):
-            sender = super().action_client(robot, action)
-            send_goal = sender.send_goal
-
-            def send(goal, **callbacks):
-                sent = send_goal(goal, **callbacks)
-                client.then(sent)
-                return sent
-
-            sender.send_goal = send
-            return sender
-
-    client.then = lambda goal: goal.succeed()
+    client.session.robot = lambda goal: goal.succeed()
     monkeypatch.setattr("hmrsim_zenoh.client.client.Client", Connected)
     return client
 
@@ -67,7 +55,7 @@ class TestRun:
         assert out.endswith("\nwall_e: SUCCESS\n")
 
     def test_a_tree_that_fails_prints_why_and_exits_with_1(self, simulator, capsys):
-        simulator.then = lambda goal: goal.abort(208, "no route")
+        simulator.session.robot = lambda goal: goal.abort(208, "no route")
 
         assert main(["run", GO, "--robot", "wall_e"]) == 1
         assert "GoToPoseAction [✕] -- aborted: no route" in capsys.readouterr().out
@@ -75,7 +63,7 @@ class TestRun:
     def test_the_coverage_of_a_second_run_is_added_to_the_file(self, simulator, tmp_path):
         file = tmp_path / "seen.json"
         main(["run", GO, "--robot", "wall_e", "--coverage", str(file)])
-        simulator.then = lambda goal: goal.abort(208, "no route")
+        simulator.session.robot = lambda goal: goal.abort(208, "no route")
         main(["run", GO, "--robot", "wall_e", "--coverage", str(file)])
 
         keys = {key.rpartition("/")[2] for key in TreeCoverage.from_json(file.read_text(encoding="utf-8")).keys()}  # noqa: SIM118 - no mapping
@@ -128,7 +116,7 @@ class TestRun:
             goal.when_canceled = goal.end_canceled
             os.kill(os.getpid(), number)
 
-        simulator.then = then
+        simulator.session.robot = then
 
         assert main(["run", GO, "--robot", "wall_e"]) == code
         assert simulator.goals[0].canceled is True
