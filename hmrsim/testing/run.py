@@ -7,6 +7,7 @@ import inspect
 import math
 from collections import Counter
 from collections.abc import Callable, Coroutine, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import repeat
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 from bt_controller.coverage import TreeCoverage
 from bt_controller.loading.trees import Plan, load, plan_of
 from bt_controller.running.runner import run_tree
+from hmrsim.actions import error_of
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import known_name, listed
 from hmrsim.errors import HmrsimError
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
     from hmrsim.simulation.demand import Order
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.traffic.causes import Chain
     from hmrsim.world.model import World
     from hmrsim_zenoh.client.aio import AsyncClient
     from hmrsim_zenoh.client.client import Client
@@ -58,7 +61,7 @@ _SETTINGS = RunSettings(clock="lockstep")
 _LIMITED = _SETTINGS.model_copy(update={"duration": LIMIT})
 
 _NOTED = 10
-"""Robots in the notes of an error."""
+"""Robots, orders or goals in an error."""
 
 _SHOWN = 40
 """Lines of a story in an error."""
@@ -119,6 +122,22 @@ def _plan(tree: AnyTree, values: Mapping[str, str], nodes: Sequence[str]) -> Pla
     return load(str(tree), nodes=nodes, values=values)
 
 
+class _Canceled:
+    """What held robots up when `Run.play` canceled its controller, before their goals were canceled.
+
+    Attributes:
+        at: When, in simulated seconds.
+        stuck: Why robots that were held up did not go on, by name, as of `Causes.stuck`.
+        chains: The causes for each robot.
+    """
+
+    def __init__(self, simulator: Simulator) -> None:
+        causes = simulator.roster.admission.causes
+        self.at = simulator.now
+        self.stuck = causes.stuck()
+        self.chains = {name: causes.chain(robot) for name, robot in simulator.robots.items()}
+
+
 class Run:
     """A run of a world. Made by `simulation`.
 
@@ -149,6 +168,7 @@ class Run:
         self.simulator: Simulator = self._trial.simulator
         self.client = self.open_client(_CLIENT if plan is None else _FLEET)
         self.outcome: Outcome | None = None
+        self._canceled: _Canceled | None = None
         self.coverage = coverage
 
     def __enter__(self) -> Self:
@@ -204,7 +224,8 @@ class Run:
 
         Args:
             controller: A coroutine function, which is called with an `AsyncClient`.
-            duration: Simulated seconds after which the controller is canceled, and None returned.
+            duration: Simulated seconds after which the controller is canceled, and None returned; `why` and the texts
+                of failed checks then tell what the robots did when it was canceled.
             arguments: Further arguments of the controller, by name.
 
         Raises:
@@ -217,16 +238,24 @@ class Run:
             raise TypeError(f"{name} is no `async def` function; call it with the run's client: {name}(run.client)")
 
         async def limited(client: AsyncClient) -> T | None:
+            task = asyncio.ensure_future(controller(client, **arguments))
             try:
-                async with asyncio.timeout(LIMIT if duration is None else duration) as limit:
-                    return await controller(client, **arguments)
-            except TimeoutError:
-                if not limit.expired():
-                    raise
+                await asyncio.wait([task], timeout=LIMIT if duration is None else duration)
+            except asyncio.CancelledError:
+                task.cancel()
+                raise
+            if task.done():
+                return await task
+            # Before the goals of its tasks are canceled.
+            self._canceled = _Canceled(self.simulator)
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
             if duration is None:
                 raise self._goes_on("controller", "play(..., duration=...)")
             return None
 
+        self._canceled = None
         result: T | None = asyncio.run(play_async(self.client, limited))
         return result
 
@@ -242,8 +271,8 @@ class Run:
             f"the {what} goes on after {LIMIT:g} simulated seconds; {told}; if that is intended, give it a duration: "
             f"{remedy}"
         )
-        for robot in [*self.simulator.robots.values()][:_NOTED]:
-            error.add_note(self.simulator.roster.admission.causes.link(robot).text)
+        for robot in [*self.simulator.robots][:_NOTED]:
+            error.add_note(self._chain(robot).links[0].text)
         return error
 
     @property
@@ -388,6 +417,42 @@ class Run:
             why = "".join(f"\n  {robot}: {text}" for robot in failed if (text := self.outcome.why(robot)))
             raise AssertionError(f"{', '.join(failed)} failed{why}{self._told()}")
 
+    def check_delivered(self, number: int | None = None) -> None:
+        """Check that so many orders of the demand were delivered; if left out, that all were that have been placed.
+
+        Raises:
+            AssertionError: There are more or fewer, or none was placed; the text has the open orders, the goals that
+                failed, and the story of the run.
+        """
+        __tracebackhide__ = True
+        totals = self.simulator.demand.totals
+        if totals.delivered == (totals.placed if number is None else number) and (totals.placed or number == 0):
+            return
+        wanted = "" if number is None else f", not {number}"
+        text = f"{totals.delivered} of {totals.placed} orders were delivered{wanted}"
+        lines = [*_first(map(self._told_of, self.orders("open"))), *self._failures()]
+        raise AssertionError(text + "".join(f"\n  {line}" for line in lines) + self._told())
+
+    def _told_of(self, order: Order) -> str:
+        """Return what has become of an open order."""
+        text = f"{order.name}, placed at {order.placed:g} s"
+        if order.state is OrderState.CARRIED:
+            return f"{text}: {order.robot} carries {order.item!r}, which has to go to {order.to}"
+        if order.picked_up is None:
+            return f"{text}: no robot has picked up {order.item!r} at {order.at}"
+        return f"{text}: {order.item!r} lies near {self.where(order.item)}, and has to go to {order.to}"
+
+    def _failures(self) -> list[str]:
+        """Return why goals were aborted, in words, the last ones last."""
+        aborted = self.goals(status=GoalStatus.ABORTED)
+        texts = [
+            f"{goal.action} of {goal.robot} was aborted at {goal.ended:g} s: {error_of(goal.result)}"
+            for goal in aborted[-_NOTED:]
+            if goal.result is not None
+        ]
+        left = len(aborted) - len(texts)
+        return [f"{left} goals were aborted before; run.goals(status='ABORTED') has all", *texts] if left else texts
+
     def check_visited(self, robot: str, *places: str) -> None:
         """Check that a robot's goals ended at places in this order, perhaps with others between them.
 
@@ -409,13 +474,19 @@ class Run:
     def why(self, robot: str) -> str:
         """Return why a robot does not go on: the chain of causes, and what would help.
 
-        For a robot that nothing holds up, the text says what it does. `hmrsim explain --robot` prints the same.
+        For a robot that nothing holds up, the text says what it does. `hmrsim explain --robot` prints the same. Right
+        after `play` has canceled its controller, the text says what held the robot up just before.
 
         Raises:
             ValueError: There is no such robot.
         """
-        robots = self.simulator.robots
-        return str(self.simulator.roster.admission.causes.chain(robots[known_name("robot", robot, robots)]))
+        return str(self._chain(known_name("robot", robot, self.simulator.robots)))
+
+    def _chain(self, robot: str) -> Chain:
+        """Return the causes for which a robot does not go on, or did not when the controller was canceled just now."""
+        if self._canceled is not None and self._canceled.at == self.now:
+            return self._canceled.chains[robot]
+        return self.simulator.roster.admission.causes.chain(self.simulator.robots[robot])
 
     def story(self) -> list[str]:
         """Return the events, one line each."""
@@ -428,8 +499,20 @@ class Run:
             known_name("robot", robot, [*dict.fromkeys(known)])
 
     def _told(self) -> str:
-        now = [f"{self.now:9.3f} s  {text}" for text in self.simulator.roster.admission.causes.stuck().values()]
-        return "".join(f"\n  {line}" for line in (*_shortened(self.story()), *now))
+        """Return the last lines of the story, that the controller was canceled, and why robots wait."""
+        lines, stuck = _shortened(self.story()), self.simulator.roster.admission.causes.stuck()
+        if self._canceled is not None:
+            at = self._canceled.at
+            lines.append(f"{at:9.3f} s  play() canceled the controller, which had not returned within its duration")
+            stuck = self._canceled.stuck if at == self.now else stuck
+        return "".join(f"\n  {line}" for line in (*lines, *(f"{self.now:9.3f} s  {text}" for text in stuck.values())))
+
+
+def _first(texts: Iterable[str]) -> list[str]:
+    """Return the first texts, with the number of those after them."""
+    texts = [*texts]
+    left = len(texts) - _NOTED
+    return texts if left <= 0 else [*texts[:_NOTED], f"… and {left} more; run.orders('open') has all"]
 
 
 def _shortened(lines: Iterable[str]) -> list[str]:

@@ -6,6 +6,7 @@ import asyncio
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from typing import ClassVar
 
 import pytest
@@ -288,6 +289,90 @@ class TestAsyncioControllers:
     def test_a_blocking_controller(self, simulation):
         with pytest.raises(TypeError, match=r"deliver is no `async def` function; call it .*: deliver\(run.client\)"):
             simulation(WORLD).play(deliver)
+
+
+class TestOrders:
+    """Checks of the orders of a demand."""
+
+    WORLD: ClassVar = {
+        "waypoints": {"home": [0, 0], "shelf": [10, 0], "ward": [20, 0]},
+        "lanes": [["home", "shelf"], ["shelf", "ward"]],
+        "robots": {"ann": {"at": "home", "components": {"claw": {"max_weight": 1}}}, "bob": {"at": "ward"}},
+        "traffic": {"policy": "reserve", "patience": None},
+        "demand": [
+            {"name": "box", "at": "shelf", "to": "home", "arrives": 5, "count": 2},
+            {"name": "safe", "at": "shelf", "to": "home", "weight": 80, "arrives": 12, "count": 1},
+        ],
+    }
+
+    @staticmethod
+    async def deliver(client):
+        """Serve the orders one after the other."""
+        ann = client.robot("ann")
+        async for order in client.orders():
+            with suppress(GoalFailed):
+                await ann.navigate_to(order["from"])
+                await ann.pickup(order["item"])
+                await ann.navigate_to(order["to"])
+                await ann.place(order["item"])
+
+    @staticmethod
+    async def visit_the_ward(client):
+        """Wait for the robot that stands there."""
+        await client.robot("ann").navigate_to("ward")
+
+    def test_the_number_of_delivered_orders(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.deliver, duration=100)
+
+        run.check_delivered(2)
+
+    def test_a_failure_tells_the_open_orders_and_the_goals_that_failed(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.deliver, duration=100)
+
+        with pytest.raises(AssertionError) as caught:
+            run.check_delivered()
+
+        text, *lines = str(caught.value).splitlines()
+        assert "2 of 3 orders were delivered" == text
+        assert "  safe_1, placed at 12 s: no robot has picked up 'safe_1' at shelf" == lines[0]
+        heavy = "'safe_1' is too heavy: 80 kg, the claw lifts 1 kg"
+        assert f"  pickup of ann was aborted at 55 s: {heavy}" in lines
+        assert "    100.000 s  play() canceled the controller, which had not returned within its duration" in lines
+
+    def test_another_number_of_orders(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.deliver, duration=100)
+
+        with pytest.raises(AssertionError, match=r"^2 of 3 orders were delivered, not 1\n"):
+            run.check_delivered(1)
+
+    def test_an_order_that_a_robot_carries(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.deliver, duration=18)
+
+        with pytest.raises(AssertionError, match="box_1, placed at 5 s: ann carries 'box_1', which has to go to home"):
+            run.check_delivered()
+
+    def test_no_order_is_not_all_orders(self, simulation):
+        with pytest.raises(AssertionError, match=r"^0 of 0 orders were delivered"):
+            simulation(WORLD).check_delivered()
+
+    def test_why_tells_what_held_a_robot_up_when_the_controller_was_canceled(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.visit_the_ward, duration=60)
+
+        assert run.why("ann").startswith("ann has waited at shelf since 10 s for bob")
+        with pytest.raises(AssertionError, match=r"60\.000 s  ann has waited at shelf since 10 s for bob"):
+            run.check_delivered()
+
+    def test_why_tells_what_a_robot_does_once_time_has_gone_on(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.visit_the_ward, duration=60)
+        run.client.sleep(1)
+
+        assert run.why("ann").startswith("ann is idle at shelf: it has had no goal since navigate_to_pose CANCELED")
 
 
 def test_a_run_tells_why_a_robot_waits(simulation):
