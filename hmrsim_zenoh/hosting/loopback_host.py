@@ -235,10 +235,9 @@ class LocalInbox(QueryInbox):
         reader: Reader,
         *,
         wakeup_key: str,  # noqa: ARG002 - nobody sleeps
-        prepare: Callable[[zenoh.Query | None], None],
     ) -> Self:
         """Take the queries on a key expression from now on."""
-        self._session, self._reader, self._prepare = session, reader, prepare
+        self._session, self._reader = session, reader
         self._queryables.append(session.declare_queryable(key_expr, self.put_query))
         return self
 
@@ -284,9 +283,8 @@ class LocalInbox(QueryInbox):
         return bool(self._commands or self._queries)
 
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
-        """Prepare for the next query, if there are any, and return."""
-        if self._queryables:
-            self._prepare(None)
+        """Prepare for the next query, and return."""
+        self._prepare(None)
 
     def leave(self) -> None:
         """Undeclare the queryables of the inbox."""

@@ -60,11 +60,11 @@ class QueryInbox(Inbox, ABC):
     _reader: Reader
     """The reader of the first key expression."""
 
-    def __init__(self, prepare: Callable[[zenoh.Query | None], None] = lambda _query: None) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.losses = Losses()
-        self._prepare = prepare
         self._queries: deque[tuple[Reader, zenoh.Query]] = deque()
+        self._preparation: Callable[[zenoh.Query | None], bool] | None = None
         self.taken = 0
 
     @abstractmethod
@@ -82,10 +82,14 @@ class QueryInbox(Inbox, ABC):
     def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
         """Add a query of another queryable; by default it is decoded like those on the first key expression."""
 
+    def prepare(self, call: Callable[[zenoh.Query | None], bool]) -> None:
+        """Call a function before each query is decoded, and with None if none waits, until it returns True."""
+        self._preparation = call
+
     @property
     def waiting(self) -> bool:
         """Return whether a query or a command waits; a query may turn out to hold no command."""
-        return bool(self._commands or self._queries or self._receive())
+        return bool(self._commands or self._queries) or self._receive()
 
     def arrived(self) -> int:
         """Return how many queries have arrived so far, including those taken."""
@@ -95,23 +99,28 @@ class QueryInbox(Inbox, ABC):
         """Return the next command; None when there is none now, and after `close` when there will be none."""
         while not self._commands:
             # Queries that arrive here get their turn, however many commands other threads add.
-            self._receive()
-            if not self._queries:
-                self._prepare(None)
+            if not self._receive():
+                if self._preparation is not None:
+                    self._prepare(None)
                 return None
             reader, query = self._queries.popleft()
             self.taken += 1
-            self._prepare(query)
-            for each in self.losses.arrivals(query):
+            if self._preparation is not None:
+                self._prepare(query)
+            for each in self.losses.arrivals(query) if self.losses.active else (query,):
                 self._commands.extend(reader.decode(each))
         return self._commands.popleft()
+
+    def _prepare(self, query: zenoh.Query | None) -> None:
+        if self._preparation is not None and self._preparation(query):
+            self._preparation = None
 
     def leave(self) -> None:
         """Undeclare the queryables and end all threads; called after `close`."""
 
     def _receive(self) -> bool:
-        """Add a query that has arrived, if queries have to be polled; return whether there is one."""
-        return False
+        """Add the queries that have arrived, if queries have to be polled; return whether any waits."""
+        return bool(self._queries)
 
 
 class _LentChannel:
@@ -145,14 +154,21 @@ class _LentChannel:
             self._thread = threading.Thread(target=self._run, name="hmrsim-queries", daemon=True)
             self._thread.start()
 
-    def receive(self, *, block: bool = False) -> zenoh.Query | None:
-        """Return the next query, for the simulation thread; None if there is none or the channel is lent or closed."""
+    def drain(self, queries: deque[tuple[Reader, zenoh.Query]], most: int = _BATCH, *, block: bool = False) -> None:
+        """Add the queries that have arrived, up to *most*, for the simulation thread; none while the channel is lent.
+
+        *block* waits for so many, or for the end of the channel.
+        """
         if self.lent:
-            return None
+            return
+        take = self._handler.recv if block else self._handler.try_recv
         try:
-            return self._handler.recv() if block else self._handler.try_recv()
+            while most and (query := take()) is not None:
+                queries.append((self.reader, query))
+                most -= 1
         except zenoh.ZError:
-            return None
+            # The channel is closed and empty.
+            return
 
     def close(self) -> None:
         """Undeclare the queryable, and end the other thread."""
@@ -184,7 +200,6 @@ class ChannelInbox(QueryInbox):
         reader: Decodes queries, in the simulation's thread, and refuses those that are too many or too late, in any
             thread.
         wakeup_key: A key under *key_expr* that the reader ignores; a query on it wakes the simulation's thread.
-        prepare: Called before a query on any key expression is decoded, and with None when none waits.
         max_waiting: Queries that may wait for the simulation thread.
     """
 
@@ -195,10 +210,9 @@ class ChannelInbox(QueryInbox):
         reader: Reader,
         *,
         wakeup_key: str,
-        prepare: Callable[[zenoh.Query | None], None] = lambda _query: None,
         max_waiting: int = 10_000,
     ) -> None:
-        super().__init__(prepare)
+        super().__init__()
         self._session = session
         self._reader = reader
         self._wakeup_key = wakeup_key
@@ -222,13 +236,6 @@ class ChannelInbox(QueryInbox):
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
         return _LentChannel(queryable, reader, self._add_forwarded)
 
-    def arrived(self) -> int:
-        """Return how many queries have arrived so far, including those taken."""
-        if not self.closed:
-            while len(self._queries) < _BATCH and self._receive():
-                pass
-        return self.taken + len(self._queries)
-
     def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation thread.
 
@@ -250,12 +257,15 @@ class ChannelInbox(QueryInbox):
 
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""
-        self._prepare(None)
-        first, *further = self._channels
-        blocks = timeout is None and not first.lent
+        if self._preparation is not None:
+            self._prepare(None)
+        blocks = timeout is None and not self._channels[0].lent
+        if blocks and len(self._channels) == 1:
+            self._sleep()
+            return
         with self._changed:
             if not self.waiting and not self.closed:
-                for channel in further if blocks else self._channels:
+                for channel in self._channels[1:] if blocks else self._channels:
                     channel.lend()
             if not blocks:
                 self._changed.wait_for(lambda: self.waiting or self.closed, timeout)
@@ -271,8 +281,7 @@ class ChannelInbox(QueryInbox):
             super().close()
             # From now on the other threads refuse the queries.
             for channel in further:
-                while (query := channel.receive()) is not None:
-                    self._queries.append((channel.reader, query))
+                channel.drain(self._queries, _CHANNEL)
                 channel.lend()
         first.close()
 
@@ -286,7 +295,7 @@ class ChannelInbox(QueryInbox):
         self._asleep = True
         try:
             if not (self._commands or self._queries or self.closed):
-                self._take(self._channels[0], block=True)
+                self._channels[0].drain(self._queries, 1, block=True)
         finally:
             self._asleep = False
 
@@ -319,18 +328,12 @@ class ChannelInbox(QueryInbox):
         return taken
 
     def _receive(self) -> bool:
-        """Take a query from each channel that has one; return whether there was any.
+        """Take the queries that have arrived; return whether any waits.
 
         After closing, this waits for the first channel's end, which is near.
         """
-        first, *further = self._channels
-        taken = self._take(first, block=self.closed)
-        for channel in further:
-            taken = self._take(channel) or taken
-        return taken
-
-    def _take(self, channel: _LentChannel, *, block: bool = False) -> bool:
-        query = channel.receive(block=block)
-        if query is not None:
-            self._queries.append((channel.reader, query))
-        return query is not None
+        queries = self._queries
+        if len(queries) < _BATCH:
+            for channel in self._channels:
+                channel.drain(queries, block=self.closed and channel is self._channels[0])
+        return bool(queries)

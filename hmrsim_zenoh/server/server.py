@@ -127,7 +127,6 @@ class Server(SelectiveSink):
             servers_own(keys.everything()),
             Reader(self._decode, self._refuse),
             wakeup_key=keys.wakeup_key(),
-            prepare=self._settle,
         )
         self.planner = Planner(
             session,
@@ -241,12 +240,16 @@ class Server(SelectiveSink):
 
     def _mark_roster(self, _event: RosterChanged) -> None:
         self._roster_changed = True
+        self.inbox.prepare(self._settle)
 
-    def _settle(self, query: zenoh.Query | None = None) -> None:
+    def _settle(self, query: zenoh.Query | None = None) -> bool:
         """Serve the current robots, unless the next query changes them again: it takes time for each robot."""
-        if self._roster_changed and (query is None or not _CHANGES_ROSTER.search(str(query.key_expr))):
+        if query is not None and _CHANGES_ROSTER.search(str(query.key_expr)):
+            return False
+        if self._roster_changed:
             self._roster_changed = False
             self._on_roster()
+        return True
 
     def _refuse(self, query: zenoh.Query) -> None:
         reason, text = ("not_ready", ENDED) if self.inbox.closed else ("busy", _BUSY)
