@@ -355,10 +355,12 @@ class Dispatcher:
         needed = goal.server.needs
         if self._holders.get(needed) is goal:
             del self._holders[needed]
-        goal.server.robot.act(goal.server.action.name, next_status(goal.status, event))
+        status = next_status(goal.status, event)
+        goal.server.robot.act(goal.server.action.name, status)
         stamp = self._env.stamp
         goal.end(stamp, result, cause)
-        self._change(goal, event, stamp)
+        goal.status = status
+        self._publish(goal, stamp)
         late = name in self.updates.late
         if late:
             self.updates.hold(goal, lambda: self._tell(goal, inside=name in self.cut_off))

@@ -21,6 +21,7 @@ class Plans:
     """The requests to an external planner that have no answer yet.
 
     Attributes:
+        awaited: The events of the requests that have not been answered, by number, in order.
         present: Whether one has announced itself.
     """
 
@@ -29,43 +30,38 @@ class Plans:
         self._emit = emit
         self._publisher = publisher
         self._asked = 0
-        self._waiting: dict[int, simpy.Event] = {}
+        self.awaited: dict[int, simpy.Event] = {}
         self._kept: dict[int, PlanAnswered] = {}
         self.present = False
-
-    @property
-    def awaited(self) -> tuple[int, ...]:
-        """The numbers of the requests that have not been answered, in order."""
-        return tuple(self._waiting)
 
     def ask(self, robot: str, goal: ComputePathToPose.Goal) -> Generator[Any, Any, ComputePathToPose.Result]:
         """Ask for a path and wait for it; an interrupt forgets the request."""
         self._asked += 1
         number = self._asked
-        answered = self._waiting[number] = self._env.event()
+        answered = self.awaited[number] = self._env.event()
         self._publisher.publish(lambda: PlanRequested(robot, number))
         self._emit(PlanWanted(number, robot, goal))
         try:
             result: ComputePathToPose.Result = yield answered
         finally:
-            self._waiting.pop(number, None)
+            self.awaited.pop(number, None)
         return result
 
     def answer(self, command: PlanAnswered) -> None:
         """Resume the goal that waits for a path; an answer without a waiting goal is dropped."""
-        answered = self._waiting.pop(command.request, None)
+        answered = self.awaited.pop(command.request, None)
         if answered is not None:
             answered.succeed(command.result)
 
     def keep(self, command: PlanAnswered) -> None:
         """Keep an answer for later; an answer without a waiting goal is dropped."""
-        if command.request in self._waiting:
+        if command.request in self.awaited:
             self._kept[command.request] = command
 
     @property
     def all_kept(self) -> bool:
         """Return whether each request has a stored answer."""
-        return self._waiting.keys() <= self._kept.keys()
+        return self.awaited.keys() <= self._kept.keys()
 
     def take_kept(self) -> list[PlanAnswered]:
         """Return the answers that were kept, in the order of their requests."""

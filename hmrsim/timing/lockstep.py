@@ -207,9 +207,8 @@ class Lockstep(SelectiveSink):
             name: Who is stalled.
             until: Simulated seconds; it may be stalled for longer already.
         """
-        if participant := self._participants.by_name.get(name):
-            participant.stall(until, self._next)
-            self._reconsider()
+        self._participants.stall(name, until, self._next)
+        self._reconsider()
 
     def expect(self, name: str, at: float = 0.0, on_due: Callable[[], None] = lambda: None) -> None:
         """Run until some time, even without any participant, and wait there for one to join.
@@ -403,7 +402,8 @@ class Lockstep(SelectiveSink):
     def _finish(self, reason: str, wall: float) -> None:
         self.granting = False
         self.epoch += 1
-        self._participants.arrive(self._env.now, wall)
+        if self._participants.due < math.inf:
+            self._participants.arrive(self._env.now, wall)
         if self._env.now >= self.nearly_over and self.over:
             self.end(f"it was to last {self._end:g} s", _ENDED)
             return
@@ -435,7 +435,7 @@ class Lockstep(SelectiveSink):
         accepted = tuple(map(_ANSWER, participant.slots))
         met = self._conditions.take_met(participant.name) if self._conditions.met else ()
         granted = Granted(self.epoch, now, reason, accepted, events, met, self.ended)
-        if participant.slots:
+        if None in accepted:
             self._stop_waiting(participant)
         for reply_to in participant.answer(request.epoch, granted):
             self._simulator.answer(reply_to, granted)

@@ -247,6 +247,8 @@ class Participants:
         by_name: The same, to be looked up.
         missing: Those that have yet to join for the first time; a number in place of names that are not known.
         awaited: Who is to join now, by name.
+        later: Whether time may move without any request, because a participant is expected later.
+        due: When the next stall is over, or the next one is to join, in simulated seconds; infinite for never.
         changes: The changes of participation since the last call of `take_changes`.
     """
 
@@ -254,6 +256,8 @@ class Participants:
         self._wanted = awaited
         self.all: list[Participant] = []
         self.awaited: list[str] = []
+        self.later = False
+        self.due = math.inf
         self.by_name: dict[str, Participant] = {}
         self._known: dict[str, None] = {}
         self._gone: dict[str, str] = {}
@@ -304,7 +308,7 @@ class Participants:
         self.expect_no_more(name)
         if name in self._kept:
             self._expected[name] = _Expected(0.0, lambda: None, due=True)
-            self._note_awaited()
+        self._look_ahead()
 
     def take_changes(self) -> list[Participation]:
         """Return the changes since the last call in the order of names, which does not depend on the network."""
@@ -340,11 +344,12 @@ class Participants:
             on_due: Called at that time; it must not change the expected participants.
         """
         self._expected[name] = _Expected(at, on_due)
+        self._look_ahead()
 
     def expect_no_more(self, name: str) -> None:
         """Stop expecting a participant."""
         if self._expected.pop(name, None):
-            self._note_awaited()
+            self._look_ahead()
 
     def keep(self, name: str) -> None:
         """Expect a participant to join again at once whenever it leaves."""
@@ -354,32 +359,22 @@ class Participants:
         """Wait for no absent participant, including those marked by `keep`."""
         self._expected.clear()
         self._kept.clear()
-        self._note_awaited()
+        self._look_ahead()
 
     def expect_only_those_that_come(self) -> None:
         """Forget expected participants that never come, so that time waits."""
         self._expected = {name: each for name, each in self._expected.items() if each.at < math.inf}
+        self._look_ahead()
 
-    @property
-    def later(self) -> bool:
-        """Return whether time may move without any request, because a participant is expected later."""
-        return any(not each.due for each in self._expected.values())
-
-    @property
-    def due(self) -> float:
-        """When the next stall is over, or the next one is to join; infinite if there is neither."""
-        due = math.inf
-        for participant in self.all:
-            due = min(due, participant.stalled_until)
-        for expected in self._expected.values():
-            if not expected.due:
-                due = min(due, expected.at)
-        return due
+    def stall(self, name: str, until: float, epoch: int) -> None:
+        """Stall a participant until some time, unless it is stalled for longer; *epoch* is the next one."""
+        if participant := self.by_name.get(name):
+            participant.stall(until, epoch)
+            self._look_ahead()
 
     def arrive(self, now: float, wall: float | None = None) -> None:
         """End the stalls that are over, and have those awaited that are to join now."""
-        due = self.due
-        if due == math.inf or stamp(due) > stamp(now):
+        if self.due == math.inf or stamp(self.due) > stamp(now):
             return
         for participant in self.all:
             if stamp(participant.stalled_until) <= stamp(now):
@@ -390,7 +385,7 @@ class Participants:
                 each.on_due()
                 if not name:
                     del self._expected[name]
-        self._note_awaited()
+        self._look_ahead()
 
     def shift(self, seconds: float) -> None:
         """Shift stalls and expected participants after time was reset by some seconds; the remaining times stay."""
@@ -398,6 +393,7 @@ class Participants:
             participant.stalled_until -= seconds
         for each in self._expected.values():
             each.at -= seconds
+        self._look_ahead()
 
     def _missing(self) -> list[str]:
         if isinstance(self._wanted, int):
@@ -405,8 +401,12 @@ class Participants:
             return [f"{more} more to join"] if more > 0 else []
         return [name for name in self._wanted if name not in self._known]
 
-    def _note_awaited(self) -> None:
+    def _look_ahead(self) -> None:
+        """Compute what follows from the expected participants and from stalls."""
         self.awaited = sorted(name for name, each in self._expected.items() if each.due)
+        times = [each.at for each in self._expected.values() if not each.due]
+        self.later = bool(times)
+        self.due = min((*times, *(each.stalled_until for each in self.all)), default=math.inf)
 
 
 def kinds_wanted(request: Advance) -> frozenset[str]:

@@ -212,7 +212,8 @@ class TimeRequests:
                 if _sends_goal(item):
                     # Nearly all commands are such ones; a `CommandRequest` would be one more pass.
                     robot, name = item["robot"], item["action"]
-                    self._check_rights(member, robot, name, Verb.SEND_GOAL)
+                    if member:
+                        self._check_rights(member, robot, name, Verb.SEND_GOAL)
                     return self._goal(robot, name, item["goal"], item.get("goal_id"), size)
             request: CommandRequest = plain(CommandRequest).validate_python(item)
             if size > MAX_TEXT:
@@ -235,7 +236,8 @@ class TimeRequests:
                 verb, command = Verb.SEND_GOAL, self._goal(robot, name, goal, request.goal_id, size)
             case _:
                 raise UnreadableError("a command has either a goal to send, or the id of one as cancel or as result")
-        self._check_rights(member, request.robot, request.action, verb)
+        if member:
+            self._check_rights(member, request.robot, request.action, verb)
         return command
 
     def _goal(self, robot: str, name: str, goal: dict[str, Any], goal_id: str | None, size: int) -> SendGoal:
@@ -261,8 +263,6 @@ class TimeRequests:
         Raises:
             UnreadableError: It may not.
         """
-        if not member:
-            return
         key = self._keys.action(robot, name, verb)
         try:
             denial = self._denial(member, key)

@@ -200,7 +200,7 @@ def _event(kind: str, at: int, event: Any) -> bytes:
     if isinstance(event, FeedbackSent):
         return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
     if kind == "result" and event.result is not None:
-        cause = encoding.cause(event.cause)
+        cause = encoding.cause(event.cause) if event.cause else b""
         return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
     return b'%b"status":%d}' % (head, event.status)
 

@@ -69,7 +69,12 @@ def _goal_info(entry: GoalEntry) -> str:
 def goal_response(answer: GoalResponse) -> bytes:
     """Return the answer to send_goal."""
     if answer.accepted:
-        return f'{{"accepted":true,"goal_id":"{answer.goal_id}","stamp":{_stamp(answer.stamp)}}}'.encode()
+        sec, nanosec = divmod(answer.stamp, NANOSECONDS)
+        return b'{"accepted":true,"goal_id":"%b","stamp":{"sec":%d,"nanosec":%d}}' % (
+            answer.goal_id.encode(),
+            sec,
+            nanosec,
+        )
     fields: dict[str, Any] = {
         "accepted": False,
         "goal_id": answer.goal_id[:_MAX_SHOWN],

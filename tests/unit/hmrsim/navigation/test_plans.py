@@ -199,7 +199,7 @@ class TestWaiting:
 
         assert (1.0, "CANCELED") == log.changes(A)[-1]
         assert (1.0, 2.0) == outside.simulator.robots["eve"].pose().point
-        assert () == outside.simulator.plans.awaited
+        assert not outside.simulator.plans.awaited
 
     def test_an_answer_is_taken_while_the_simulation_is_paused(self, outside):
         pause = SetSimulationState.Request(state=SimulationState(state=SimulationState.STATE_PAUSED))
@@ -274,7 +274,7 @@ class TestLockstep:
         run.simulator.run()
 
         assert (4.0, "SUCCEEDED") == run.log.changes(A)[-1]
-        assert (2,) == run.simulator.plans.awaited
+        assert [2] == [*run.simulator.plans.awaited]
 
     def test_a_cancel_from_outside_resumes_time(self, steps):
         run, lockstep = steps
