@@ -39,6 +39,8 @@ class Channel:
 
     def _read(self, query: object) -> object:
         if query is None:
+            # It stays closed.
+            self._queries.put(None)
             raise zenoh.ZError("the channel is closed")
         self.readers.append(threading.current_thread())
         return query
