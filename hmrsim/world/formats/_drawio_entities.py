@@ -1,6 +1,6 @@
-"""Entities of draw.io pages: robots with components, scripts and paths, and shapes as obstacles, items and points.
+"""The entities of draw.io pages: robots with components, scripts and paths, and obstacles, items and places.
 
-Components are attributes ``component_<Class>="[arguments]"``, as in the original simulator.
+A component of a robot is an attribute ``component_<Class>="[arguments]"``, as in the original simulator.
 """
 
 from __future__ import annotations
@@ -27,7 +27,78 @@ _OLD_BATTERY = "battery"
 _CLAW_ARGUMENTS = ("reach", "max_weight")
 
 _STATES = ("default", "still", "moving")
-"""The states that have a drain in old maps."""
+"""The states of a robot for which old maps give a drain."""
+
+
+_FRAMES = 60.0
+"""Frames per second of the original simulator, whose maps have speeds in px per frame."""
+
+
+def read_robot(drawing: Drawing, cell: Cell) -> None:
+    """Read a robot, and report all errors in it.
+
+    Raises:
+        BadCell: The name is taken.
+    """
+    old = drawing.name(cell, "name", "robot")
+    name = drawing.options.rename.get(old, old)
+    drawing.renamable.append(old)
+    drawing.robot_of[cell.id] = name
+    fields: dict[str, Any] = {
+        "at": list(cell.box.center),
+        "base": drawing.attempt(cell, partial(_base, cell)) or {},
+        "components": {},
+        "script": drawing.attempt(cell, partial(_script, cell.attributes)) or [],
+    }
+    for component, read in _READERS.items():
+        settings = drawing.attempt(cell, partial(read, cell.attributes))
+        if settings is not None:
+            fields["components"][component] = settings
+    for warning in _unknown_components(cell.attributes):
+        drawing.warn(cell, warning)
+    if cell.attributes.get("movable", "true") != "true":
+        movable = cell.attributes["movable"]
+        drawing.warn(cell, f"movable is {shown(movable)}; robots can always move here", movable)
+    if name != old and name in drawing.robots:
+        raise BadCell(f"can't be renamed to {name!r}, which another robot is called", name)
+    drawing.keep(cell, "robots", name, fields)
+
+
+def _base(cell: Cell) -> dict[str, float]:
+    base: dict[str, float] = {}
+    if cell.box.width and cell.box.height:
+        base["radius"] = max(cell.box.width, cell.box.height) / 2
+    if "speed" in cell.attributes:
+        text = cell.attributes["speed"]
+        speed = read_number(text, "speed")
+        if speed <= 0:
+            raise BadCell(f"speed is {shown(text)}; expected a number above 0, in px a frame", text)
+        base["speed"] = speed * _FRAMES
+    return base
+
+
+def _script(attributes: Mapping[str, str]) -> list[str]:
+    """Return the orders of a robot's script ``[["Go x", …], n]``; an empty list if it has none.
+
+    Raises:
+        BadCell: The script has another form.
+    """
+    if _SCRIPT not in attributes:
+        return []
+    values = _list(attributes, _SCRIPT, '[["Go place"], 0]')
+    orders = values[0] if values else []
+    if not isinstance(orders, list) or not all(isinstance(order, str) for order in orders):
+        raise BadCell(f'{_SCRIPT} is {shown(values)}; expected [["Go place", …], 0]', values)
+    if not all(_is_number(count) for count in values[1:]):
+        raise BadCell(f"{_SCRIPT} has {shown(values[1:])} after its orders; expected a number", values[1:])
+    return orders
+
+
+def _unknown_components(attributes: Mapping[str, str]) -> Iterator[str]:
+    """Yield a warning for each unknown component, which is ignored."""
+    for key in attributes:
+        if key.startswith("component_") and key not in {_CLAW, _BATTERY, _SCRIPT}:
+            yield f"{key} is not known here and left out"
 
 
 def _list(attributes: Mapping[str, str], key: str, example: str) -> list[Any]:
@@ -64,7 +135,7 @@ def _claw(attributes: Mapping[str, str]) -> dict[str, Any] | None:
 
 
 def _battery(attributes: Mapping[str, str]) -> dict[str, Any] | None:
-    """Return a battery: its capacity from the component, its charge and drain from the attribute of old maps."""
+    """Return the settings of a battery: the capacity from the component, the rest from the attribute of old maps."""
     if _BATTERY not in attributes and _OLD_BATTERY not in attributes:
         return None
     settings: dict[str, Any] = {}
@@ -89,86 +160,15 @@ def _old_battery(value: object) -> dict[str, Any]:
     return {**settings, "drain": drain} if drain else settings
 
 
-READERS: dict[str, Callable[[Mapping[str, str]], dict[str, Any] | None]] = {"claw": _claw, "battery": _battery}
-"""The readers of our components' settings from the attributes of a robot, which raise BadCell."""
+_READERS: dict[str, Callable[[Mapping[str, str]], dict[str, Any] | None]] = {"claw": _claw, "battery": _battery}
+"""The functions that read the settings of a component from the attributes of a robot; they raise BadCell."""
 
 
-def script(attributes: Mapping[str, str]) -> list[str]:
-    """Return the orders of a robot's script: ``[["Go x", …], n]``, or an empty list without a script.
-
-    Raises:
-        BadCell: It is no such list.
-    """
-    if _SCRIPT not in attributes:
-        return []
-    values = _list(attributes, _SCRIPT, '[["Go place"], 0]')
-    orders = values[0] if values else []
-    if not isinstance(orders, list) or not all(isinstance(order, str) for order in orders):
-        raise BadCell(f'{_SCRIPT} is {shown(values)}; expected [["Go place", …], 0]', values)
-    if not all(_is_number(count) for count in values[1:]):
-        raise BadCell(f"{_SCRIPT} has {shown(values[1:])} after its orders; expected a number", values[1:])
-    return orders
-
-
-def odd(attributes: Mapping[str, str]) -> Iterator[str]:
-    """Yield a message for each unknown component, which is ignored."""
-    for key in attributes:
-        if key.startswith("component_") and key not in {_CLAW, _BATTERY, _SCRIPT}:
-            yield f"{key} is not known here and left out"
-
-
-_FRAMES = 60.0
-"""Frames per second of the original; old maps have speeds in px per frame."""
-
-
-def robot(drawing: Drawing, cell: Cell) -> None:
-    """Read a robot and report all of its errors.
+def read_path(drawing: Drawing, cell: Cell) -> None:
+    """Read a path that the robot at its start follows without a controller.
 
     Raises:
-        BadCell: Its name is taken.
-    """
-    old = drawing.name(cell, "name", "robot")
-    name = drawing.options.rename.get(old, old)
-    drawing.renamable.append(old)
-    drawing.robot_of[cell.id] = name
-    fields: dict[str, Any] = {
-        "at": list(cell.box.center),
-        "base": drawing.attempt(cell, partial(_base, cell)) or {},
-        "components": {},
-        "script": drawing.attempt(cell, partial(script, cell.attributes)) or [],
-    }
-    for component, read in READERS.items():
-        settings = drawing.attempt(cell, partial(read, cell.attributes))
-        if settings is not None:
-            fields["components"][component] = settings
-    for warning in odd(cell.attributes):
-        drawing.warn(cell, warning)
-    if cell.attributes.get("movable", "true") != "true":
-        movable = cell.attributes["movable"]
-        drawing.warn(cell, f"movable is {shown(movable)}; robots can always move here", movable)
-    if name != old and name in drawing.robots:
-        raise BadCell(f"can't be renamed to {name!r}, which another robot is called", name)
-    drawing.keep(cell, "robots", name, fields)
-
-
-def _base(cell: Cell) -> dict[str, float]:
-    base: dict[str, float] = {}
-    if cell.box.width and cell.box.height:
-        base["radius"] = max(cell.box.width, cell.box.height) / 2
-    if "speed" in cell.attributes:
-        text = cell.attributes["speed"]
-        speed = read_number(text, "speed")
-        if speed <= 0:
-            raise BadCell(f"speed is {shown(text)}; expected a number above 0, in px a frame", text)
-        base["speed"] = speed * _FRAMES
-    return base
-
-
-def way(drawing: Drawing, cell: Cell) -> None:
-    """Read a path that the robot at its start follows by itself.
-
-    Raises:
-        BadCell: There is no robot, or a number is invalid.
+        BadCell: There is no robot at the start, or a number is invalid.
     """
     source = drawing.end(cell, "source")
     if source is None or source.kind != "robot":
@@ -182,8 +182,8 @@ def way(drawing: Drawing, cell: Cell) -> None:
         drawing.ways[drawing.robot_of[source.id]].append((cell, points))
 
 
-def follow_ways(drawing: Drawing) -> None:
-    """Add the paths that robots follow before the other orders of their scripts."""
+def add_paths_to_scripts(drawing: Drawing) -> None:
+    """Insert the paths of robots before the other orders of their scripts."""
     for name, ways in drawing.ways.items():
         if name in drawing.robots:
             fields = drawing.robots[name]
@@ -192,7 +192,7 @@ def follow_ways(drawing: Drawing) -> None:
 
 
 def _order(points: list[Point]) -> str:
-    """Return the order to follow these points, with the fewest digits that keep them exact."""
+    """Return the order of a script to follow points, whose coordinates are exact."""
     return f"Follow {' '.join(repr(value).removesuffix('.0') for point in points for value in point)}"
 
 
@@ -252,7 +252,7 @@ def _shape(style: dict[str, str]) -> str:
 
 
 def _drawn(sides: tuple[str, ...], style: dict[str, str]) -> set[str]:
-    """Return the sides of a shape in its box, which draw.io first rotates, then flips."""
+    """Return the sides of the box that have a wall; draw.io first rotates the shape, then flips it."""
     direction = style.get("direction") or "east"
     if direction not in _DIRECTIONS:
         raise BadCell(f"direction is {shown(direction)}; expected one of {', '.join(_DIRECTIONS)}", direction)
@@ -290,11 +290,11 @@ _DECORATION = frozenset(("text", "edgeLabel", "group", "swimlane"))
 """Style words of cells that are not obstacles: labels, and frames around other cells."""
 
 
-def obstacle(drawing: Drawing, cell: Cell) -> None:
-    """Read a bare cell: a shape that is not a decoration is an obstacle.
+def read_obstacle(drawing: Drawing, cell: Cell) -> None:
+    """Read a cell without a type as an obstacle, if it is a shape and not a decoration.
 
     Raises:
-        BadCell: A number of its style is invalid.
+        BadCell: A number of the style is invalid.
     """
     if cell.geometry is None and cell.own.get("vertex") == "1":
         drawing.warn(cell, "has no mxGeometry, so it is nowhere and left out")
@@ -325,11 +325,11 @@ def _is_decoration(drawing: Drawing, cell: Cell) -> bool:
     )
 
 
-def pickable(drawing: Drawing, cell: Cell) -> None:
-    """Read an item.
+def read_item(drawing: Drawing, cell: Cell) -> None:
+    """Read an item that robots can pick up.
 
     Raises:
-        BadCell: It has no name, or one that is taken, or a weight that is not a number.
+        BadCell: The name is missing or taken, or the weight is not a number.
     """
     name = cell.attributes.get("name", "")
     if not name:
@@ -338,10 +338,10 @@ def pickable(drawing: Drawing, cell: Cell) -> None:
     drawing.keep(cell, "items", name, {"at": list(cell.box.center), "weight": weight})
 
 
-def poi(drawing: Drawing, cell: Cell) -> None:
-    """Read a named point.
+def read_place(drawing: Drawing, cell: Cell) -> None:
+    """Read a point of interest as a place.
 
     Raises:
-        BadCell: Its name is taken.
+        BadCell: The name is taken.
     """
     drawing.keep(cell, "places", drawing.name(cell, "tag", "POI"), {"at": list(cell.box.center)})

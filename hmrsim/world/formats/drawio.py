@@ -26,12 +26,15 @@ _PAGE = 500.0
 _LOOKS = re.compile(r"\s*<(\?xml|mxfile|mxGraphModel|svg|!DOCTYPE|!--)")
 
 _SHAPES: dict[str, Callable[[Drawing, Cell], None]] = {
-    "robot": _drawio_entities.robot,
-    "pickable": _drawio_entities.pickable,
-    "POI": _drawio_entities.poi,
+    "robot": _drawio_entities.read_robot,
+    "pickable": _drawio_entities.read_item,
+    "POI": _drawio_entities.read_place,
 }
 
-_LINES: dict[str, Callable[[Drawing, Cell], None]] = {"map-path": _drawio_roads.road, "path": _drawio_entities.way}
+_LINES: dict[str, Callable[[Drawing, Cell], None]] = {
+    "map-path": _drawio_roads.road,
+    "path": _drawio_entities.read_path,
+}
 
 _TYPES = (*_SHAPES, *_LINES, "debug")
 
@@ -72,7 +75,7 @@ def _read_cells(drawing: Drawing) -> None:
         # A robot can have other errors than its position, which are reported, too; other cells can't.
         if not cell.failed or cell.kind in _SHAPES:
             drawing.attempt(cell, partial(_read_cell, drawing, cell))
-    _drawio_entities.follow_ways(drawing)
+    _drawio_entities.add_paths_to_scripts(drawing)
 
 
 def _read_cell(drawing: Drawing, cell: Cell) -> None:
@@ -82,7 +85,7 @@ def _read_cell(drawing: Drawing, cell: Cell) -> None:
         BadCell: The cell is invalid.
     """
     if cell.kind is None:
-        _drawio_entities.obstacle(drawing, cell)
+        _drawio_entities.read_obstacle(drawing, cell)
     elif cell.kind in (*_SHAPES, *_LINES) and cell.geometry is None and not cell.is_edge:
         raise BadCell("has no mxGeometry, so it is nowhere")
     elif cell.kind in _SHAPES:
