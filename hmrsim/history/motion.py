@@ -1,4 +1,4 @@
-"""The motions of robots, and the times at which a moving robot enters and leaves the circle around a place."""
+"""The motions of robots, and the times at which a robot enters and leaves the circle around a place."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from hmrsim.geometry import Point
 
 INSTANT: Final = 5
-"""Nanoseconds within which two ends count as simultaneous, as stamps are rounded."""
+"""Nanoseconds within which two times count as equal, since stamps are rounded."""
 
 _MAX_SECONDS: Final = 1e9
-"""Maximum seconds of a segment."""
+"""The maximum duration of a segment, in seconds."""
 
 
 def motion_in(robot: Mapping[str, Any], at: int, offset: int) -> tuple[int, MotionBegan] | None:
-    """Return when the motion of a robot in a scene began, and its event; None if the robot stands.
+    """Return the beginning of a robot's motion in a scene, and the event of that motion; None if the robot stands.
 
     Args:
         robot: The robot, as in the scene.
-        at: The time of the scene; the motion did not begin later.
+        at: The time of the scene, before which the motion began.
         offset: The offset of stamps at that time (`hmrsim.history.timeline.Timeline`).
 
     Raises:
@@ -43,7 +43,14 @@ def motion_in(robot: Mapping[str, Any], at: int, offset: int) -> tuple[int, Moti
 
 @dataclass(slots=True)
 class Motion:
-    """A segment, a turn or a ride in a lift; times in nanoseconds."""
+    """A straight segment, a turn or a ride in a lift; times in nanoseconds.
+
+    Attributes:
+        length: The length of the segment; 0 for a turn or a ride.
+        lane: The waypoints of the lane that is driven; None beside the lanes.
+        profile: The speed over time; None for a constant speed.
+        behind: The distance of the profile that was driven before this segment.
+    """
 
     began: int
     until: int
@@ -56,16 +63,16 @@ class Motion:
 
     @classmethod
     def all_of(cls, at: int, event: MotionBegan) -> list[Motion]:
-        """Return the segment of an event, and those after it.
+        """Return the segment that an event begins, and those that follow it.
 
         Raises:
-            ValueError: It describes none.
+            ValueError: The event is malformed.
         """
         events = [event, *(type(event).from_json({**fields, "robot": event.robot}) for fields in event.then)]
         segments, seconds = [], 0.0
-        for each in events:
-            segments.append(cls._of(at + round(seconds * NANOSECONDS), each))
-            seconds += each.duration
+        for segment in events:
+            segments.append(cls._of(at + round(seconds * NANOSECONDS), segment))
+            seconds += segment.duration
         return segments
 
     @classmethod
@@ -79,7 +86,7 @@ class Motion:
         return cls(at, until, start, end, length, event.lane, profile, behind)
 
     def driven(self, at: int) -> float:
-        """Return the distance driven on it by some time."""
+        """Return the distance that has been driven on this segment at a time."""
         if at >= self.until - INSTANT:
             return self.length
         elapsed = (at - self.began) / NANOSECONDS
@@ -90,18 +97,18 @@ class Motion:
 
 
 Span = tuple[int, int | None]
-"""When a robot enters and leaves a circle, in nanoseconds; None if it stays."""
+"""The times at which a robot enters and leaves a circle, in nanoseconds; None if it stays."""
 
 
 def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[Span]:
-    """Return when a robot is within a radius of a place, during some motions and after the last one."""
+    """Return the times that a robot spends within a radius of a place, during its motions and after the last one."""
     spans: list[list[int | None]] = []
     motion = None
     for motion in motions:
-        found = _of_motion(place, radius, motion)
-        if found is None:
+        span = _span_of_motion(place, radius, motion)
+        if span is None:
             continue
-        began, ended = found
+        began, ended = span
         if spans and spans[-1][1] is not None and began <= spans[-1][1] + 1:
             spans[-1][1] = ended
         else:
@@ -109,49 +116,49 @@ def spans_near(place: Point, radius: float, motions: Iterable[Motion]) -> list[S
     if motion is not None and spans and spans[-1][1] == motion.until and distance(motion.end, place) <= radius:
         spans[-1][1] = None
     elif motion is not None and not motion.length and distance(motion.end, place) <= radius:
-        # A lift has brought it there at the end of its ride.
+        # A lift has brought the robot there at the end of its ride.
         spans.append([motion.until, None])
     return [(began or 0, ended) for began, ended in spans]
 
 
 def closest(place: Point, motions: Iterable[Motion], until: int) -> float:
-    """Return the least distance of a robot to a place during some motions, until some time."""
+    """Return the least distance between a robot and a place during its motions, up to a time."""
     least = math.inf
     for motion in motions:
         if motion.began > until:
             break
         driven = motion.driven(until) if motion.length else 0.0
-        ended = motion.end if not motion.length and until >= motion.until else motion.start
+        nearest = motion.end if not motion.length and until >= motion.until else motion.start
         if driven:
             (ax, ay), (bx, by) = motion.start, motion.end
             ux, uy = (bx - ax) / motion.length, (by - ay) / motion.length
             along = min(driven, max(0.0, (place[0] - ax) * ux + (place[1] - ay) * uy))
-            ended = (ax + along * ux, ay + along * uy)
-        least = min(least, distance(motion.start, place), distance(ended, place))
+            nearest = (ax + along * ux, ay + along * uy)
+        least = min(least, distance(motion.start, place), distance(nearest, place))
     return least
 
 
-def _of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] | None:
+def _span_of_motion(place: Point, radius: float, motion: Motion) -> tuple[int, int] | None:
     """Return when a robot enters and leaves the circle around a place during a motion; None if it stays outside."""
     if not motion.length:
-        # It turns, or rides in a lift, and is where it began until the end.
+        # A robot that turns or rides in a lift counts as being at the start until the end.
         return (motion.began, motion.until) if distance(motion.start, place) <= radius else None
     (ax, ay), (bx, by) = motion.start, motion.end
     ux, uy = (bx - ax) / motion.length, (by - ay) / motion.length
     dx, dy = place[0] - ax, place[1] - ay
     along = dx * ux + dy * uy
-    aside = dx * uy - dy * ux
-    room = radius * radius - aside * aside
-    if room < 0.0:
+    across = dx * uy - dy * ux
+    half_chord_squared = radius * radius - across * across
+    if half_chord_squared < 0.0:
         return None
-    half = math.sqrt(room)
+    half = math.sqrt(half_chord_squared)
     first, last = max(0.0, along - half), min(motion.length, along + half)
     if first > last:
         return None
-    return _when(motion, first), _when(motion, last)
+    return _time_at(motion, first), _time_at(motion, last)
 
 
-def _when(motion: Motion, driven: float) -> int:
+def _time_at(motion: Motion, driven: float) -> int:
     """Return the time at which a motion has covered a distance."""
     if driven <= 0.0:
         return motion.began

@@ -1,4 +1,4 @@
-"""The robots of a run: when each was present, its states over time, its distance and its waits."""
+"""The robots of a run for a report: the states, distance, battery and waits of each."""
 
 from __future__ import annotations
 
@@ -37,11 +37,20 @@ class LaneUse:
 
 @dataclass(slots=True)
 class Track:
-    """The account of one robot.
+    """The record of one robot.
 
-    The caller changes its attributes; `settle` then records the resulting state.
+    The caller changes the attributes; `settle` then records the resulting state.
 
     Attributes:
+        began: When the robot was added; times are in nanoseconds.
+        ended: When it was removed; None while it is present.
+        used: The energy that it has used, in the unit of its battery.
+        curve: The charge of its battery over time, as shares of the capacity.
+        spans: Its past states, each with its beginning and end.
+        motion: The segment that it drives now; None while it stands.
+        coming: The segments that follow the current one without a further event.
+        wait: Its current wait on its way; None if it does not wait.
+        queued: Its current place in the queue of a dock; None if it is in none.
         aside: The reason for which the robot waits after it made room during its goal; None if it has not made room.
     """
 
@@ -71,56 +80,56 @@ class Track:
     _pursued: GoalRecord | None = None
 
     def __post_init__(self) -> None:
-        """Start at the point where it was added."""
+        """Begin the first state when the robot is added."""
         self._since = self.began
 
     @property
     def goal(self) -> GoalRecord | None:
-        """The goal that holds its base, or any other that runs."""
-        found = None
+        """The running goal that holds the robot's base, or else the first one that runs."""
+        chosen = None
         for goal in self.running.values():
-            if goal.holds_base or found is None:
-                found = goal
-        return found
+            if goal.holds_base or chosen is None:
+                chosen = goal
+        return chosen
 
     def waiting_for(self, goal: GoalRecord, at: int) -> WaitRecord | None:
-        """Return what it waits for during a goal, or waited for until this instant."""
+        """Return the wait during a goal that goes on, or that has ended at this instant."""
         for wait in (self.wait, self.queued, *self.stood[-1:]):
             if wait is not None and wait.goal is goal and wait.ended in (None, at):
                 return wait
         return None
 
-    def stand_no_more(self, at: int, until: str) -> None:
-        """Record the end of its wait on its way, if it waited."""
+    def stop_waiting(self, at: int, until: str) -> None:
+        """Record the end of the robot's wait on its way, if it waited."""
         wait, self.wait = self.wait, None
         self._keep(wait, at, until)
 
     def stop_queueing(self, at: int, until: str) -> None:
-        """Record that it has left the queue."""
+        """Record that the robot has left the queue of a dock, if it was in one."""
         queued, self.queued = self.queued, None
         self._keep(queued, at, until)
 
     def _keep(self, wait: WaitRecord | None, at: int, until: str) -> None:
-        """Keep a state that lasted for some time."""
+        """Keep a wait that has ended, unless it had no duration."""
         if wait is None or wait.began == at:
             return
         wait.ended, wait.until = at, until
-        goes_on = any(part.since == wait.since and part.kind == wait.kind for part in self.stood[-1:])
+        continues_last = any(part.since == wait.since and part.kind == wait.kind for part in self.stood[-1:])
         self.stood.append(wait)
         if wait.goal is not None:
-            wait.goal.waits += not goes_on
+            wait.goal.waits += not continues_last
             wait.goal.waited += at - wait.began
 
     def return_at(self, at: int) -> None:
-        """Record that it was added again."""
+        """Record that a robot of this name was added again."""
         self.ended, self._since, self._state = None, at, "idle"
 
     def catch_up(self, at: int) -> None:
-        """End the segments and states that have ended by some time without an event."""
+        """End the segments and states that have ended by a time without an event."""
         while (motion := self.motion) is not None and motion.until <= at + INSTANT:
             if self.coming:
                 if motion.until >= at - INSTANT:
-                    # One that stops here does not begin the next.
+                    # The robot may stop here; then the next segment never begins.
                     return
                 self._go(*self.coming)
                 continue
@@ -131,14 +140,14 @@ class Track:
             self.settle(ended)
 
     def stand_aside(self, at: int, where: Point, wait: WaitRecord) -> None:
-        """Record that it waits where it has made room: in the queue of a dock, for another robot, or for its turn."""
+        """Record that the robot waits at the place to which it has moved to make room."""
         if wait.kind == "dock":
             self.queued = replace(wait, began=at, ended=None, until="")
         else:
             self.wait = replace(wait, began=at, at=where, since=at)
 
     def halt(self, at: int, where: Point | None = None) -> None:
-        """End the current segment; *where* is the robot's point then, if that is known."""
+        """End the current segment, at the point *where* if that is known."""
         motion, self.coming = self.motion, ()
         if motion is None:
             return
@@ -154,18 +163,18 @@ class Track:
             use.time += at - motion.began
 
     def drives(self, motion: Motion) -> bool:
-        """Return whether it drives a segment already, judged by time and place."""
+        """Return whether the robot already drives a segment with this beginning and end."""
         known = self.motion
         return known is not None and known.end == motion.end and abs(known.began - motion.began) <= INSTANT
 
     def drive(self, motions: Sequence[Motion]) -> None:
-        """Begin the segments of a motion for its goal; a current segment ends where they begin."""
+        """Begin the segments of a motion for the robot's goal, and end the current segment where they begin."""
         self.halt(motions[0].began, motions[0].start)
         self._pursued = self.goal
         self._go(*motions)
 
     def _go(self, motion: Motion, *coming: Motion) -> None:
-        """Begin a segment, after which others come; a current one ends where this one begins."""
+        """Begin a segment, which others follow, and end the current segment where it begins."""
         self.halt(motion.began, motion.start)
         self.motion, self.coming = motion, coming
         if motion.length <= 0:
@@ -180,7 +189,7 @@ class Track:
             self.paths[a, b] += 1
 
     def settle(self, at: int) -> None:
-        """Record its state from now on."""
+        """Record the robot's state from now on, as the attributes imply it."""
         state = self.condition.state(
             waits=self.wait is not None, aside=False, moves=self.motion is not None, busy=bool(self.running)
         )
@@ -190,7 +199,7 @@ class Track:
         self._state, self._since = state, at
 
     def leave(self, at: int) -> None:
-        """Record that it was removed, or that the run has ended."""
+        """Record that the robot was removed, or that the run has ended."""
         self.catch_up(at)
         self.halt(at)
         self._close(at)
@@ -206,7 +215,7 @@ class Track:
             self.spans.append((self._since, at, self._state))
 
     def weigh(self, at: int, charge: float, share: float) -> None:
-        """Record the charge of its battery."""
+        """Record the charge of the battery, and what was used or charged since the last time."""
         if self.charge is not None:
             change = charge - self.charge
             self.used, self.charged = self.used + max(0.0, -change), self.charged + max(0.0, change)
@@ -214,13 +223,13 @@ class Track:
         self.measure(at, share)
 
     def measure(self, at: int, share: float) -> None:
-        """Record the remaining share of its battery."""
+        """Record the charge of the battery as a share of the capacity."""
         if not self.curve or self.curve[-1] != (at, share):
             self.curve.append((at, share))
 
 
 class RobotLog:
-    """Keeps an account of each robot."""
+    """Keeps the record of each robot."""
 
     def __init__(self, timeline: Timeline) -> None:
         self.tracks: dict[str, Track] = {}
@@ -234,7 +243,7 @@ class RobotLog:
         self.tracks[name] = Track(name, kind, self._timeline.began or 0)
 
     def track(self, name: str, at: int, kind: str = "") -> Track:
-        """Return the account of a robot, up to date."""
+        """Return the record of a robot, updated to a time."""
         track = self.tracks.get(name)
         if track is None:
             began = at if kind or self._timeline.began is None else self._timeline.began
@@ -262,34 +271,34 @@ class RobotLog:
             track.settle(at)
 
     def reset(self, at: int, event: SimulationReset | WorldLoaded) -> None:
-        """Record a reset: all robots are at their start, and their states are published again."""
+        """Record a reset: all robots are at their initial positions, and their states are published again."""
         for track in self.tracks.values():
             if track.ended is None:
                 track.catch_up(at)
-                track.stand_no_more(at, event.kind)
+                track.stop_waiting(at, event.kind)
                 track.halt(at)
                 track.condition.clear()
                 track.charge = None
                 track.settle(at)
 
     def keep(self, names: set[str], at: int) -> None:
-        """Record that all others were removed."""
+        """Record that all robots except those named were removed."""
         for track in self.tracks.values():
             if track.ended is None and track.name not in names:
                 self._leave(track, at, "end")
 
     def _leave(self, track: Track, at: int, why: str) -> None:
         track.catch_up(at)
-        track.stand_no_more(at, why)
+        track.stop_waiting(at, why)
         track.stop_queueing(at, why)
         track.leave(at)
 
 
 class Waiting:
-    """Records robots that wait on their way, or in the queue of a dock.
+    """Records the waits of robots, on their way and in the queues of docks.
 
     Attributes:
-        deadlocks: Their times, robots and lanes.
+        deadlocks: The time, robots and lanes of each deadlock.
     """
 
     def __init__(self, timeline: Timeline, robot_log: RobotLog, lanes: Lanes) -> None:
@@ -311,7 +320,7 @@ class Waiting:
     def _begin(self, at: int, event: events.Waiting) -> None:
         track = self._robot_log.track(event.robot, at)
         since = track.wait.since if track.wait else at
-        track.stand_no_more(at, event.kind)
+        track.stop_waiting(at, event.kind)
         track.halt(at, event.at)
         robots = event.for_ or ()
         closed = event.lane is not None and self._lanes.is_closed(event.lane)
@@ -323,7 +332,7 @@ class Waiting:
 
     def _end(self, at: int, event: events.WentOn | events.Rerouted | events.MadeRoom) -> None:
         track = self._robot_log.track(event.robot, at)
-        track.stand_no_more(at, event.kind)
+        track.stop_waiting(at, event.kind)
         track.aside = None
         if isinstance(event, events.MadeRoom):
             # A robot that queues for a dock keeps its place.

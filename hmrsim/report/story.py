@@ -166,14 +166,14 @@ class Story:
 
     def _motion(self, at: int, event: MotionBegan) -> None:
         track = self.robot_log.track(event.robot, at)
-        track.stand_no_more(at, WentOn.kind)
+        track.stop_waiting(at, WentOn.kind)
         track.stop_queueing(at, WentOn.kind)
         track.drive(Motion.all_of(at, event))
         track.settle(at)
 
     def _stopped(self, at: int, event: Stopped) -> None:
         track = self.robot_log.track(event.robot, at)
-        track.stand_no_more(at, event.kind)
+        track.stop_waiting(at, event.kind)
         track.halt(at, event.at)
         track.settle(at)
 
@@ -188,7 +188,7 @@ class Story:
             goal.faults = self.faults.of(goal.robot)
             if track.aside is not None:
                 track.aside = None
-                track.stand_no_more(at, "end")
+                track.stop_waiting(at, "end")
             if track.queued is not None and track.queued.goal is goal:
                 track.stop_queueing(at, "end")
         track.settle(at)

@@ -1,10 +1,10 @@
-"""Replay of a trace, without a network or a controller, to check that the run is reproduced.
+"""The replay of a trace without a network or a controller, to check that the run can be reproduced.
 
-The commands of the trace are submitted to a new simulation at the same times and in the same order; the
-trace of that simulation is compared line by line. A truncated trace is compared up to its last line.
+The commands of the trace are submitted to a new simulation at the same times and in the same order. The trace of that
+simulation is compared line by line; a truncated trace is compared up to its last line.
 
-Sections are repeated in order, since each begins with what those before it have left: robots and items where only time
-was reset, and the ids and results of goals in any case.
+All sections are replayed in order, since each continues from the state that the earlier ones have left: ids and results
+of goals, and also robots and items if only time was reset.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.topics import Topic
 
 _CONTEXT: Final = 3
-"""Lines that are shown before and after those that differ."""
+"""The number of lines that are shown before and after a difference."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class Difference:
     """The first difference between trace and replay.
 
     Attributes:
-        line: Its number in the trace, from 1.
-        replay: The line of the replay; None when it has ended.
-        before: The last lines that they have in common.
+        line: The number of the line in the trace, from 1.
+        replay: The line of the replay; None if the replay has ended.
+        before: The last lines that both have in common.
         after: The next lines of the trace.
     """
 
@@ -65,8 +65,8 @@ class Replayed:
 
     Attributes:
         lines: The number of identical lines.
-        commands: How many of them are commands.
-        sim_time: How far the replay went, in simulated seconds.
+        commands: The number of commands among them.
+        sim_time: The simulated seconds that were replayed.
     """
 
     header: Header
@@ -81,8 +81,8 @@ class Outcome:
 
     Attributes:
         sections: The sections that were replayed, in order.
-        complete: Whether the last one ends where the trace says so; that of a truncated trace does not.
-        difference: The first difference; None when they are identical.
+        complete: Whether the replay reached the end of the run; False for a truncated trace.
+        difference: The first difference; None if there is none.
     """
 
     sections: tuple[Replayed, ...]
@@ -138,22 +138,22 @@ def replay(
     *,
     section: int | None = None,
 ) -> Outcome:
-    """Replay a trace and compare.
+    """Replay a trace, and compare it with the trace of the replay.
 
     Args:
-        lines: Those of the trace, with their ends. A last line without an end is incomplete, and is left out.
-        watchers: Makes sinks for the simulation before it begins.
-        section: The last section to replay, which the trace must have; all if None.
+        lines: The lines of the trace, with their line ends; an incomplete last line is ignored.
+        watchers: Makes further sinks for the simulation before it begins.
+        section: The last section to replay, which the trace must have; None for all.
 
     Raises:
-        TraceError: It is not a trace, or one of another version.
+        TraceError: The lines are no trace, or a trace of another version.
     """
     whole = (line[:-1] for line in lines if line.endswith("\n"))
     return _Replay(whole, watchers, math.inf if section is None else section).run()
 
 
 class _Lengths:
-    """A sink that notes how long sections lasted, in nanoseconds."""
+    """A sink that records the lengths of sections, in nanoseconds."""
 
     def __init__(self) -> None:
         self.all: list[int] = []
@@ -163,13 +163,13 @@ class _Lengths:
         return False
 
     def emit(self, output: Output) -> None:
-        """Note the end of a section."""
+        """Record the length of a section when time restarts."""
         if isinstance(output, TimeRestarted):
             self.all.append(output.ended)
 
 
 class _Replay:
-    """One run of a trace."""
+    """One replay of a trace."""
 
     def __init__(self, lines: Iterator[str], watchers: Callable[[Simulator], Sequence[Sink]], sections: float) -> None:
         self._most = sections
@@ -182,8 +182,9 @@ class _Replay:
             raise TraceError(str(error.problems[0])) from None
         seed = self._header.seed if self._header.seed_given else None
         settings = RunSettings(seed=seed, step_size=self._header.step_size, run_id=self._header.run_id)
-        self._made: deque[str] = deque()
-        self._trace = Trace(self._header, lambda text: self._made.extend(text.splitlines()))
+        # The lines of the replay that have not been compared yet.
+        self._pending: deque[str] = deque()
+        self._trace = Trace(self._header, lambda text: self._pending.extend(text.splitlines()))
         self._lengths = _Lengths()
         sinks: list[Sink] = [self._trace, self._lengths]
         self._simulator = Simulator(world, settings, sinks, watchers=watchers, services=services())
@@ -193,7 +194,7 @@ class _Replay:
         self._sections: list[Replayed] = []
 
     def run(self) -> Outcome:
-        """Compare all lines, or those before the first difference."""
+        """Compare all lines up to the first difference, and return the outcome."""
         before: deque[str] = deque(maxlen=_CONTEXT)
         same, last, difference, header, ended = 0, "", None, self._header, False
         for line in self._lines:
@@ -201,10 +202,10 @@ class _Replay:
             ended = begins and len(self._sections) + 1 >= self._most
             if ended:
                 break
-            made = self._next(line, same + 1, begins=begins)
-            if made != line:
+            replayed = self._next(line, same + 1, begins=begins)
+            if replayed != line:
                 after = tuple(islice(self._lines, _CONTEXT))
-                difference = Difference(same + 1, line, made, tuple(before), after)
+                difference = Difference(same + 1, line, replayed, tuple(before), after)
                 break
             if begins:
                 self._end_section(header, same)
@@ -216,7 +217,7 @@ class _Replay:
         return Outcome(tuple(self._sections), complete, difference)
 
     def _end_section(self, header: Header, same: int) -> None:
-        """Note a section, when so many lines of the trace are the same."""
+        """Record the end of a section, after *same* identical lines of the whole trace."""
         done, lengths = self._sections, self._lengths.all
         lines = same - sum(section.lines for section in done)
         commands = self._commands - sum(section.commands for section in done)
@@ -225,37 +226,37 @@ class _Replay:
         done.append(Replayed(header, lines, commands, length))
 
     def _next(self, expected: str, number: int, *, begins: bool) -> str | None:
-        """Return the replay's next line, where the trace has *expected*; None if there is none.
+        """Return the next line of the replay, at which the trace has *expected*; None if there is none.
 
-        A section *begins* by a command, and its header is made by then.
+        If a section *begins* here, its header has already been written: a command has begun the section.
         """
         if begins:
-            return self._made.popleft() if self._made else None
+            return self._pending.popleft() if self._pending else None
         line = line_of(expected, number) if number > 1 else None
-        if line is not None and line.kind in ("command", "end") and not self._made:
-            self._let_it_be(line)
-            if not self._made:
+        if line is not None and line.kind in ("command", "end") and not self._pending:
+            self._advance_to(line)
+            if not self._pending:
                 self._repeat(line, number)
         until = end_of_instant(line.stamp.to_nanoseconds() / NANOSECONDS) if line is not None else math.inf
-        while not self._made and self._simulator.process_events(until, 1):
+        while not self._pending and self._simulator.process_events(until, 1):
             self._trace.flush()
-        return self._made.popleft() if self._made else None
+        return self._pending.popleft() if self._pending else None
 
-    def _let_it_be(self, line: Line) -> None:
-        """Process all that is due when a command arrived, or until some of it is traced.
+    def _advance_to(self, line: Line) -> None:
+        """Process all events before a command, or until one of them is traced.
 
-        After a stop nothing more was done, not even what its instant would still have brought, as to scripts.
+        No events follow a stop, not even those of the same instant, for instance of scripts.
         """
         simulator = self._simulator
         at = line.stamp.to_nanoseconds() / NANOSECONDS
         until = end_of_instant(at) if line.kind == "command" else math.nextafter(at, -math.inf)
-        while not (self._made or self._stopped) and simulator.process_events(until, 1):
+        while not (self._pending or self._stopped) and simulator.process_events(until, 1):
             self._trace.flush()
-        if not self._made:
+        if not self._pending:
             simulator.advance_clock(at)
 
     def _repeat(self, line: Line, number: int) -> None:
-        """Submit the commands of the trace."""
+        """Submit the command of a line of the trace, or end the replay's trace at the line of the end."""
         if line.kind == "end":
             self._trace.close(self._simulator.now)
             return
