@@ -36,12 +36,12 @@ examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``bt-controller check``."""
     parser.description = (
-        "Load a tree, build it and print it; nothing is sent. Each mistake in a file is reported on its own line,"
-        " and so are values that have to be given with --set, which are not mistakes."
+        "Load a tree, build it and print it; nothing is sent. Each error in a file is reported on its own line. Values"
+        " that have to be given with --set are also reported, but are not errors."
     )
     parser.epilog = f"{_EXAMPLES}\n\n{EXIT_CODES}"
     add_tree_options(parser)
-    add_robot_option(parser, "the robots that the tree is built for, where it is one for several (default: robot)")
+    add_robot_option(parser, "the robots that the tree is built for, if one tree is for several (default: robot)")
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
     parser.set_defaults(command=check)
@@ -60,8 +60,8 @@ def check(args: argparse.Namespace) -> int:
     if args.dot == "-":
         return DONE
     if args.json:
-        wanted = ("depth", "symbol", "kind", "name")
-        plain = {name: [{key: getattr(node, key) for key in wanted} for node in nodes] for name, nodes in trees.items()}
+        keys = ("depth", "symbol", "kind", "name")
+        plain = {name: [{key: getattr(node, key) for key in keys} for node in nodes] for name, nodes in trees.items()}
         shown = {"nodes": next(iter(plain.values()))} if len(trees) == 1 else {"robots": plain}
         print(json.dumps({"tree": args.tree, **shown}))
         return DONE
@@ -74,12 +74,12 @@ def check(args: argparse.Namespace) -> int:
 
 
 def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node, ...]]:
-    """Return the tree by its name, or those of the robots, if they differ.
+    """Return the tree by its name or, if the trees of the robots differ, each tree by the robot's name.
 
     Raises:
-        TreeError: One can't be built.
+        TreeError: A tree can't be built.
     """
-    if plan.takes_robots or len(robots) < 2:  # noqa: PLR2004 - one has no other to differ from
+    if plan.takes_robots or len(robots) < 2:  # noqa: PLR2004 - a single tree can't differ from others
         return {name: _built(plan, robots)}
     trees = {}
     for robot in robots:
@@ -92,7 +92,7 @@ def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node
 
 
 def _built(plan: Plan, robots: Sequence[str]) -> tuple[Node, ...]:
-    """Return the tree of some robots, or of one of any name.
+    """Return the nodes of the tree for some robots; without robots, for a single one named ``robot``.
 
     Raises:
         TreeError: The tree can't be built.

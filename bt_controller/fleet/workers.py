@@ -1,4 +1,4 @@
-"""The robots of a fleet: each executes one assigned task after the other."""
+"""The workers of a fleet: behaviors that make each robot execute its assigned tasks, charge and drive home."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ _LOOK_AGAIN: Final = 30.0
 
 
 class Worker(Control):
-    """A robot of a fleet: it delivers items, charges, and drives home when it has no task.
+    """The behavior of one robot of a fleet: it delivers items, charges, and drives home when it has no task.
 
-    It runs until the task queue is closed. A robot that failed gets no tasks for a while and until it accepts a goal.
+    It runs until the task queue is closed. A robot that has failed gets no tasks until, after a pause, it executes a
+    goal again.
     """
 
     def __init__(self, robot: str, fleet_manager: FleetManager) -> None:
@@ -48,24 +49,24 @@ class Worker(Control):
         super().__init__(robot, [self._fetch, self._bring, self._recover, self._charge, self._home])
 
     def initialise(self) -> None:
-        """Start at home, without failures."""
-        self._failed = self._out = False
+        """Begin with a robot that is at home and works."""
+        self._failed = self._away_from_home = False
 
     def advance(self) -> Ticks:
-        """Tick the current step, and further steps while they take no time."""
-        while (turn := self._turn()) is not None:
+        """Tick the current step, and the next ones if it ends at once."""
+        while (step := self._current_step()) is not None:
             for child in self.children:
-                if child is not turn:
+                if child is not step:
                     self.halt(child)
-            yield from turn.tick()
-            if turn.status is Status.RUNNING:
+            yield from step.tick()
+            if step.status is Status.RUNNING:
                 break
-            succeeded, last = turn.status is Status.SUCCESS, turn.tip()
+            succeeded, last = step.status is Status.SUCCESS, step.tip()
             why = last.feedback_message if last is not None else ""
-            self.reset(turn)
-            self._ended(turn, why, succeeded=succeeded)
-            if turn is self._bring:
-                # The fleet manager may have more to do.
+            self.reset(step)
+            self._ended(step, why, succeeded=succeeded)
+            if step is self._bring:
+                # The fleet manager may assign another task first.
                 break
         self.feedback_message = self._state
         return Status.SUCCESS if self._task_queue.closed else Status.RUNNING
@@ -78,34 +79,34 @@ class Worker(Control):
             return f"{task or 'idle'}, out of order"
         return task or ("charges" if self._robot in self._fleet_manager.low else "idle")
 
-    def _turn(self) -> Behaviour | None:
+    def _current_step(self) -> Behaviour | None:
         """Return the current step; None if there is nothing to do."""
         if self._task_queue.closed:
             return None
         if self._failed:
             return self._recover
         if given := self._task_queue.given.get(self._robot):
-            self._out = True
+            self._away_from_home = True
             return self._bring if given.holds else self._fetch
         if self._robot in self._fleet_manager.low:
             return self._charge
-        return self._home if self._out else None
+        return self._home if self._away_from_home else None
 
-    def _ended(self, child: Behaviour, why: str, *, succeeded: bool) -> None:
+    def _ended(self, step: Behaviour, why: str, *, succeeded: bool) -> None:
         """Process the end of a step."""
-        if child is self._recover:
+        if step is self._recover:
             self._failed = not succeeded
             self._fleet_manager.set_working(self._robot, working=succeeded)
-        elif child is self._home:
+        elif step is self._home:
             # A robot that can't get home stays where it is.
-            self._out = False
+            self._away_from_home = False
         elif not succeeded:
             self._failed = True
             self._fleet_manager.failed(self._robot, why)
-        elif child is self._charge:
-            self._out = False
+        elif step is self._charge:
+            self._away_from_home = False
             self._fleet_manager.charged(self._robot)
-        elif child is self._fetch:
+        elif step is self._fetch:
             self._task_queue.given[self._robot].holds = True
         else:
             self._fleet_manager.finished(self._robot)
@@ -144,7 +145,7 @@ class Worker(Control):
 
 
 class Charged(Leaf):
-    """Succeeds when a robot's battery is full enough."""
+    """Succeeds when a robot's battery has enough charge for further tasks."""
 
     def __init__(self, name: str, robot: str, fleet_manager: FleetManager) -> None:
         super().__init__(name)
@@ -153,7 +154,7 @@ class Charged(Leaf):
         self._next = 0.0
 
     def update(self) -> Status:
-        """Check the battery."""
+        """Check the battery; RUNNING until it has enough charge."""
         charge = self._fleet_manager.charge(self._robot)
         self.feedback_message = f"{charge:.0%}"
         if charge >= self._fleet_manager.enough:
@@ -176,6 +177,6 @@ class _Step(ActionLeaf[Any, Any, Any]):
 
 
 class _PlainStep(_Step):
-    """Sends a goal of MoveIt, whose messages are large."""
+    """A step that sends a goal of MoveIt as plain values, since these messages are large."""
 
     PLAIN = True

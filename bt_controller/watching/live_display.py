@@ -1,6 +1,7 @@
-"""The trees of all robots on a terminal, kept up to date: whole where there is room, else a line a robot.
+"""A live display of the trees of all robots on a terminal.
 
-Where not all trees fit, those that run come first, as many of them whole as there is room for.
+If all trees fit, each is shown as a whole. Otherwise running trees come first: as many as fit are shown as wholes, and
+each of the others as one line.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _Line = tuple[str, str]
 
 
 class LiveDisplay:
-    """The renderable for rich: the current trees, no higher and no wider than the terminal."""
+    """Draws the current trees with rich, no higher and no wider than the terminal."""
 
     def __init__(self, symbols: Mapping[Status, str] = UNICODE) -> None:
         self._symbols = symbols
@@ -60,7 +61,7 @@ class LiveDisplay:
         return not self._ticked
 
     def ticked(self, mission: Mission, now: float | None) -> None:
-        """Process a tick, which is shown at the next refresh."""
+        """Record a tick of a mission, to be shown at the next refresh."""
         tick = mission, now
         if mission.robot not in self._seen:
             self._seen[mission.robot] = tick, mission.snapshot(now)
@@ -71,8 +72,8 @@ class LiveDisplay:
         yield self.text(console.size.height)
 
     def text(self, height: int) -> Text:
-        """Return the trees as lines for a terminal of some height."""
-        # What does not fit the width is cut; rich's own mark for that is no ASCII.
+        """Return the trees as text for a terminal with a number of lines."""
+        # Lines are truncated to the width; rich marks that with a character that is not ASCII.
         text = Text(no_wrap=True, overflow="ellipsis" if self._symbols is UNICODE else "crop")
         missions = [mission for mission, _ in list(self._ticked.values())]
         for line, style in self._lines(missions, self._room(missions, height)):
@@ -82,7 +83,7 @@ class LiveDisplay:
 
     @staticmethod
     def _room(missions: Sequence[Mission], height: int) -> int:
-        """Return the number of available lines: at the end, the outcome of each robot follows below."""
+        """Return the number of lines for trees: at the end, some stay free for the outcomes printed below."""
         over = len(missions) if all(mission.over for mission in missions) else 0
         return max(1, height - 1 - min(over, height // 2))
 
@@ -93,16 +94,15 @@ class LiveDisplay:
             yield self._rest(waiting[room - 1 :])
             return
         trees = [self._snapshot(mission) for mission in missions]
-        left = room - sum(1 + len(tree.nodes) for tree in trees)
-        if left >= 0:
+        if sum(1 + len(tree.nodes) for tree in trees) <= room:
             for tree in trees:
                 yield from self._whole(tree, tree.nodes)
             return
-        left = room - len(trees)
+        remaining = room - len(trees)
         folded = []
         for tree in [self._snapshot(mission) for mission in waiting]:
-            nodes = self._fitting(tree.nodes, left, alone=len(trees) == 1)
-            left -= len(nodes)
+            nodes = self._fitting(tree.nodes, remaining, alone=len(trees) == 1)
+            remaining -= len(nodes)
             if nodes:
                 yield from self._whole(tree, nodes)
             else:
@@ -110,17 +110,17 @@ class LiveDisplay:
         yield from self._folded(folded)
 
     def _fitting(self, nodes: tuple[Node, ...], room: int, *, alone: bool) -> Sequence[Node]:
-        """Return as much of a tree as fits; nothing if that is too little."""
+        """Return the nodes of a tree that fit; an empty list if too few would fit."""
         if len(nodes) <= room:
             return nodes
-        open_ones = list(self._without_what_is_over(nodes))
-        if 1 < len(open_ones) <= room:
-            return open_ones
+        unfinished = list(self._collapsed(nodes))
+        if 1 < len(unfinished) <= room:
+            return unfinished
         running = [node for node in nodes if node.status is nodes[0].status]
         return running[-room:] if alone and room > 0 else ()
 
-    def _without_what_is_over(self, nodes: tuple[Node, ...]) -> Iterator[Node]:
-        """Yield behaviors, but none below those that have succeeded or were not begun."""
+    def _collapsed(self, nodes: tuple[Node, ...]) -> Iterator[Node]:
+        """Yield the nodes of a tree without the children of those that have succeeded or have not begun."""
         closed = sys.maxsize
         for node, following in zip(nodes, (*nodes[1:], nodes[0]), strict=True):
             if node.depth > closed:
@@ -147,9 +147,9 @@ class LiveDisplay:
         return f"{self._more} and {len(missions)} more: {ends}", "bold"
 
     def _snapshot(self, mission: Mission) -> Snapshot:
-        """Return the tree; one that was stopped as it was before.
+        """Return the current tree or, if it was stopped or is being ticked, the one before.
 
-        So is one that is being ticked: what a behavior prints has the terminal drawn anew, in the middle of the tick.
+        A tree can be drawn in the middle of a tick: rich refreshes the terminal when a behavior prints something.
         """
         tick = self._ticked[mission.robot]
         seen, snapshot = self._seen[mission.robot]
@@ -162,7 +162,7 @@ class LiveDisplay:
 
 @contextmanager
 def live_display() -> Iterator[LiveDisplay]:
-    """Draw trees on the terminal meanwhile; the last ones stay there."""
+    """Draw trees on the terminal within the context; the last state stays on the terminal."""
     display = LiveDisplay(symbols_for(sys.stdout))
     # Log lines are written above the trees, unless the log goes elsewhere.
     console, logs_here = Console(file=sys.stdout), sys.stderr.isatty()

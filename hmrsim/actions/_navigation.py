@@ -1,6 +1,7 @@
-"""Driving to poses and planning paths: routes, planned here or by an external planner, feedback, and path messages.
+"""The parts that navigation actions share: planning, driving, feedback and path messages.
 
-A robot with an external planner follows the planned path straight from pose to pose, and uses no lanes.
+A robot either plans on the lanes of the world, or asks an external planner. In that case it drives straight from pose
+to pose of the planned path, and uses no lanes.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ if TYPE_CHECKING:
 
 if TYPE_CHECKING:
     Way = Route | Sequence[Point]
-    """Along the lanes; or straight from point to point."""
+    """A route along the lanes, or points to drive to in straight lines."""
 
 
-def point_of(at: PoseStamped) -> Point:
+def point_of(pose: PoseStamped) -> Point:
     """Return the point of a pose."""
-    return at.pose.position.x, at.pose.position.y
+    return pose.pose.position.x, pose.pose.position.y
 
 
-def facing(at: PoseStamped) -> float:
-    """Return the yaw of a pose."""
-    return yaw_of(at.pose.orientation.z, at.pose.orientation.w)
+def facing(pose: PoseStamped) -> float:
+    """Return the yaw of a pose, in radians."""
+    return yaw_of(pose.pose.orientation.z, pose.pose.orientation.w)
 
 
 def no_planner(robot: Robot) -> str | None:
-    """Return why a robot can't accept a goal now that needs planning; None when it can."""
+    """Return why a robot can't accept a goal that needs planning now; None if it can."""
     if robot.planner == "external" and not robot.plans.present:
         return f"{robot.name} has an external planner, and none has announced itself"
     return None
@@ -52,29 +53,29 @@ def plan(robot: Robot, goal: PoseStamped, start: PoseStamped | None = None) -> G
     """Return the route to a pose, from the robot's pose or from another one.
 
     Raises:
-        GoalAborted: There is none, with the code of ComputePathToPose.
+        GoalAborted: There is no route; the code is that of ComputePathToPose.
     """
     if robot.planner != "external":
         return robot.plan_to(point_of(goal), point_of(start) if start else None)
-    asked = ComputePathToPose.Goal(goal=goal, start=start or robot.pose_stamped(), use_start=True)
-    result: ComputePathToPose.Result = yield from robot.plans.ask(robot.name, asked)
+    request = ComputePathToPose.Goal(goal=goal, start=start or robot.pose_stamped(), use_start=True)
+    result: ComputePathToPose.Result = yield from robot.plans.ask(robot.name, request)
     if result.error_code:
         raise GoalAborted(result.error_code, result.error_msg or f"the planner gave code {result.error_code}")
     path = result.path
     if not path.poses:
         raise GoalAborted(ComputePathToPose.Result.NO_VALID_PATH, "the planner gave a path without poses")
-    for frame in (path.header.frame_id, *(at.header.frame_id for at in path.poses)):
+    for frame in (path.header.frame_id, *(pose.header.frame_id for pose in path.poses)):
         if frame not in FRAMES:
             text = f"the planner's path is in the unknown frame {frame!r}; use 'map' or leave it empty"
             raise GoalAborted(ComputePathToPose.Result.TF_ERROR, text)
-    return [point_of(at) for at in path.poses]
+    return [point_of(pose) for pose in path.poses]
 
 
 def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any, None]:
-    """Drive a robot along a route or straight to points, then turn it to *final_yaw*, if any.
+    """Drive a robot along a route or straight to points, then turn it to *final_yaw*, unless that is None.
 
     Raises:
-        GoalAborted: Something blocks the way, and the robot stands before it; or it can't continue.
+        GoalAborted: The robot has stopped in front of an obstacle, or can't continue for another reason.
     """
     route, blocked = (way, "") if isinstance(way, Route) else robot.straight_through(way)
     yield from robot.drive(route, None if blocked else final_yaw)
@@ -83,7 +84,7 @@ def drive(robot: Robot, way: Way, final_yaw: float | None) -> Generator[Any, Any
 
 
 def extent(robot: Robot, way: Way) -> tuple[float, float]:
-    """Return the length of a route, and the seconds that it takes a robot without obstructions."""
+    """Return the length of a way, and the seconds that a robot needs for it if nothing obstructs it."""
     if isinstance(way, Route):
         return way.length, sum(leg.seconds(robot.speed) for leg in way.legs)
     total = sum(distance(a, b) for a, b in pairwise(way))
@@ -95,28 +96,29 @@ def _nothing() -> tuple[float, float]:
 
 
 def navigation_of(robot: Robot, ahead: Callable[[], tuple[float, float]] = _nothing) -> Callable[[], dict[str, Any]]:
-    """Return the source of the feedback of a robot that sets out now, in plain values, as it is the most frequent.
+    """Return the function that samples the feedback of a robot that sets out now.
 
-    *ahead* returns length and seconds of the routes after the current one.
+    The feedback is plain values, since it is more frequent than any other. *ahead* returns the length and the seconds
+    of the routes after the current one.
     """
     began, recoveries = robot.now, robot.recoveries
 
     def feedback() -> dict[str, Any]:
-        pose, left, seconds = robot.motion.progress()
-        more_left, more_seconds = ahead()
+        pose, remaining, seconds = robot.motion.progress()
+        remaining_ahead, seconds_ahead = ahead()
         return {
             "current_pose": robot.stamped(robot.estimated(pose)),
             "navigation_time": values_of((robot.now - began) * NANOSECONDS),
-            "estimated_time_remaining": values_of((seconds + more_seconds) * NANOSECONDS),
+            "estimated_time_remaining": values_of((seconds + seconds_ahead) * NANOSECONDS),
             "number_of_recoveries": robot.recoveries - recoveries,
-            "distance_remaining": left + more_left,
+            "distance_remaining": remaining + remaining_ahead,
         }
 
     return feedback
 
 
 _PLANNERS = ("", "graph", "GridBased")
-"""The names of the only planner: empty, its name in world files, and the default of Nav2's behavior trees."""
+"""The names of the only planner: the empty default, the name in world files, and that in Nav2's behavior trees."""
 
 
 def planner_flaw(planner_id: str, code: int) -> Flaw | None:
@@ -127,7 +129,10 @@ def planner_flaw(planner_id: str, code: int) -> Flaw | None:
 
 
 def poses_along(route: Route, start: Point, yaw: float) -> Iterator[Pose]:
-    """Yield the pose at the start of each leg, facing along it, then the end (*start* without legs) with a *yaw*."""
+    """Yield the pose at the start of each leg, facing along it, then the end with a *yaw*.
+
+    The end of a route without legs is *start*.
+    """
     yield from (leg.first for leg in route.legs)
     end = route.legs[-1].end if route.legs else start
     yield Pose(*end, yaw)

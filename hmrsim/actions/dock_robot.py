@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 _OUT_OF_ORDER: Final = "dock_out_of_order"
-"""The cause of goals that end as their dock is out of order: the name of the fault."""
+"""The cause of goals that end because their dock is out of order; it is the name of the fault."""
 
 _RESULT, _STAGE = DockRobot.Result, DockRobot.Feedback
 
 
 class _Docking:
-    """The progress of a docking goal."""
+    """The progress of a docking goal, which is its feedback."""
 
     def __init__(self, robot: Robot, report: Report[DockRobot.Feedback]) -> None:
         self._robot, self._report = robot, report
@@ -38,7 +38,7 @@ class _Docking:
         report.sample(self._feedback)
 
     def enter(self, stage: int) -> None:
-        """Publish that a stage begins."""
+        """Begin a stage, and publish it at once."""
         self._stage = stage
         self._report.send(self._feedback())
 
@@ -86,10 +86,10 @@ def _process(
 
 
 def _check_order(dock: DockBay, code: int) -> None:
-    """Check that a dock is in order; a robot notices it where it needs that.
+    """Check that a dock is in order, which a robot notices only at some stages.
 
     Raises:
-        GoalAborted: It is not.
+        GoalAborted: The dock is out of order.
     """
     if dock.out_of_order:
         raise GoalAborted(code, f"{dock.name!r} is out of order", _OUT_OF_ORDER)
@@ -99,7 +99,7 @@ def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
     """Drive a robot straight into its dock.
 
     Raises:
-        GoalAborted: Something blocks its way.
+        GoalAborted: An obstacle or another robot is in the way.
     """
     point, text = dock.pose.point, f"can't drive into {dock.name!r}"
     way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])
@@ -113,37 +113,37 @@ def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
 
 
 def _shared(route: Route) -> Route:
-    """Return a route whose end robots that are docked there may share."""
+    """Return the same route with an end that the robot may share with others that are docked there."""
     *before, last = route.legs or (None,)
     return route if last is None or last.slots else replace(route, legs=(*before, replace(last, shares_end=True)))
 
 
 def _find(robot: Robot, goal: DockRobot.Goal) -> DockBay:
-    """Return the dock that a goal asks for.
+    """Return the dock of a goal, given by its id or its pose.
 
     Raises:
-        GoalAborted: There is none, or the robot can't dock there.
+        GoalAborted: There is no such dock, or the robot can't dock there.
     """
     if goal.use_dock_id:
         dock = robot.docks.get(goal.dock_id)
         if dock is None:
-            there = listed(sorted(robot.docks))
-            raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {there}")
+            names = listed(sorted(robot.docks))
+            raise GoalAborted(_RESULT.DOCK_NOT_IN_DB, f"no dock {goal.dock_id!r}; there are: {names}")
     else:
         dock = _nearest(robot, goal)
     if goal.dock_type not in ("", dock.spec.type):
         raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is a {dock.spec.type}, not a {goal.dock_type}")
     if not dock.serves(robot):
-        names = ", ".join(dock.spec.reserved_for or ())
-        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is reserved for {names}")
+        owners = ", ".join(dock.spec.reserved_for or ())
+        raise GoalAborted(_RESULT.DOCK_NOT_VALID, f"{dock.name!r} is reserved for {owners}")
     return dock
 
 
 def _nearest(robot: Robot, goal: DockRobot.Goal) -> DockBay:
-    """Return the dock at a pose.
+    """Return the dock at the pose of a goal.
 
     Raises:
-        GoalAborted: There is none.
+        GoalAborted: There is no dock at that pose.
     """
     x, y = point = point_of(goal.dock_pose)
     docks = sorted(robot.docks.values(), key=lambda dock: (dock.away(point), dock.name))

@@ -1,4 +1,4 @@
-"""The endings of a run: a sink that checks the conditions of an experiment's file after each event."""
+"""The endings of a run: a sink that checks the conditions in an experiment's file after each event."""
 
 from __future__ import annotations
 
@@ -28,24 +28,25 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 Check = Callable[["Simulator", Any], bool]
+"""Returns whether a condition holds, given the simulator and the event that may have brought it about."""
 
 REPORTED: Final = "reported"
-"""The name under which the expressions of an ending find what controllers have reported."""
+"""The name by which the expressions of an ending refer to the values that controllers have reported."""
 BY_REPORT: Final = ("item", "robot", "at", "where")
-"""The fields of an ending that may ask for that."""
+"""The fields of an ending that may contain such expressions."""
 
 
 class Judge(SelectiveSink):
-    """A sink that ends a run as soon as one of its endings holds; of several at one instant the first in the file.
+    """A sink that ends a run as soon as one of its endings holds; if several hold at once, the first in the file.
 
     Args:
-        endings: By label, the conditions of which one must hold.
+        endings: The conditions of each ending, by its label; an ending holds if one of its conditions does.
 
     Attributes:
-        label: How it has ended; empty while it has not.
-        cause: Details that the label lacks, such as why the run hangs. Usually empty.
-        at: When, in simulated seconds.
-        reported: Values that controllers have reported, by name, with the last label under ``label``.
+        label: The label of the ending that holds; empty while the run goes on.
+        cause: Details that the label lacks, such as why the run hangs; usually empty.
+        at: The simulated seconds at which the run ended.
+        reported: The values that controllers have reported, by name, with the last label under ``label``.
     """
 
     def __init__(self, endings: Mapping[str, Sequence[Ending]]) -> None:
@@ -64,7 +65,7 @@ class Judge(SelectiveSink):
         ]
         self._simulator: Simulator | None = None
         kinds = {kind for _, kinds, _ in self._checks for kind in kinds}
-        # Those are published, whoever wants events.
+        # Goals and reports are published even if no sink subscribes to events.
         self._topics = frozenset({Topic.EVENTS}) if kinds - {GoalChanged, RunReported} else frozenset[Topic]()
         self._end: Callable[[str], None] = lambda _reason: None
 
@@ -75,7 +76,7 @@ class Judge(SelectiveSink):
 
     @property
     def topics(self) -> Collection[Topic]:
-        """The topics that it wants: all events, if one of them may end the run."""
+        """The topics to subscribe to: all events, if one of them may end the run."""
         return self._topics
 
     def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
@@ -83,12 +84,12 @@ class Judge(SelectiveSink):
 
         Args:
             simulator: The simulator.
-            end: Ends the run after this instant, for a reason.
+            end: Ends the run after this instant; called with the reason.
         """
         self._simulator, self._end = simulator, end
 
     def controller_ended(self, *, succeeded: bool, now: float) -> None:
-        """Note that the controller has ended, if nothing has ended the run before."""
+        """End the run because the controller has ended, unless the run has ended before."""
         outcome = "succeeded" if succeeded else "failed"
         for label, conditions in self._endings.items():
             if any(condition.controller == outcome for condition in conditions):
@@ -96,7 +97,7 @@ class Judge(SelectiveSink):
         self.end(outcome, now)
 
     def end(self, label: str, now: float) -> None:
-        """End the run, if it has not ended."""
+        """End the run with a label, unless it has ended before."""
         if not self.label:
             self.label, self.at = label, now
             self._end(f"the run has ended: {label}")
@@ -112,7 +113,7 @@ class Judge(SelectiveSink):
         if status is GoalStatus.ABORTED:
             self._note_failure(change.stamp, change, error_of(change.result) if change.result else "")
         if self._checks and status.terminal:
-            self._look(change)
+            self._check_endings(change)
 
     def _note_event(self, output: EventStamped) -> None:
         if self.label:
@@ -122,7 +123,7 @@ class Judge(SelectiveSink):
             self._note_failure(output.stamp, event, event.error_msg)
         if isinstance(event, RunReported):
             self.reported |= {**event.values, "label": event.label}
-        self._look(event)
+        self._check_endings(event)
 
     def _note_failure(self, stamp: int, goal: GoalChanged | SendGoalRejected, why: str) -> None:
         if self._simulator is not None and not self.label:
@@ -130,8 +131,8 @@ class Judge(SelectiveSink):
             if self.cause:
                 self.end(HUNG, self._simulator.now)
 
-    def _look(self, event: Any) -> None:
-        """Look which endings hold where an event, or the end of a goal, may have brought one."""
+    def _check_endings(self, event: Any) -> None:
+        """End the run if an event or the end of a goal has brought about one of the endings."""
         simulator = self._simulator
         if simulator is None or self.label:
             return
@@ -145,29 +146,30 @@ _COUNTED: Final = (GoalStatus.ACCEPTED, *(status for status in GoalStatus if sta
 
 
 def _check(condition: Ending, reported: Mapping[str, Any]) -> tuple[tuple[type, ...], Check]:
-    """Return at which events to look whether a condition holds, and how; none for those that no event brings.
+    """Return the types of events that may bring about a condition, and the function that checks it then.
 
-    *reported* has what controllers have reported so far.
+    There are no types for a condition that no event brings about. *reported* has the values that controllers have
+    reported so far.
     """
     kinds, check = _check_of(condition)
-    asking = {name: value for name in BY_REPORT if names_used_in(value := getattr(condition, name))}
-    if not asking:
+    expressions = {name: value for name in BY_REPORT if names_used_in(value := getattr(condition, name))}
+    if not expressions:
         return kinds, check
 
-    def look(simulator: Simulator, event: Any) -> bool:
+    def check_with_reported(simulator: Simulator, event: Any) -> bool:
         try:
-            said = {name: substituted(value, {REPORTED: reported}) for name, value in asking.items()}
+            values = {name: substituted(value, {REPORTED: reported}) for name, value in expressions.items()}
         except OverlayFlaw:
-            return False  # it is not reported yet
-        # What is reported may be a number, too.
-        said = {name: value if name == "where" else str(value) for name, value in said.items()}
-        return _check_of(condition.model_copy(update=said))[1](simulator, event)
+            return False  # the value has not been reported yet
+        # Controllers may report a number as a name.
+        fields = {name: value if name == "where" else str(value) for name, value in values.items()}
+        return _check_of(condition.model_copy(update=fields))[1](simulator, event)
 
-    return (kinds if condition.event else (*kinds, RunReported)), look
+    return (kinds if condition.event else (*kinds, RunReported)), check_with_reported
 
 
 def _check_of(condition: Ending) -> tuple[tuple[type, ...], Check]:
-    """Return the same of a condition whose names are known."""
+    """Return the same as `_check` for a condition without expressions."""
     if condition.event is not None:
         return (registry()[condition.event],), partial(_is_event, condition.where)
     if condition.reported is not None:
@@ -204,7 +206,7 @@ def _near(simulator: Simulator, point: Point, place: str) -> bool:
     world = simulator.world
     try:
         there = world.point(place)
-    except KeyError:  # as the controller has reported it
+    except KeyError:  # a name that the controller has reported
         return False
     return distance(point, there) <= NEAR[world.units]
 
@@ -215,8 +217,8 @@ def _orders_are_served(count: int | None, simulator: Simulator, _event: object) 
     return demand.totals.delivered >= count if count is not None else demand.served
 
 
-_MANY: Final = 1000
-"""How many goals of a robot's action may fail within one instant."""
+_MAX_FAILURES: Final = 1000
+"""The number of failed goals of a robot's action within one instant that counts as a livelock."""
 
 
 class Livelock:
@@ -227,18 +229,18 @@ class Livelock:
         self._counts: dict[tuple[str, str], int] = {}
 
     def failed(self, stamp: int, robot: str, action: str, why: str) -> str:
-        """Count a goal that is aborted or rejected; return what is wrong, in words, if it is one too many.
+        """Count an aborted or rejected goal; return an error message if there are too many, else an empty text.
 
         Args:
-            stamp: When, in simulated nanoseconds.
-            robot: Whose.
-            action: Of which action.
-            why: The message of its result, or the reason for the rejection.
+            stamp: The time of the failure, in simulated nanoseconds.
+            robot: The robot of the goal.
+            action: The action of the goal.
+            why: The error message of the result or of the rejection.
         """
         if stamp != self._now:
             self._now, self._counts = stamp, {}
         count = self._counts[robot, action] = self._counts.get((robot, action), 0) + 1
-        if count < _MANY:
+        if count < _MAX_FAILURES:
             return ""
         last = f"; the last one: {why}" if why else ""
         return f"time stands still: {count:,} goals of {robot}/{action} failed within one instant{last}"

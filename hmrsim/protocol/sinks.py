@@ -1,4 +1,4 @@
-"""Sinks: receivers of the outputs of a simulation, and of the commands submitted to it."""
+"""Sinks, which receive the outputs of a simulation and the commands submitted to it."""
 
 from __future__ import annotations
 
@@ -12,45 +12,45 @@ if TYPE_CHECKING:
 
 
 class Sink(Protocol):
-    """Receives the outputs; called in the simulation's thread, which it must not block.
+    """Receives the outputs of a simulation, in the simulation's thread, which it must not block.
 
-    One that needs outputs of some types only, or has a function for each, is a `SelectiveSink`.
+    A sink that needs only some types of outputs, or has a function for each type, should be a `SelectiveSink`.
     """
 
     def emit(self, output: Output) -> None:
         """Process an output of the simulation."""
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether the topic has a subscriber; a topic that no sink wants is not computed."""
+        """Return whether the sink needs a topic; the simulation does not compute topics that no sink needs."""
 
 
 class SelectiveSink:
-    """A base class of sinks that process outputs of some types only, each with its own function.
+    """A base class of sinks that process only some types of outputs, each type with a separate function.
 
     Attributes:
-        varies: Whether `handler_for` depends on the interest of others, and has to be asked again when that changes.
+        varies: Whether the result of `handler_for` depends on subscribers, so that it is called again when they change.
     """
 
     varies: ClassVar[bool] = False
 
     @property
     def topics(self) -> Collection[Topic]:
-        """The topics that it wants now; a subclass may have a `wants` instead, which is asked for each topic."""
+        """The topics that the sink needs now; a subclass may override `wants` instead."""
         return ()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is wanted now."""
+        """Return whether the sink needs a topic now."""
         return topic in self.topics
 
     def emit(self, output: Output) -> None:
-        """Process an output of the simulation, if it is of one of these types."""
+        """Process an output of the simulation, if there is a handler for its type."""
         if handler := self.handler_for(type(output)):
             handler(output)
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them.
 
-        The simulator asks once for each type, and calls the function in place of `emit`.
+        The simulator calls this once for each type, and then calls the function instead of `emit`.
         """
         raise NotImplementedError
 
@@ -59,22 +59,22 @@ class CommandSink(Sink, Protocol):
     """A sink that receives commands, too."""
 
     def commanded(self, command: Command, by: str, now: float) -> None:
-        """Take a command from outside, before it is applied, after all that is due at this instant.
+        """Process a command from outside, after all events of this instant and before the command is applied.
 
         Args:
             command: The command.
-            by: The participant that sent it, if one did.
+            by: The participant that sent the command; empty if it comes from elsewhere.
             now: The simulated time, in seconds.
         """
 
 
 def handler_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
-    """Return the function by which a sink processes outputs of a type; None if it ignores them."""
+    """Return the function with which a sink processes outputs of a type; None if it ignores them."""
     return sink.handler_for(kind) if isinstance(sink, SelectiveSink) else sink.emit
 
 
 def topics_of(sink: object) -> Collection[Topic] | None:
-    """Return the topics that a sink wants now; None for one that has to be asked for each."""
+    """Return the topics that a sink needs now; None if only its `wants` can say that."""
     if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:
         return sink.topics
     return None

@@ -1,7 +1,7 @@
-"""Requests and replies of the controllers that take part in lockstep: plain frozen values.
+"""The requests and replies of controllers that take part in lockstep, and those about the clock.
 
 The terms are those of conservative synchronization: a participant joins, asks to advance, and is granted time.
-Epochs count the grants. Times are simulated seconds here, as they are in requests and replies.
+Epochs count the grants. Times are simulated seconds.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 REALTIME = "realtime"
 LOCKSTEP = "lockstep"
 CLOCKS = (REALTIME, LOCKSTEP)
-"""The clocks."""
+"""The clocks that a simulation can have."""
 
 KINDS = ("status", "feedback", "result")
 """The kinds of events that can wake a participant."""
@@ -22,7 +22,7 @@ class Join(NamedTuple):
     """Join lockstep; answered by `Joined`.
 
     Attributes:
-        token: A secret of this participant, so that a repeated request gets the first answer again; empty for no token.
+        token: A secret by which the simulator recognizes a repeated request, which gets the same answer; may be empty.
     """
 
     name: str
@@ -64,21 +64,21 @@ class ReadTime(NamedTuple):
 
 
 class CheckWatchdog(NamedTuple):
-    """Check whether a participant has exceeded its time to answer."""
+    """Check whether any participant has taken too long to answer."""
 
 
 class Intervene(NamedTuple):
-    """Call a function in the simulation's thread, when all of this instant has been taken."""
+    """Call a function in the simulation's thread, after all events of the current instant."""
 
     act: Callable[[], None]
 
 
 class Joined(NamedTuple):
-    """A participant may ask to advance.
+    """The answer to `Join`: the participant may now ask to advance.
 
     Attributes:
-        epoch: The epoch to begin with.
-        goals: How many goals were sent under this name before.
+        epoch: The epoch of its first request to advance.
+        goals: The number of goals that were sent under this name before.
     """
 
     participant: str
@@ -88,7 +88,7 @@ class Joined(NamedTuple):
 
 
 class HasLeft(NamedTuple):
-    """The notice that a participant has left."""
+    """The answer to `Leave`: the participant has left."""
 
     participant: str
 
@@ -98,11 +98,11 @@ class TimeState(NamedTuple):
 
     Attributes:
         clock: One of `CLOCKS`.
-        real_time_factor: Simulated seconds a wall second that are aimed at; 0 for as fast as possible.
-        epoch: In lockstep, which grant is next.
-        waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number in
-            place of names that are not known. ``_planner`` while an external planner has yet to answer.
-        lag: Total wall seconds that simulated time lags behind, as the machine could not keep up.
+        real_time_factor: The intended simulated seconds per wall second; 0 for as fast as possible.
+        epoch: The epoch of the next grant in lockstep.
+        waiting_for: The participants that have yet to ask to advance, or to join for the first time; a number if their
+            names are unknown. ``_planner`` while an external planner has yet to answer.
+        lag: The wall seconds by which simulated time is late in total because the machine could not keep up.
     """
 
     now: float

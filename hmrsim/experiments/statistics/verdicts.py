@@ -1,4 +1,7 @@
-"""Verdicts on whether B is better than A, which you can request after each pair of runs and which stand once given."""
+"""Verdicts on whether treatment B is better than A, which you can request after every pair of runs.
+
+A verdict stands once it is given: however often you look, the probability of a false one is limited.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ UNDECIDED: Final = "undecided"
 """There are too few runs for a verdict."""
 
 _MOST_DIFFERING: Final = 0.05
-"""The share of seeds under which real numbers may differ although all pairs so far are equal."""
+"""The share of seeds whose values may differ although all pairs so far are equal."""
 
 
 @dataclass(frozen=True)
@@ -34,11 +37,11 @@ class Criterion:
 
     Attributes:
         larger_is_better: True for a number of orders, False for a time, for example.
-        margin: Differences of the means below this do not matter; None if all do, so that nothing is equivalent.
+        margin: Differences of the means below this do not matter; None if all differences matter.
         relative: Whether the margin is a share of A's mean, such as 0.05; then no value of A may be negative.
-        yes_no: Whether all values are 0 or 1, so that the means are shares; None to decide by the values: they are yes
-            and no if all are 0 or 1, both occur, and the margin, if not relative, is below 1.
-        alpha: The probability of a false verdict, however often one looks, as far as `confidence_sequence` holds.
+        yes_no: Whether all values are 0 or 1, so that the means are shares. None derives that from the values: all are
+            0 or 1, both occur, and the margin is relative or below 1.
+        alpha: The probability of a false verdict, however often you look, as far as `confidence_sequence` holds.
     """
 
     larger_is_better: bool
@@ -61,7 +64,7 @@ class Criterion:
         return self.margin is not None and not self.relative and self.margin >= 1
 
     def settled(self, first: Sequence[float], second: Sequence[float]) -> Criterion:
-        """Return the criterion with *yes_no* decided by the values, if it is None."""
+        """Return the criterion with *yes_no* derived from the values if it is None."""
         if self.yes_no is not None:
             return self
         return replace(self, yes_no={*first, *second} == {0, 1} and not self._is_wide)
@@ -72,9 +75,9 @@ class Comparison:
     """The comparison of B with A: the difference B - A and the verdicts.
 
     Attributes:
-        verdict: ``better`` or ``worse`` if B's mean is, however little; ``equivalent`` if the means differ by less than
-            the margin; ``undecided`` if neither is known yet.
-        decided_after: The number of pairs after which it was given; None while it is undecided.
+        verdict: ``better`` or ``worse`` if B's mean is better or worse, however little; ``equivalent`` if the means
+            differ by less than the margin; ``undecided`` if neither is known yet.
+        decided_after: The number of pairs after which the verdict was given; None while it is undecided.
         difference: The mean of B - A, with a confidence sequence.
         differing: The number of pairs whose two values are not equal.
         withdrawn: Earlier verdicts that all pairs together contradict, in order.
@@ -88,20 +91,20 @@ class Comparison:
 
 
 def verdict(a: Sequence[float], b: Sequence[float], criterion: Criterion) -> tuple[Verdict, int | None]:
-    """Return the first verdict that a look after each pair gives, and after how many pairs.
+    """Return the first verdict that a look after each pair gives, and the number of pairs before it.
 
-    False verdicts are given with probability *alpha* at most, for all looks together, where `confidence_sequence`
-    holds. The first one stands, unless all pairs together contradict it, since their mean is on the other side of 0,
-    or beyond the margin: then it is withdrawn, and the next one that all pairs together do not contradict is given, if
-    there is one. B can be both better and equivalent, by less than the margin; the one that is known first is given,
-    and ``equivalent`` if both are at once.
+    The probability that any look gives a false verdict is at most *alpha*, where `confidence_sequence` holds. The first
+    verdict stands, unless all pairs together contradict it, because their mean is on the other side of 0 or beyond the
+    margin. Then it is withdrawn, and the next verdict that all pairs together do not contradict is given, if there is
+    one. B can be both better and equivalent, if it is better by less than the margin. The verdict that is known first
+    is given, and ``equivalent`` if both become known at once.
 
-    Real numbers that are equal in all pairs so far say nothing about how large a difference could be. If there is a
-    margin, they are equivalent as soon as it is excluded, at alpha, that they differ under 5 % of all seeds or more:
-    after 59 pairs for alpha = 0.05, by (1 - 0.05)ⁿ ≤ alpha. Yes and no need no such rule.
+    If real numbers are equal in all pairs so far, they do not show how large a difference could be. With a margin, they
+    are equivalent as soon as it is excluded, at level alpha, that they differ for 5 % of all seeds or more: after 59
+    pairs for alpha = 0.05, since (1 - 0.05)ⁿ ≤ alpha. Values of 0 and 1 need no such rule.
 
     A relative margin is compared with the true mean of A, not with its estimate: B - (1 - margin) A has to be above 0,
-    and B - (1 + margin) A below it.
+    and B - (1 + margin) A below 0.
 
     Source: Schuirmann, A comparison of the two one-sided tests procedure and the power approach for assessing the
     equivalence of average bioavailability, Journal of Pharmacokinetics and Biopharmaceutics 15 (1987).
@@ -138,10 +141,10 @@ def compare_all(
 ) -> dict[str, Comparison]:
     """Return a comparison for each measure, such that all verdicts together are true with probability 1 - alpha.
 
-    Each has alpha divided by the number of measures (Bonferroni), whatever its own criterion says. Holm's stepwise
-    procedure gives later ones more, and is right where a hypothesis once rejected can't be rejected wrongly; a measure
-    has several verdicts of which one or the other is false whatever is true, so it does not apply. It does to the
-    p-values of `effects`.
+    Each comparison has alpha divided by the number of measures (Bonferroni), and the alpha of its criterion is ignored.
+    Holm's stepwise procedure would allow later comparisons more, but it does not apply here: it requires that a
+    rejected hypothesis can't be rejected wrongly, while a measure has several verdicts of which at least one is false.
+    It does apply to the p-values of `effects`.
 
     Args:
         measures: The values of A and of B, by the name of the measure.
@@ -164,13 +167,13 @@ class _Claim(NamedTuple):
     Attributes:
         after: The number of these pairs.
         rank: The order of verdicts that are given after the same pair.
-        said: The verdict.
+        verdict: The verdict.
         holds: Whether all pairs together do not contradict it.
     """
 
     after: int
     rank: int
-    said: Verdict
+    verdict: Verdict
     holds: bool
 
 
@@ -179,11 +182,11 @@ def _verdict(
 ) -> tuple[Verdict, int | None, tuple[Verdict, ...]]:
     """Return the verdict, the number of pairs after which it was given, and the verdicts withdrawn before."""
     claims = sorted(_claims(first, second, criterion))
-    withdrawn = tuple(claim.said for claim in itertools.takewhile(lambda claim: not claim.holds, claims))
+    withdrawn = tuple(claim.verdict for claim in itertools.takewhile(lambda claim: not claim.holds, claims))
     if len(withdrawn) == len(claims):
         return UNDECIDED, None, withdrawn
     standing = claims[len(withdrawn)]
-    return standing.said, standing.after, withdrawn
+    return standing.verdict, standing.after, withdrawn
 
 
 def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterion) -> Iterator[_Claim]:
@@ -191,11 +194,11 @@ def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterio
     differences = [two - one for one, two in zip(first, second, strict=True)]
     upwards = 1 if criterion.larger_is_better else -1
     directions: tuple[tuple[int, Verdict], ...] = ((upwards, BETTER), (-upwards, WORSE))
-    for direction, said in directions:
+    for direction, verdict_there in directions:
         side = [direction * difference for difference in differences]
         after = first_above(side, 0.0, criterion.alpha, yes_no=bool(criterion.yes_no))
         if after is not None:
-            yield _Claim(after, 1, said, math.fsum(side) >= 0)
+            yield _Claim(after, 1, verdict_there, math.fsum(side) >= 0)
     if criterion.margin is None:
         return
     low, high, value = differences, [-difference for difference in differences], -criterion.margin
@@ -213,13 +216,14 @@ def _claims(first: Sequence[float], second: Sequence[float], criterion: Criterio
 
 
 def _unless_identical(first: Sequence[float], second: Sequence[float], after: int | None, alpha: float) -> int | None:
-    """Return the number of pairs after which real numbers are known to be equivalent; the bounds show it after *after*.
+    """Return the number of pairs after which real numbers are known to be equivalent.
 
-    The bounds show nothing before a pair differs. Enough equal pairs show that only few can differ.
+    The confidence bounds show it after *after* pairs, but not before a pair differs. Without a difference, enough equal
+    pairs show that only few pairs can differ.
     """
-    wanted = math.ceil(math.log(alpha) / math.log1p(-_MOST_DIFFERING))
-    if len(first) >= wanted and first[:wanted] == second[:wanted]:
-        return wanted
+    enough = math.ceil(math.log(alpha) / math.log1p(-_MOST_DIFFERING))
+    if len(first) >= enough and first[:enough] == second[:enough]:
+        return enough
     differs = (n for n, (one, two) in enumerate(zip(first, second, strict=True), 1) if one != two)
     earliest = next(differs, None)
     return None if after is None or earliest is None else max(after, earliest)
@@ -228,7 +232,7 @@ def _unless_identical(first: Sequence[float], second: Sequence[float], after: in
 def _checked(
     a: Sequence[float], b: Sequence[float], criterion: Criterion
 ) -> tuple[Sequence[float], Sequence[float], Criterion]:
-    """Return the values, and the criterion with *yes_no* decided."""
+    """Return the values after checking them, and the criterion with *yes_no* derived from them."""
     first, second = pairs(a, b)
     if criterion.yes_no:
         for value in (*first, *second):
@@ -240,11 +244,11 @@ def _checked(
 
 
 def holm(p_values: Sequence[float]) -> tuple[float, ...]:
-    """Return adjusted p-values, in the order of those given.
+    """Return the adjusted p-values, in the order of the given ones.
 
-    Rejecting all hypotheses whose adjusted value is at most alpha rejects no true one with probability 1 - alpha at
-    least, however the tests depend on each other. The i-th smallest of m values becomes the largest (m - j + 1) p_j
-    among j = 1 … i, and 1 at most.
+    If you reject all hypotheses whose adjusted value is at most alpha, no true one is rejected with a probability of at
+    least 1 - alpha, however the tests depend on each other. The i-th smallest of m values becomes the largest
+    (m - j + 1) p_j among j = 1 … i, and 1 at most.
 
     Source: Holm, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6
     (1979), section 3.

@@ -1,7 +1,7 @@
-"""Resolution of deadlocks: two searches over the places of vehicles find moves to make one after the other.
+"""The resolution of deadlocks: a search for moves of other vehicles that let a blocked vehicle reach its next place.
 
-Vehicles in the way are interchangeable if they have the same size and may drive the same lanes: it does not matter
-which of them is where. So the searches distinguish such kinds, not vehicles.
+The state of a search is the combination of places at which the vehicles stand. Vehicles of the same size that may drive
+the same lanes are interchangeable, so that combinations that differ only in their order are the same.
 """
 
 from __future__ import annotations
@@ -25,41 +25,42 @@ if TYPE_CHECKING:
     from hmrsim.traffic.rules import Vehicle
 
 _MAX_SEARCHED = 6
-"""Maximum vehicles in an exhaustive search: each further one multiplies its duration by the number of places."""
+"""The maximum number of vehicles in an exhaustive search: each further one multiplies its duration."""
 
 _MAX_CLEARING = 24
-"""Maximum vehicles to move, one after the other, to clear a route."""
+"""The maximum number of vehicles to move, one after the other, to clear a route."""
 
 _MAX_AROUND = 80
-"""Maximum places, the nearest first, to examine for vehicles that may have to move."""
+"""The maximum number of places to examine, nearest first, for vehicles that may have to move."""
 
 _FEW_STEPS = 4
-"""Maximum length of a solution that is taken without searching for another one."""
+"""The maximum number of steps of a solution that is accepted without a search for a shorter one."""
 
 _PAIR = 2
+"""The number of vehicles that can't swap places, as they would meet on the lane between them."""
 
 _Drive = tuple[int, "Way"]
 """A vehicle, by its number in the group, and the way that it takes."""
 _Drives = tuple[_Drive, ...]
 _Predecessors = dict[object, tuple["Places", object, _Drives]]
-"""The places of a reached combination, with its predecessor and the drives from there, by key."""
+"""For the key of each reached combination: the places, the key of its predecessor, and the drives from there."""
 
 
 class Movable(Protocol):
-    """Predicate: the first vehicle may be moved for the second."""
+    """A function that decides whether a vehicle may be moved out of the way of another."""
 
     def __call__(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
-        """Return whether it may move now, or if *soon*, after it has stopped or finished its work."""
+        """Return whether *other* may be moved for *robot* now or, if *soon*, once it has stopped or ended its work."""
 
 
 class DeadlockResolver:
     """Searches for moves that let a vehicle continue.
 
     Args:
-        slots: The places of the vehicles.
-        ways: Where they can go.
+        slots: Know the places of the vehicles.
+        ways: Find the ways from these places.
         resolutions: The resolutions in progress, which need slots.
-        movable: Returns whether the first vehicle may be moved for the second.
+        movable: Returns whether a vehicle may be moved for another.
     """
 
     def __init__(
@@ -82,15 +83,15 @@ class DeadlockResolver:
     def find_steps(
         self, robot: Vehicle, target: int, max_states: int, *, patient: bool
     ) -> tuple[list[Step] | None, bool]:
-        """Return steps that bring a vehicle to a slot, None if none are found, and whether that result is final.
+        """Return steps that bring a vehicle to a slot, or None, and whether that result is final.
 
-        First an exhaustive search over the vehicles in the way, adding one at a time, the nearest first, finds the
-        fewest steps. If it finds no steps, or many, a *patient* search continues with two further attempts: with the
-        vehicles that will soon be movable, and by clearing a route for the vehicle, which may get out of the way
-        itself first. The steps with the shortest total length win.
+        First, an exhaustive search finds the fewest steps. It considers the vehicles in the way, and adds one at a
+        time, the nearest first. If it finds no steps, or many, a *patient* search makes two more attempts: it includes
+        the vehicles that will soon be movable, and it clears a route for the vehicle, which may make room itself first.
+        The steps with the shortest total length win.
 
-        Each exhaustive search visits at most *max_states* combinations of places; a search cut short is not final.
-        Unless *patient*, only found steps are final.
+        Each exhaustive search visits at most *max_states* combinations of places; if that limit ends it, the result is
+        not final. Without *patient*, the result is final only if there are steps.
         """
         nearest = list(islice(self._movable_around(robot, target, soon=False), _MAX_SEARCHED))
         steps, final = self._search_nearest(robot, nearest, target, max_states)
@@ -107,9 +108,10 @@ class DeadlockResolver:
     def _search_nearest(
         self, robot: Vehicle, nearest: Sequence[Vehicle], target: int, max_states: int
     ) -> tuple[list[Step] | None, bool]:
-        """Search the places of the nearest vehicles; finding no steps is final if all of them took part.
+        """Search with more and more of the nearest vehicles; return the steps, or None and whether that is final.
 
-        A vehicle that is in nobody's way where the group can go takes part in the next search without one of its own.
+        No steps are a final result if all vehicles took part. A vehicle that blocks none of the group's ways is added
+        to the group, but a search with it would find nothing new.
         """
         group = self._group(robot, target)
         for number, other in enumerate(nearest[: _MAX_SEARCHED - 1]):
@@ -159,7 +161,7 @@ class DeadlockResolver:
                     todo.append(slot)
 
     def _next_to(self, place: int) -> list[int]:
-        """Return the places next to one: along the lanes, in the middle of occupied lanes, and beside the lanes."""
+        """Return the neighbors of a place: along the lanes, on occupied lanes, and beside the lanes."""
         slots, near = self._slots, self._slots.near
         ends, around = self._around_place(place)
         places = [*ends]
@@ -171,7 +173,7 @@ class DeadlockResolver:
         return places
 
     def _around_place(self, place: int) -> tuple[Sequence[int], Sequence[int]]:
-        """Return the places that lanes lead to from a place, and the slots on these lanes and of the place itself."""
+        """Return the places at the ends of the lanes from a place, and the slots of the place and these lanes."""
         slots, lanes = self._slots, self._admission.graph.lanes
         if place in slots.points:
             ways = self._ways.from_spot(place)
@@ -186,7 +188,7 @@ class DeadlockResolver:
         return cached
 
     def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
-        """Search the places of a group breadth-first; return the steps, and the number of combinations reached."""
+        """Search breadth-first from the places of a group; return the steps, and the number of reached combinations."""
         start = group.start
         first = group.key(start)
         reached: _Predecessors = {first: (start, None, ())}
@@ -214,7 +216,7 @@ def _length(steps: Sequence[Step]) -> float:
 
 
 def _moves(group: Group, places: Places) -> Iterator[_Drives]:
-    """Yield the drives possible at some places of a group: of one vehicle, or of three or more in a circle."""
+    """Yield the possible drives from some places: of a single vehicle, or of three or more in a circle at once."""
     into: list[list[_Drive]] = []
     for i in range(len(places)):
         ahead: list[_Drive] = []
@@ -231,10 +233,7 @@ def _moves(group: Group, places: Places) -> Iterator[_Drives]:
 
 
 def _circles(places: Places, into: Sequence[Sequence[_Drive]], drives: _Drives) -> Iterator[_Drives]:
-    """Yield the circles of three or more that begin with some drives: each vehicle takes the place of the next one.
-
-    Two vehicles can't swap places on the lane between them.
-    """
+    """Yield the circles that begin with some drives, in which each vehicle takes the place of the next one."""
     first, end = drives[0][0], drives[-1][1].end
     if end == places[first]:
         if len(drives) > _PAIR:

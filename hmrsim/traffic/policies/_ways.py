@@ -1,4 +1,7 @@
-"""The moves open to vehicles where they stand, also beside the lanes and in the middle of one, and their costs."""
+"""The ways: the moves that a vehicle can make from the place where it stands, and their costs.
+
+A vehicle can stand at a waypoint, in the middle of a lane, or at a spot, which is a point beside the lanes.
+"""
 
 from __future__ import annotations
 
@@ -20,21 +23,21 @@ if TYPE_CHECKING:
     from hmrsim.traffic.rules import Vehicle
 
     _Legs = list[tuple[int, tuple[Leg, ...]]]
-    """Legs by the waypoint to which, or from which, they lead."""
+    """Pairs of a waypoint and the legs that lead to it, or from it."""
 
 
 _KEPT_POINTS = 1_024
-"""Points beside the lanes whose ways are kept."""
+"""The number of points beside the lanes whose ways are cached."""
 
 
 class Way(NamedTuple):
-    """A move from one place where a vehicle can stand to the next: a lane, with the line beside it, if any.
+    """A move from one place where a vehicle can stand to the next: along a lane, to or from a spot, or both.
 
     Attributes:
-        legs: One or two legs. The first one needs all slots, so that the vehicle stops nowhere in between.
-        slots: The slots that the vehicle needs to set out.
-        end: The slot where it stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
-        number: That of the lane, if this is all of one from waypoint to waypoint; -1 otherwise.
+        legs: One or two legs; the first needs the slots of both, so that the vehicle does not stop in between.
+        slots: The slots that the vehicle needs before it sets out.
+        end: The slot where the vehicle stands afterwards: a waypoint, a spot, or the lane in whose middle it stops.
+        number: The number of the lane if the way is a whole lane in one direction; -1 otherwise.
     """
 
     legs: tuple[Leg, ...]
@@ -49,11 +52,11 @@ class Way(NamedTuple):
 
 
 class Ways:
-    """The ways of one world.
+    """Finds the ways of one world.
 
     Args:
-        admission: The lanes of the world, and which of them are open.
-        slots: Where the vehicles are.
+        admission: Knows the lanes of the world, and which of them are open.
+        slots: Know the places of the vehicles.
     """
 
     def __init__(self, admission: Admission, slots: Slots) -> None:
@@ -63,11 +66,11 @@ class Ways:
         self._from_waypoint: dict[int, list[Way]] = self._lanes.derived(Ways.from_waypoint, dict)
         self._from_point: LruCache[Point, list[Way]] = LruCache(_KEPT_POINTS)
         self._to_point: LruCache[tuple[int, Point], list[tuple[int, Way]]] = LruCache(_KEPT_POINTS)
-        # The slots of spots are those of a run; the legs are those of the map.
+        # Legs depend only on the map, but the slots of spots differ from run to run.
         self._legs: LruCache[tuple[bytes, bool], _Legs] = self._lanes.derived(_joints, lambda: LruCache(_KEPT_POINTS))
 
     def leaving(self, robot: Vehicle) -> list[Way]:
-        """Return the open ways from where a vehicle stands."""
+        """Return the open ways from the place where a vehicle stands."""
         held = self._slots.held(robot)
         if not held:
             return []
@@ -76,16 +79,16 @@ class Ways:
         return self.open(robot, found)
 
     def open(self, robot: Vehicle, ways: list[Way]) -> list[Way]:
-        """Return those of some ways along which a vehicle can be moved: no lane is closed, or never opens for it."""
+        """Return the ways along which a vehicle can be moved: those without a lane that is closed to it."""
         shut = self._admission.shut_to(robot)
         return [way for way in ways if not (way.legs[0].lane in shut or way.legs[-1].lane in shut)] if shut else ways
 
     def is_open(self, robot: Vehicle, way: Way) -> bool:
-        """Return whether a vehicle can be moved along a way: its lane is not closed, and opens for the vehicle."""
+        """Return whether a vehicle can be moved along a way."""
         return bool(self.open(robot, [way]))
 
     def _at(self, place: int, point: Point) -> list[Way]:
-        """Return the ways from a place that is no waypoint, where a vehicle stands at a point."""
+        """Return the ways from a lane or a spot, where a vehicle stands at a point."""
         if self._slots.is_lane(place):
             return self._along(place, point)
         return self.from_spot(place)
@@ -105,7 +108,7 @@ class Ways:
         return [Way((part,), part.slots, edge.end) for edge, part in parts if part.length > 0.0]
 
     def from_spot(self, spot: int) -> list[Way]:
-        """Return the ways from a point beside the lanes to the ends of the nearest lane that sees it."""
+        """Return the ways from a spot to the ends of the nearest lane with a clear line of sight to it."""
         point = self._slots.points[spot]
         return self._from_point.get(point, lambda: self._leaving_point(point))
 
@@ -114,7 +117,7 @@ class Ways:
         return [Way(legs, self._slots.of(legs[0]), end) for end, legs in legs_from]
 
     def to_spot(self, spot: int) -> list[tuple[int, Way]]:
-        """Return the waypoints from which a vehicle reaches a point beside the lanes, and the way from each."""
+        """Return the waypoints from which a vehicle reaches a spot, and the way from each."""
         point = self._slots.points[spot]
         return self._to_point.get((spot, point), lambda: self._reaching(spot, point))
 
@@ -140,7 +143,7 @@ class Ways:
         return found
 
     def to_lane(self, lane: int, point: Point) -> Iterator[tuple[int, Way]]:
-        """Yield the ends of a lane from which a vehicle reaches a point of it, and the way from each."""
+        """Yield the ends of a lane from which a vehicle can reach a point of the lane, and the way from each."""
         for edge in self._lanes.leading_to(lane):
             part = self._lanes.part(edge, edge.leg.start, point)
             yield edge.start, Way((part,), self._slots.of(part), lane)
@@ -153,13 +156,14 @@ class Costs:
         self._admission = admission
         self._limited = admission.graph.lanes.limited
         self._to_goals: dict[Vehicle, tuple[Point, float, frozenset[Lane], Collection[Lane], Sequence[float]]] = {}
-        # Few speeds are asked for.
+        # A world has few different speeds.
         self._by_way = Memo(admission.graph.seconds)
 
     def of(self, robot: Vehicle) -> tuple[Sequence[float] | None, Sequence[float], float]:
-        """Return what its goal costs a vehicle from each waypoint, what each way costs it by number, and at what speed.
+        """Return the costs of a vehicle from each waypoint to its goal, the costs of ways by number, and its speed.
 
-        The first is None if it goes nowhere. The speed is any where it makes no difference, so that tables are shared.
+        The first is None for a vehicle without a goal. The speed is 1 without lifts and speed limits of lanes, since
+        it does not decide then which route is the quickest, and all vehicles can share one table.
         """
         speed = robot.speed if self._limited else 1.0
         return self._to_goal(robot, speed), self._by_way[speed], speed
@@ -189,7 +193,7 @@ class Costs:
 
 
 def _legs_from(lanes: Lanes, point: Point) -> _Legs:
-    """Return the waypoints to which one gets from a point beside the lanes, and the legs to each."""
+    """Return the waypoints that a vehicle can reach from a point beside the lanes, and the legs to each."""
     found: dict[int, tuple[Leg, ...]] = {}
     for edge, foot in _joints(lanes, point):
         node = _waypoint_at(lanes, edge, foot)
@@ -202,7 +206,7 @@ def _legs_from(lanes: Lanes, point: Point) -> _Legs:
 
 
 def _legs_to(lanes: Lanes, point: Point) -> _Legs:
-    """Return the waypoints from which one gets to a point beside the lanes, and the legs from each."""
+    """Return the waypoints from which a vehicle can reach a point beside the lanes, and the legs from each."""
     found: dict[int, tuple[Leg, ...]] = {}
     for edge, foot in _joints(lanes, point):
         node = _waypoint_at(lanes, edge, foot)
@@ -223,6 +227,6 @@ def _joints(lanes: Lanes, point: Point) -> Iterator[tuple[Edge, Foot]]:
 
 
 def _waypoint_at(lanes: Lanes, edge: Edge, foot: Foot) -> int | None:
-    """Return the waypoint at a point of a lane, which may be one of another lane; None if there is none."""
+    """Return the waypoint at a point of a lane, which may belong to another lane; None if there is no waypoint."""
     nodes = dict.fromkeys([lanes.at.get(foot.at, edge.start), edge.start, edge.end])
     return next((node for node in nodes if distance(lanes.points[node], foot.at) <= SAME_PLACE), None)

@@ -36,13 +36,13 @@ def test_each_cause_is_indented_below_the_one_before_it():
     found = {"time": "", "links": LINKS, "last_error": "", "orders": "", "help": "send bob elsewhere"}
 
     lines = ["ann has waited for bob", "  bob is idle", "", "What would help: send bob elsewhere"]
-    assert lines == [*_lines_of(found)]
+    assert lines == [*_lines_about_robot(found)]
 
 
 def test_the_error_of_the_last_robot_is_told():
     found = {"time": "it stands", "links": LINKS, "last_error": "no route", "orders": "", "help": "handle it"}
 
-    assert ["it stands", "  bob's last goal failed: no route"] == [*_lines_of(found)][0:4:3]
+    assert ["it stands", "  bob's last goal failed: no route"] == [*_lines_about_robot(found)][0:4:3]
 
 
 def test_orders_that_wait_are_counted():
