@@ -63,10 +63,10 @@ def _explain(args: argparse.Namespace) -> int:
         return ExitCode.DONE
     explanation = known.get(args.code)
     if explanation is None:
-        # A number is hardly misspelled, but an action of another package may define it.
+        # Numbers are not misspelled, but may be defined by an action of another package.
         of_package = "; `hmrsim action info` lists those of an action of a package"
-        hint = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
-        raise UnknownName(f"no code {shown(args.code)}{hint}; `hmrsim explain` lists all")
+        other = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
+        raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain` lists all")
     show_result(asdict(explanation), _lines(explanation), as_json=args.json)
     return ExitCode.DONE
 
@@ -103,7 +103,7 @@ def _explain_robot(args: argparse.Namespace) -> int:
 
 
 def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:
-    """Yield the causes, each indented below the one before it, and the remedy."""
+    """Yield the causes, each indented below the one before it, and what would help."""
     if explanation["time"]:
         yield explanation["time"]
     for depth, link in enumerate(explanation["links"]):
@@ -112,9 +112,9 @@ def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:
         failed = f"{explanation['links'][-1]['robot']}'s last goal failed: {explanation['last_error']}"
         yield from textwrap.wrap(failed, _WIDTH, initial_indent="  ", subsequent_indent="  ")
     yield ""
-    if found["orders"]:
-        yield from textwrap.wrap(found["orders"], _WIDTH)
-    yield from textwrap.wrap(f"What would help: {found['help']}", _WIDTH)
+    if explanation["orders"]:
+        yield from textwrap.wrap(explanation["orders"], _WIDTH)
+    yield from textwrap.wrap(f"What would help: {explanation['help']}", _WIDTH)
 
 
 def _last_error(robot: dict[str, Any]) -> str:
@@ -129,16 +129,16 @@ def _last_error(robot: dict[str, Any]) -> str:
 
 
 def _why_time_stands(state: dict[str, Any]) -> tuple[str, str]:
-    """Return why simulated time does not advance, and a remedy; empty texts while it advances."""
-    stopped = f"Simulated time stands at {state['now']:g} s:"
+    """Return why simulated time does not advance, and what would help; empty texts while it advances."""
+    stands = f"Simulated time stands at {state['now']:g} s:"
     if state["paused"]:
-        return f"{stopped} it is paused", "`hmrsim time resume`"
+        return f"{stands} it is paused", "`hmrsim time resume`"
     if state["waiting_for"]:
         names = ", ".join(state["waiting_for"])
-        return f"{stopped} lockstep waits for {names}", f"look at {names}: it has not asked for time, or has not joined"
+        return f"{stands} lockstep waits for {names}", f"look at {names}: it has not asked for time, or has not joined"
     if state["clock"] == LOCKSTEP and not state["participants"]:
         remedy = "start the controller; if it has ended, its output says why"
-        return f"{stopped} no controller takes part in lockstep", remedy
+        return f"{stands} no controller takes part in lockstep", remedy
     return "", ""
 
 
@@ -150,7 +150,7 @@ def _lines(explanation: Explanation) -> Iterator[str]:
 
 
 def _wrapped(text: str) -> Iterator[str]:
-    """Yield the wrapped and indented lines of a text, whose lines are paragraphs or entries of a list."""
+    """Yield the wrapped and indented lines of a text; each line of it is a paragraph, an entry of a list, or empty."""
     for line in text.splitlines():
         hanging = "    " if line.startswith("- ") else "  "
         yield from textwrap.wrap(line, _WIDTH, initial_indent="  ", subsequent_indent=hanging) or [""]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.explain import _last_error, _lines_of, _why_time_stands
+from hmrsim.cli.explain import _last_error, _lines_about_robot, _why_time_stands
 from hmrsim.cli.robot import waiting_orders
 from hmrsim.testing import simulation
 
