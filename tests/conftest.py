@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 
 import pytest
 from hypothesis import is_hypothesis_test
@@ -76,6 +77,19 @@ def _own_settings(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in list(os.environ):
         if name.startswith("HMRSIM_"):
             monkeypatch.delenv(name)
+
+
+@pytest.fixture
+def collect() -> Generator[Callable[..., list[object]], None, None]:
+    """Return what collects the garbage of this test, not of the process, and returns its living objects of a type."""
+
+    def living(kind: type | None = None) -> list[object]:
+        gc.collect()
+        return [each for each in gc.get_objects() if type(each) is kind]
+
+    gc.freeze()
+    yield living
+    gc.unfreeze()
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-
 import pytest
 from pydantic import ValidationError
 
@@ -111,19 +109,19 @@ def test_a_derived_value_is_computed_once_for_each_world():
     assert [1, 1, 2, 1] == [derived(each) for each in (one, one, other, one)]
 
 
-def test_a_derived_value_is_forgotten_with_its_world():
+def test_a_derived_value_is_forgotten_with_its_world(collect):
     """The address of a world may be reused."""
     derived = Derived(lambda world: world.name)
     names = []
     for number in range(50):
         names.append(derived(world(str(number))))
-        gc.collect()
+        collect()
 
     assert [str(number) for number in range(50)] == names
     assert {} == derived._known
 
 
-def test_a_copy_with_the_same_parts_keeps_a_derived_value():
+def test_a_copy_with_the_same_parts_keeps_a_derived_value(collect):
     asked = []
     derived = Derived(lambda world: asked.append(world.name) or [*world.waypoints], "waypoints")
     first = world("first")
@@ -132,19 +130,19 @@ def test_a_copy_with_the_same_parts_keeps_a_derived_value():
 
     assert ([["a"], ["a"], ["b"]], ["first", "first"]) == (values, asked)
     del first
-    gc.collect()
+    collect()
     assert (["a"], ["first", "first", "copy"]) == (derived(copy), asked)
 
 
-def test_a_value_that_a_copy_with_faults_needs_first_outlives_the_copy():
+def test_a_value_that_a_copy_with_faults_needs_first_outlives_the_copy(collect):
     asked = []
     derived = Derived(lambda world: asked.append(len(world.faults)), "waypoints")
     base, faults = world("base"), World.model_validate({"faults": [{"type": "lane_closed", "at": 30}]}).faults
     for _ in range(3):
         derived(base.with_faults(faults).with_faults(faults))
-        gc.collect()
+        collect()
 
     assert [2] == asked
     del base
-    gc.collect()
+    collect()
     assert {} == derived._known
