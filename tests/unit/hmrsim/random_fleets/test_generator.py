@@ -15,7 +15,12 @@ from hmrsim.world_checks.loading import world_of
 from tests.cases import case
 
 SEEDS = range(20)
-POLICIES = ("free", "reserve", "priority", "planned")
+
+
+@pytest.fixture(scope="module")
+def fleets():
+    """Return the fleets of some seeds."""
+    return [random_fleet(seed) for seed in range(60)]
 
 
 def text_of(seed, robots=None):
@@ -30,24 +35,21 @@ def test_a_seed_and_a_number_of_robots_give_one_world():
     assert len(SEEDS) == len({*first})
 
 
-def test_the_seeds_of_reports_stay_what_they_are():
+def test_the_seeds_of_reports_stay_what_they_are(fleets):
     """A seed in a bug report gives the same fleet in later versions."""
-    fleets = "".join(to_text(random_fleet(seed), "") for seed in range(60))
+    text = "".join(to_text(fleet, "") for fleet in fleets)
 
-    assert "88dcb629bacb7ac6" == hashlib.sha256(fleets.encode()).hexdigest()[:16]
-
-
-@pytest.mark.parametrize("policy", POLICIES)
-def test_a_fleet_is_valid_under_each_policy(policy):
-    for seed in SEEDS:
-        with case(seed):
-            world_of(random_fleet(seed) | {"traffic": {"policy": policy}}, "fleet")
+    assert "88dcb629bacb7ac6" == hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def test_a_fleet_has_as_many_robots_as_users_begin_with():
-    """A fleet has 5 to 12 robots, and 10 to 20 orders."""
-    fleets = [random_fleet(seed) for seed in range(100)]
+@pytest.mark.parametrize("policy", ["free", "reserve", "priority", "planned"])
+def test_a_fleet_is_valid_under_each_policy(fleets, policy):
+    for fleet in fleets[:20]:
+        with case(fleet["name"]):
+            world_of(fleet | {"traffic": {"policy": policy}}, "fleet")
 
+
+def test_a_fleet_has_as_many_robots_and_orders_as_users_begin_with(fleets):
     assert {*range(FEWEST, MOST + 1)} == {len(fleet["robots"]) for fleet in fleets}
     orders = [sum(demand["count"] for demand in fleet["demand"]) for fleet in fleets]
     assert (10, 20) == (min(orders), max(orders))
@@ -62,10 +64,9 @@ def test_other_numbers_of_robots_are_drawn_if_asked_for(robots):
             assert robots == len(world_of(fleet, "fleet").robots)
 
 
-def test_some_fleets_have_each_kind_of_trouble():
-    worlds = [World.model_validate(random_fleet(seed)) for seed in range(60)]
+def test_some_fleets_have_each_kind_of_trouble(fleets):
     kinds = Counter[str]()
-    for world in worlds:
+    for world in map(World.model_validate, fleets):
         starts = [robot.at for robot in world.robots.values()]
         kinds["doors"] += bool(world.doors)
         kinds["lifts"] += bool(world.lifts)
@@ -79,13 +80,13 @@ def test_some_fleets_have_each_kind_of_trouble():
     assert [] == [kind for kind, count in kinds.items() if not count]
 
 
-def test_a_file_of_a_fleet_is_that_world(tmp_path):
-    for seed in SEEDS:
-        file = tmp_path / f"{seed}.yaml"
-        file.write_text(text_of(seed))
+def test_a_file_of_a_fleet_is_that_world(fleets, tmp_path):
+    for fleet in fleets[:20]:
+        file = tmp_path / "fleet.yaml"
+        file.write_text(to_text(fleet, ""))
 
-        with case(seed):
-            assert World.model_validate(random_fleet(seed)) == load_world(file).world
+        with case(fleet["name"]):
+            assert World.model_validate(fleet) == load_world(file).world
 
 
 def test_a_file_names_the_command_that_generates_it():
@@ -99,24 +100,23 @@ def test_a_file_names_the_command_that_generates_it():
     assert "fleet_3" == yaml.safe_load(plain)["name"]
 
 
-def test_a_fleet_has_pickers_and_one_or_two_other_types():
-    drawn = {tuple(random_fleet(seed)["robot_types"]) for seed in range(100)}
+def test_a_fleet_has_pickers_and_one_or_two_other_types(fleets):
+    drawn = {tuple(fleet["robot_types"]) for fleet in fleets}
 
     assert {("picker", "hauler"), ("picker", "scout"), ("picker", "hauler", "scout")} == drawn
 
 
-def test_a_third_of_the_fleets_has_waypoints_with_room_for_two():
+def test_a_third_of_the_fleets_has_waypoints_with_room_for_two(fleets):
     """Crossings can have room for two, but not dead ends."""
     roomy = 0
-    for seed in range(100):
-        fleet = random_fleet(seed)
+    for fleet in fleets:
         degrees = Counter(end for lane in fleet["lanes"] for end in _ends(lane))
         wide = [name for name, waypoint in fleet["waypoints"].items() if isinstance(waypoint, dict)]
         roomy += bool(wide)
-        with case(seed):
+        with case(fleet["name"]):
             assert all(degrees[name] > 1 for name in wide)
             assert len(wide) < len(fleet["waypoints"]) / 2
-    assert 15 < roomy < 45
+    assert 10 < roomy < 30
 
 
 def _ends(lane):
