@@ -20,6 +20,8 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 from hmrsim_zenoh.errors import RequestTimeout, SimulatorGone
 
+S, F, R = Status.SUCCESS, Status.FAILURE, Status.RUNNING
+
 
 class OnlyWhile(Decoration):
     """Is skipped as soon as a condition does not hold."""
@@ -72,26 +74,70 @@ def queue(name, *statuses):
     return StatusQueue(name, queue=list(statuses), eventually=statuses[-1])
 
 
-def test_each_tick_of_a_node_counts(stage):
-    seen = stage(lambda: queue("A", Status.RUNNING, Status.RUNNING, Status.SUCCESS))
-    seen.tick(3)
-
-    assert {"RUNNING": 2, "SUCCESS": 1} == seen.counts("A")
+def sequence(name, *children):
+    return Sequence(name, memory=True, children=children)
 
 
-def test_a_node_that_was_not_ticked_is_known(stage):
-    seen = stage(lambda: Sequence("Root", memory=True, children=[Failure("A"), Success("B")]))
-    seen.tick()
-
-    assert {} == seen.counts("Root/B")
+def selector(name, *children, memory=True):
+    return Selector(name, memory=memory, children=children)
 
 
-def test_a_node_that_is_halted_while_it_runs_was_canceled(stage):
-    better = queue("A", Status.FAILURE, Status.RUNNING)
-    seen = stage(lambda: Selector("Root", memory=False, children=[better, Running("B")]))
-    seen.tick(2)
+TREES = {
+    "each tick of a node counts": (lambda: queue("A", R, R, S), 3, "A", {"RUNNING": 2, "SUCCESS": 1}),
+    "a node that was not ticked is known": (lambda: sequence("Root", Failure("A"), Success("B")), 1, "Root/B", {}),
+    "a node that is halted while it runs was canceled": (
+        lambda: selector("Root", queue("A", F, R), Running("B"), memory=False),
+        2,
+        "Root/B",
+        {"RUNNING": 1, "CANCELED": 1},
+    ),
+    "a failure after which another child succeeds is recovered": (
+        lambda: selector("Root", Failure("A"), Success("B")),
+        1,
+        "Root/A",
+        {"FAILURE": 1, "RECOVERED": 1},
+    ),
+    "a failure further below is recovered with its sequence": (
+        lambda: selector("Root", sequence("Steps", Success("A"), Failure("B")), Success("C")),
+        1,
+        "Root/Steps/B",
+        {"FAILURE": 1, "RECOVERED": 1},
+    ),
+    "a failure after which all fails is not recovered": (
+        lambda: selector("Root", Failure("A"), Failure("B")),
+        1,
+        "Root/A",
+        {"FAILURE": 1},
+    ),
+    "a step that succeeds when it is tried again is recovered": (
+        lambda: Retry("Root", sequence("Steps", Success("A"), queue("B", F, S)), 2),
+        2,
+        "Root/Steps/B",
+        {"FAILURE": 1, "SUCCESS": 1, "RECOVERED": 1},
+    ),
+    "a failure that an inverter wants is not recovered": (
+        lambda: selector("Root", Inverter("Not", Failure("A")), Success("B")),
+        1,
+        "Root/Not/A",
+        {"FAILURE": 1},
+    ),
+    "a halt forgets failures": (
+        lambda: selector(
+            "Root", queue("Better", F, R, F), selector("Tried", queue("A", F, S), Running("B")), memory=False
+        ),
+        3,
+        "Root/Tried/A",
+        {"FAILURE": 1, "SUCCESS": 1},
+    ),
+}
 
-    assert {"RUNNING": 1, "CANCELED": 1} == seen.counts("Root/B")
+
+@pytest.mark.parametrize(("tree", "ticks", "path", "counts"), TREES.values(), ids=TREES)
+def test_a_node_has_counts(stage, tree, ticks, path, counts):
+    seen = stage(tree)
+    seen.tick(ticks)
+
+    assert counts == seen.counts(path)
 
 
 def test_what_stops_with_the_run_was_not_canceled(stage):
@@ -103,114 +149,38 @@ def test_what_stops_with_the_run_was_not_canceled(stage):
     assert {"RUNNING": 1} == seen.counts("A")
 
 
-def test_a_failure_after_which_another_child_succeeds_is_recovered(stage):
-    seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
-    seen.tick()
-
-    assert {"FAILURE": 1, "RECOVERED": 1} == seen.counts("Root/A")
+PREEMPTED = "preempted by goal 2"
 
 
-def test_a_failure_further_below_is_recovered_too(stage):
-    """Its sequence fails with it, and the selector makes up for both."""
-
-    def tree():
-        steps = Sequence("Steps", memory=True, children=[Success("A"), Failure("B")])
-        return Selector("Root", memory=True, children=[steps, Success("C")])
-
-    seen = stage(tree)
-    seen.tick()
-
-    assert {"FAILURE": 1, "RECOVERED": 1} == seen.counts("Root/Steps/B")
-
-
-def test_a_failure_after_which_all_fails_is_not_recovered(stage):
-    seen = stage(lambda: Selector("Root", memory=True, children=[Failure("A"), Failure("B")]))
-    seen.tick()
-
-    assert {"FAILURE": 1} == seen.counts("Root/A")
-
-
-def test_a_step_that_succeeds_when_it_is_tried_again_is_recovered(stage):
-    """The first attempt's failure counts until the decorator has ended."""
-
-    def tree():
-        steps = Sequence("Steps", memory=True, children=[Success("A"), queue("B", Status.FAILURE, Status.SUCCESS)])
-        return Retry("Root", steps, 2)
-
-    seen = stage(tree)
-    seen.tick(2)
-
-    assert {"FAILURE": 1, "SUCCESS": 1, "RECOVERED": 1} == seen.counts("Root/Steps/B")
-
-
-def test_a_failure_that_is_an_answer_is_not_recovered(stage):
-    """An inverter wants its child to fail."""
-    seen = stage(
-        lambda: Selector("Root", memory=True, children=[Inverter("Not", Failure("A")), Success("B")]),
-    )
-    seen.tick()
-
-    assert {"FAILURE": 1} == seen.counts("Root/Not/A")
-
-
-def test_a_halt_forgets_failures(stage):
-    def tree():
-        tried = Selector("Tried", memory=True, children=[queue("A", Status.FAILURE, Status.SUCCESS), Running("B")])
-        better = queue("Better", Status.FAILURE, Status.RUNNING, Status.FAILURE)
-        return Selector("Root", memory=False, children=[better, tried])
-
-    seen = stage(tree)
-    seen.tick(3)
-
-    assert {"FAILURE": 1, "SUCCESS": 1} == seen.counts("Root/Tried/A")
-
-
-def test_the_error_code_of_an_aborted_goal_is_counted(stage):
+@pytest.mark.parametrize(
+    ("end", "counts"),
+    [
+        (lambda goal: goal.abort(701, "too long"), {"FAILURE": 1, "ABORTED/701": 1}),
+        (
+            lambda goal: goal.end(GoalStatus.ABORTED, goal.action.failure(700, PREEMPTED), "preempted"),
+            {"FAILURE": 1, "PREEMPTED": 1},
+        ),
+        (lambda goal: goal.reject("bad", "not now"), {"FAILURE": 1, "REJECTED": 1}),
+        (lambda goal: goal.fail(RequestTimeout("no answer")), {"FAILURE": 1, "LOST": 1}),
+        (lambda goal: goal.fail(SimulatorGone("the simulator is gone")), {}),
+        (lambda goal: goal.end_canceled(), {"FAILURE": 1, "CANCELED": 1}),
+    ],
+    ids=[
+        "aborted",
+        "preempted",
+        "rejected",
+        "of unknown end",
+        "ended with its simulator",
+        "canceled by another client",
+    ],
+)
+def test_the_end_of_a_goal_is_counted(stage, end, counts):
     seen = stage(lambda: Wait(1.0, name="A"))
     seen.tick()
-    seen.goals[0].accept()
-    seen.goals[0].abort(701, "too long")
+    end(seen.goals[0])
     seen.tick()
 
-    assert {"RUNNING": 1, "FAILURE": 1, "ABORTED/701": 1} == seen.counts("A")
-
-
-def test_a_preempted_goal_is_told_from_other_aborted_ones(stage):
-    """The simulator says so by the goal's cause."""
-    seen = stage(lambda: Wait(1.0, name="A"))
-    seen.tick()
-    goal = seen.goals[0]
-    goal.end(GoalStatus.ABORTED, goal.action.failure(700, "preempted by goal 2"), "preempted")
-    seen.tick()
-
-    assert {"RUNNING": 1, "FAILURE": 1, "PREEMPTED": 1} == seen.counts("A")
-
-
-def test_a_rejected_goal_is_counted(stage):
-    seen = stage(lambda: Wait(1.0, name="A"))
-    seen.tick()
-    seen.goals[0].reject("bad", "not now")
-    seen.tick()
-
-    assert {"RUNNING": 1, "FAILURE": 1, "REJECTED": 1} == seen.counts("A")
-
-
-def test_a_goal_of_unknown_end_is_lost(stage):
-    seen = stage(lambda: Wait(1.0, name="A"))
-    seen.tick()
-    seen.goals[0].fail(RequestTimeout("no answer"))
-    seen.tick()
-
-    assert {"RUNNING": 1, "FAILURE": 1, "LOST": 1} == seen.counts("A")
-
-
-def test_a_goal_that_ends_with_the_simulator_says_nothing(stage):
-    seen = stage(lambda: Wait(1.0, name="A"))
-    seen.tick()
-    seen.goals[0].fail(SimulatorGone("the simulator is gone"))
-    seen.tick()
-
-    assert {"RUNNING": 1} == seen.counts("A")
+    assert {"RUNNING": 1, **counts} == seen.counts("A")
 
 
 def test_a_node_that_skips_itself_was_not_canceled(stage):
@@ -221,16 +191,6 @@ def test_a_node_that_skips_itself_was_not_canceled(stage):
 
     assert {"RUNNING": 1, "SKIPPED": 1} == seen.counts("OnlyWhile")
     assert {"RUNNING": 1, "CANCELED": 1} == seen.counts("OnlyWhile/A")
-
-
-def test_a_goal_that_another_client_cancels_was_canceled(stage):
-    seen = stage(lambda: Wait(1.0, name="A"))
-    seen.tick()
-    seen.goals[0].accept()
-    seen.goals[0].end_canceled()
-    seen.tick()
-
-    assert {"RUNNING": 1, "FAILURE": 1, "CANCELED": 1} == seen.counts("A")
 
 
 def test_a_suspended_goal_was_canceled_once(stage):

@@ -51,71 +51,60 @@ def both(*children, policy=None):
     return Parallel("Both", policy=policy or ParallelPolicy.SuccessOnAll(synchronise=True), children=children)
 
 
-def test_a_goal_needs_no_tick(leaf):
-    root = Sequence("S", memory=True, children=[Selector("F", memory=True, children=[Inverter("N", leaf())])])
-
-    assert due_after_a_tick(root) == NEVER
+def sequence(*children, memory=True):
+    return Sequence("S", memory=memory, children=children)
 
 
-def test_a_timer_is_due_at_its_end():
-    assert due_after_a_tick(Timer("T", 3.5)) == 13.75
+def selector(*children, memory=True):
+    return Selector("S", memory=memory, children=children)
 
 
-def test_a_timeout_is_due_at_its_end(leaf):
-    assert due_after_a_tick(Timeout("T", leaf(), 60.0)) == 70.25
+class Curious(ActionLeaf):
+    """A leaf with an update of its own."""
+
+    def update(self):
+        return super().update()
 
 
-def test_the_earliest_deadline_counts(leaf):
-    assert due_after_a_tick(both(leaf(), Timer("A", 3.0), Timer("B", 0.5))) == 10.75
+AGAIN = ParallelPolicy.SuccessOnAll(synchronise=False)
+
+DUE = {
+    "a goal needs no tick": (lambda new: sequence(selector(Inverter("N", new()))), NEVER),
+    "a timer is due at its end": (lambda _: Timer("T", 3.5), 13.75),
+    "a timeout is due at its end": (lambda new: Timeout("T", new(), 60.0), 70.25),
+    "the earliest deadline counts": (lambda new: both(new(), Timer("A", 3.0), Timer("B", 0.5)), 10.75),
+    "what is unknown is looked at each period": (lambda _: Running("R"), 12.0),
+    "a deadline before the end of the period counts": (lambda new: both(Running("R"), Timer("T", 1.0), new()), 11.25),
+    "a leaf with an update of its own is looked at": (lambda new: new(Curious), 12.0),
+    "a sequence without memory asks again": (
+        lambda new: sequence(Success("C"), new(), memory=False),
+        12.0,
+    ),
+    "a selector without memory asks again": (
+        lambda new: selector(Failure("C"), new(), memory=False),
+        12.0,
+    ),
+    "what follows the running child is not looked at": (
+        lambda new: sequence(Success("B"), new(), Running("A")),
+        NEVER,
+    ),
+    "a finished child of a synchronised parallel is left alone": (lambda new: both(Success("S"), new()), NEVER),
+    "a finished child of another parallel begins again": (
+        lambda new: both(Success("S"), new(), policy=AGAIN),
+        12.0,
+    ),
+    "a guard asks a function of the user": (lambda new: EternalGuard("G", new(), condition=lambda: True), 12.0),
+    "a retry ticks a failed child again": (lambda _: Retry("R", Failure("F"), num_failures=2), 12.0),
+}
 
 
-def test_what_is_unknown_is_looked_at_each_period():
-    assert due_after_a_tick(Running("R")) == 12.0
+@pytest.mark.parametrize(("tree", "expected"), DUE.values(), ids=DUE)
+def test_a_tree_is_due(leaf, tree, expected):
+    assert expected == due_after_a_tick(tree(leaf))
 
 
 def test_a_period_that_is_over_is_not_due_again():
     assert due_after_a_tick(Running("R"), now=12.0) == 14.0
-
-
-def test_a_deadline_before_the_end_of_the_period_counts(leaf):
-    assert due_after_a_tick(both(Running("R"), Timer("T", 1.0), leaf())) == 11.25
-
-
-def test_a_leaf_of_the_users_with_an_update_of_its_own_is_looked_at(leaf):
-    class Curious(ActionLeaf):
-        def update(self):
-            return super().update()
-
-    assert due_after_a_tick(leaf(Curious)) == 12.0
-
-
-def test_a_condition_of_a_tree_without_memory_is_looked_at(leaf):
-    """Each tick asks it again, so that there have to be ticks."""
-    assert due_after_a_tick(Sequence("S", memory=False, children=[Success("C"), leaf()])) == 12.0
-    assert due_after_a_tick(Selector("S", memory=False, children=[Failure("C"), leaf()])) == 12.0
-
-
-def test_what_comes_after_the_running_child_is_not_looked_at(leaf):
-    children = [Success("Before"), leaf(), Running("After")]
-
-    assert due_after_a_tick(Sequence("S", memory=True, children=children)) == NEVER
-
-
-def test_a_finished_child_of_a_synchronised_parallel_is_left_alone(leaf):
-    again = ParallelPolicy.SuccessOnAll(synchronise=False)
-
-    assert due_after_a_tick(both(Success("S"), leaf())) == NEVER
-    assert due_after_a_tick(both(Success("S"), leaf(), policy=again)) == 12.0
-
-
-def test_a_guard_is_looked_at(leaf):
-    """It asks a function of the user's."""
-    assert due_after_a_tick(EternalGuard("G", leaf(), condition=lambda: True)) == 12.0
-
-
-def test_a_retry_is_not_waited_for_in_vain():
-    """Its child has failed, and is to be ticked again."""
-    assert due_after_a_tick(Retry("R", Failure("F"), num_failures=2)) == 12.0
 
 
 def test_a_deadline_of_a_former_time_is_looked_at():
