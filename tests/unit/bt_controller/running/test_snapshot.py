@@ -82,55 +82,46 @@ class TestSymbols:
         assert "--> Leaf [✓] -- a b" == nodes_of(leaf)[0].line()
 
 
-class TestReasons:
-    """The reasons of a failure are the deepest failed behaviors."""
-
-    @staticmethod
-    def of(root):
-        """Return the names of the behaviors that made a tree fail."""
-        return [node.name for node in reasons(ticked(root))]
-
-    def test_the_step_that_failed_is_the_reason(self):
-        inner = Sequence("Inner", memory=True, children=[Success("A"), Failure("B"), Success("C")])
-
-        assert ["B"] == self.of(Sequence("Root", memory=True, children=[Success("First"), inner]))
-
-    def test_all_choices_are_reasons(self):
-        assert ["A", "C"] == self.of(
-            Selector(
-                "Root",
-                memory=False,
-                children=[Failure("A"), Sequence("B", memory=True, children=[Failure("C")])],
-            )
-        )
-
-    def test_a_failed_child_of_a_successful_selector_is_not_a_reason(self):
-        """A failure that another child made up for has decided nothing."""
-        choice = Selector("Choice", memory=False, children=[Failure("A"), Success("B")])
-
-        assert ["C"] == self.of(Sequence("Root", memory=True, children=[choice, Failure("C")]))
-
-    def test_a_decorator_that_fails_although_its_child_does_not_is_the_reason(self):
-        """The child has nothing to be blamed for."""
-        assert ["Not"] == self.of(Sequence("Root", memory=True, children=[Inverter("Not", Success("A"))]))
-
-    def test_a_tree_that_has_not_failed_has_no_reasons(self):
-        assert [] == self.of(Selector("Root", memory=True, children=[Failure("A"), Success("B")]))
+def sequence(name, *children):
+    return Sequence(name, memory=True, children=children)
 
 
-class TestTip:
-    """The tip is the current behavior of a tree."""
+def selector(name, *children):
+    return Selector(name, memory=False, children=children)
 
-    def test_it_is_the_behaviour_that_runs(self):
-        root = Sequence("Root", memory=True, children=[Success("A"), Running("B"), Success("C")])
 
-        assert "B" == tip(ticked(root)).name
+@pytest.mark.parametrize(
+    ("root", "names"),
+    [
+        (sequence("Root", Success("First"), sequence("Inner", Success("A"), Failure("B"), Success("C"))), ["B"]),
+        (selector("Root", Failure("A"), sequence("B", Failure("C"))), ["A", "C"]),
+        (sequence("Root", selector("Choice", Failure("A"), Success("B")), Failure("C")), ["C"]),
+        (sequence("Root", Inverter("Not", Success("A"))), ["Not"]),
+        (selector("Root", Failure("A"), Success("B")), []),
+    ],
+    ids=[
+        "the step that failed",
+        "all choices",
+        "no failed child of a successful selector",
+        "a decorator that fails although its child does not",
+        "nothing in a tree that has not failed",
+    ],
+)
+def test_the_reasons_of_a_failure_are_the_deepest_failed_behaviors(root, names):
+    assert names == [node.name for node in reasons(ticked(root))]
 
-    def test_it_is_what_failed_in_the_end(self):
-        assert "B" == tip(ticked(Sequence("Root", memory=True, children=[Success("A"), Failure("B")]))).name
 
-    def test_it_is_the_root_where_nothing_is_left_to_say(self):
-        assert "Root" == tip(ticked(Sequence("Root", memory=True, children=[Success("A")]))).name
+@pytest.mark.parametrize(
+    ("root", "name"),
+    [
+        (sequence("Root", Success("A"), Running("B"), Success("C")), "B"),
+        (sequence("Root", Success("A"), Failure("B")), "B"),
+        (sequence("Root", Success("A")), "Root"),
+    ],
+    ids=["what runs", "what failed in the end", "the root where nothing is left to say"],
+)
+def test_the_tip_is_the_current_behavior(root, name):
+    assert name == tip(ticked(root)).name
 
 
 class TestBlackboard:
