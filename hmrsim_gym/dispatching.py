@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
@@ -79,13 +80,20 @@ class Truth:
         return 1.0 if energy is None else energy.battery.share(self._env.now)
 
     def lasts(self, robot: str) -> float:
-        """Return the seconds until a robot has to charge at its present power; infinite if it never has to."""
-        energy, now = self._roster.robots[robot].energy, self._env.now
+        """Return the seconds until a robot has to charge at its present power.
+
+        Negative if it has to now, infinite if it never has to.
+        """
+        energy = self._roster.robots[robot].energy
         if energy is None or not self._setting.chargers[robot]:
             return math.inf
-        flow, left = energy.battery.flow(now), energy.battery.share(now) - self._setting.charge_below
+        battery = energy.battery
+        left = battery.share(self._env.now) - self._setting.charge_below
+        if left < 0.0:
+            return left
         # A whole second later, so that rounding can't leave it just above the limit.
-        return math.floor(left * energy.battery.usable / -flow) + 1.0 if flow < 0 else math.inf
+        discharges = battery.drain and not battery.charging
+        return math.floor(left * battery.usable / battery.drain) + 1.0 if discharges else math.inf
 
     def charger(self, robot: str, bound: Mapping[str, str]) -> str:
         """Return the nearest free charger for a robot, or the nearest of all if none is free.
@@ -123,6 +131,33 @@ _WE: Final = "dispatcher"
 _FULL: Final = (Comparison(("percentage",), ">=", CHARGED),)
 
 
+Step: TypeAlias = tuple[str, "Message"]
+"""The name of an action, and a goal."""
+
+
+@dataclass(eq=False, slots=True)
+class _Errand(Receiver):
+    """A sequence of goals for one robot, which ends when one fails.
+
+    Attributes:
+        steps: The goals that are left, the next one last.
+        then: Called when the errand ends, with whether all goals have succeeded; not called if the run ends first.
+        end_step: Called from within the simulation with the errand and whether its present goal has succeeded.
+    """
+
+    robot: str
+    steps: list[Step]
+    then: Callable[[bool], None]
+    end_step: Callable[[_Errand, bool], None]
+
+    def succeed(self, answer: Any) -> None:
+        """Take the response to a goal, or its result."""
+        if type(answer) is ResultResponse:
+            self.end_step(self, answer.status is GoalStatus.SUCCEEDED)
+        elif not isinstance(answer, GoalResponse) or not answer.accepted:
+            self.end_step(self, False)
+
+
 class Run(SelectiveSink):
     """A run of a world that stops when a goal ends, a battery is charged, or an order arrives.
 
@@ -133,16 +168,18 @@ class Run(SelectiveSink):
 
     Attributes:
         simulator: The simulator; read only.
-        now: Simulated seconds.
     """
 
     def __init__(self, setting: Setting, seed: int, sinks: Sequence[Sink]) -> None:
         collect_runs_young()
-        self.simulator = Simulator(setting.world, RunSettings(seed=seed), [*sinks, self])
-        self.now = 0.0
+        # No client asks for a result later.
+        settings = RunSettings(seed=seed, keep_results=1)
+        self.simulator = Simulator(setting.world, settings, [*sinks, self])
+        self._env = self.simulator.env
         self._conditions = Conditions(self.simulator, self._stop)
-        self._goals: list[SendGoal] = []
-        self._ends: list[tuple[Errand, bool]] = []
+        # The errands whose next goals are to be sent, and those whose goals have ended.
+        self._next: list[_Errand] = []
+        self._ended: list[tuple[_Errand, bool]] = []
         self._charging: dict[str, Callable[[], None]] = {}
         self._stopped = self._awaits_order = False
         self._placed = 0
@@ -153,9 +190,12 @@ class Run(SelectiveSink):
             return self._note_orders
         return (lambda _changed: self._conditions.follow()) if kind is RosterChanged else None
 
-    def send(self, goal: SendGoal) -> None:
-        """Send a goal before time moves on."""
-        self._goals.append(goal)
+    def pursue(self, robot: str, steps: Sequence[Step], then: Callable[[bool], None]) -> None:
+        """Send goals to a robot, each when the one before has succeeded, the first one before time moves on.
+
+        *then* is called when one has failed or all have succeeded, with whether they have; not if the run ends first.
+        """
+        self._next.append(_Errand(robot, [*reversed(steps)], then, self._end_step))
 
     def await_order(self) -> None:
         """Stop when the next order arrives."""
@@ -166,42 +206,48 @@ class Run(SelectiveSink):
         self._charging[robot] = then
         self._conditions.watch(_WE, Watch(robot, Topic.BATTERY_STATE, robot, comparisons=_FULL))
 
-    def note_end(self, errand: Errand, *, succeeded: bool) -> None:
-        """Stop, and let an errand go on; called from within the simulation when its goal ends or is rejected."""
-        self._ends.append((errand, succeeded))
-        self._stop()
+    def advance(self, until: float) -> float:
+        """Send the goals that are due, and let time pass until the run stops, at most until a given time.
 
-    def advance(self, until: float) -> None:
-        """Send the goals, and let time pass until it stops at the end of an instant, at most until a given time."""
-        simulator = self.simulator
-        self._stopped = bool(self._conditions.met)
-        goals, self._goals = self._goals, []
-        for goal in goals:
-            simulator.submit(goal, _WE)
+        Returns:
+            The time, in simulated seconds; all events of its instant are processed.
+        """
+        simulator, env, conditions = self.simulator, self._env, self._conditions
+        errands, self._next = self._next, []
+        self._stopped = bool(conditions.met)
+        for errand in errands:
+            action, goal = errand.steps.pop()
+            simulator.submit(SendGoal(errand.robot, action, goal, reply_to=errand, result_to=errand), _WE)
         self._pass_time(until)
         if not self._stopped:
             simulator.advance_clock(until)
-        self.now = simulator.now if self._stopped else max(until, simulator.now)
-        ends, self._ends = self._ends, []
-        for errand, succeeded in ends:
-            errand.end_step(succeeded=succeeded)
-        for robot in self._conditions.take_met(_WE):
-            self._charging.pop(robot)()
+        return env.now if self._stopped else max(until, env.now)
+
+    def take_ends(self) -> None:
+        """Call the functions that wait for what has ended."""
+        ended, self._ended = self._ended, []
+        for errand, succeeded in ended:
+            if succeeded and errand.steps:
+                self._next.append(errand)
+            else:
+                errand.then(succeeded)
+        if self._conditions.met:
+            for robot in self._conditions.take_met(_WE):
+                self._charging.pop(robot)()
 
     def _pass_time(self, until: float) -> None:
-        """Process all events up to the end of the instant at which time stops, or up to a given time."""
-        simulator, conditions = self.simulator, self._conditions
-        env = simulator.env
+        """Process all events up to the end of the instant at which the run stops, or up to a given time."""
+        process, env, conditions = self.simulator.process_events, self._env, self._conditions
         while True:
             end = env.now if self._stopped else until
             due = conditions.due if conditions.watched else math.inf
-            if simulator.process_events(end_of_instant(min(end, due)), _BATCH):
-                if self._stopped and env.peek() > env.horizon and due == math.inf:
+            if process(end_of_instant(min(end, due)), _BATCH):
+                if self._stopped and due == math.inf and env.peek() > env.horizon:
                     return
             elif due == math.inf or end < due == conditions.due:
                 return
             elif due == conditions.due:
-                simulator.advance_clock(due)
+                env.advance_clock(due)
                 conditions.look()
 
     def close(self) -> None:
@@ -209,6 +255,12 @@ class Run(SelectiveSink):
         self.simulator.stop()
 
     def _stop(self) -> None:
+        """Stop at the end of this instant."""
+        self._stopped = True
+        self.simulator.halt()
+
+    def _end_step(self, errand: _Errand, succeeded: bool) -> None:  # noqa: FBT001 - the result of a goal
+        self._ended.append((errand, succeeded))
         self._stopped = True
         self.simulator.halt()
 
@@ -228,6 +280,9 @@ class Dispatching:
         sinks: Further sinks of events.
 
     Attributes:
+        now: Simulated seconds.
+        ended: Whether all orders have ended and no more will arrive.
+        over: Whether there is nothing left to decide: all orders have ended, or the horizon is reached.
         truth: The actual state of robots and items.
         demand: The orders of the world; read only.
         free: The orders that no robot serves, in order of arrival.
@@ -246,26 +301,14 @@ class Dispatching:
         self._charging: dict[str, str] = {}
         self._rests: dict[str, float] = {}
         self._failed: dict[tuple[str, str], float] = {}
+        # When idle robots have to charge.
+        self._low: dict[str, float] = {}
+        self.now = 0.0
         self._go_on(0.0)
 
     def close(self) -> None:
         """End the run and its simulation."""
         self._run.close()
-
-    @property
-    def now(self) -> float:
-        """Simulated seconds."""
-        return self._run.now
-
-    @property
-    def ended(self) -> bool:
-        """True if all orders have ended and no more will arrive."""
-        return self.demand.served
-
-    @property
-    def over(self) -> bool:
-        """True if there is nothing left to decide: all orders have ended, or the horizon is reached."""
-        return self.now >= self._setting.horizon or self.demand.served
 
     @property
     def idle(self) -> list[str]:
@@ -277,11 +320,11 @@ class Dispatching:
         """The robots that need a decision, in the world's order."""
         if not self.free:
             return []
-        waiting = self._waiting
+        waiting, failed = self._waiting, self._failed
         return [
             robot
             for robot, doing in self._doing.items()
-            if doing == "idle" and robot not in waiting and self.choices(robot)
+            if doing == "idle" and robot not in waiting and not (failed and not self.choices(robot))
         ]
 
     def choices(self, robot: str) -> list[Order]:
@@ -301,7 +344,7 @@ class Dispatching:
         self._doing[robot] = "serves"
         there, to = self.truth.item_point(order), self.truth.destination(order)
         steps = [go(there), pick_up(order.item), go(to), put_down(order.item)]
-        Errand(self._run, robot, steps, partial(self._served, robot, order)).go_on()
+        self._run.pursue(robot, steps, partial(self._served, robot, order))
 
     def wait(self, robot: str) -> None:
         """Make a robot wait until an order arrives or becomes free, or another robot becomes idle."""
@@ -313,12 +356,15 @@ class Dispatching:
             until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
             if idle := self.idle:
                 self._run.await_order()
-                until.append(self.now + min(map(self.truth.lasts, idle)))
+                until += [self._low[robot] for robot in idle]
             self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
         """Let time pass until something happens, at most until a given time."""
-        self._run.advance(until)
+        now = self.now = self._run.advance(until)
+        self._run.take_ends()
+        self.ended = self.demand.served
+        self.over = self.ended or now >= self._setting.horizon
         if self._rests:
             self._end_rests()
         if self._failed:
@@ -331,7 +377,10 @@ class Dispatching:
             self._waiting.clear()
         for robot, doing in self._doing.items():
             if doing == "idle":
-                self._charge_if_low(robot)
+                lasts = self.truth.lasts(robot)
+                self._low[robot] = now + lasts
+                if lasts < 0.0:
+                    self._charge(robot)
 
     def _end_rests(self) -> None:
         now = self.now
@@ -368,7 +417,7 @@ class Dispatching:
         order = self.serving.get(robot)
         if order is not None and self.truth.carries(robot, order):
             self._doing[robot] = "serves"
-            Errand(self._run, robot, [put_down(order.item)], partial(self._put_down, robot)).go_on()
+            self._run.pursue(robot, [put_down(order.item)], partial(self._put_down, robot))
         elif self.serving.pop(robot, None) is not None:
             self._rest(robot)
         else:
@@ -379,13 +428,11 @@ class Dispatching:
             del self.serving[robot]
         self._rest(robot)
 
-    def _charge_if_low(self, robot: str) -> None:
-        if not self._setting.chargers[robot] or self.truth.battery(robot) >= self._setting.charge_below:
-            return
+    def _charge(self, robot: str) -> None:
         nearest = self.truth.charger(robot, self._charging)
         self._doing[robot] = "charges"
         self._charging[robot] = nearest
-        Errand(self._run, robot, [dock(nearest)], partial(self._docked, robot)).go_on()
+        self._run.pursue(robot, [dock(nearest)], partial(self._docked, robot))
 
     def _docked(self, robot: str, succeeded: bool) -> None:  # noqa: FBT001 - the result of an errand
         if not succeeded:
@@ -394,51 +441,8 @@ class Dispatching:
         self._run.await_charge(robot, partial(self._become_idle, robot))
 
 
-Step: TypeAlias = tuple[str, "Message"]
-"""The name of an action, and a goal."""
-
 _KEPT: Final = 4096
 """The number of goals of each action that are kept: validating them takes longer than executing them."""
-
-
-class Errand(Receiver):
-    """A sequence of goals for one robot, which ends when one fails.
-
-    Args:
-        run: The run that sends the goals.
-        robot: The robot.
-        steps: At least one step.
-        then: Called when the errand ends, with whether all goals have succeeded; not called if the run ends first.
-    """
-
-    __slots__ = ("_left", "_robot", "_run", "_then")
-
-    def __init__(self, run: Run, robot: str, steps: Sequence[Step], then: Callable[[bool], None]) -> None:
-        self._run = run
-        self._robot = robot
-        self._left = iter(steps)
-        self._then = then
-
-    def go_on(self) -> None:
-        """Send the next goal, or report that all have succeeded."""
-        step = next(self._left, None)
-        if step is None:
-            self._then(True)
-        else:
-            self._run.send(SendGoal(self._robot, *step, reply_to=self, result_to=self))
-
-    def succeed(self, answer: Any) -> None:
-        """Take the response to a goal, or its result."""
-        if not isinstance(answer, GoalResponse) or not answer.accepted:
-            succeeded = isinstance(answer, ResultResponse) and answer.status is GoalStatus.SUCCEEDED
-            self._run.note_end(self, succeeded=succeeded)
-
-    def end_step(self, *, succeeded: bool) -> None:
-        """Go on after a goal that has succeeded; end after one that has not."""
-        if succeeded:
-            self.go_on()
-        else:
-            self._then(False)
 
 
 @lru_cache(_KEPT)
