@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from functools import cache
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, get_args
 
 from pydantic import BaseModel, Field
 
@@ -85,7 +85,19 @@ STEPS: Final = Quantity("", 0, 1e9)
 
 def flaw(message: BaseModel) -> str:
     """Return why the first invalid quantity of a message is out of range, or an empty text."""
-    for path, read, quantity in _quantities(type(message)):
+    given = message.__pydantic_fields_set__
+    for name, quantities, of_default in _fields(type(message)):
+        if wrong := _first_flaw(message, quantities) if name in given else of_default:
+            return wrong
+    return ""
+
+
+_Quantities: TypeAlias = "list[tuple[str, Callable[[Any], Any], Quantity | None]]"
+"""Path and getter of each quantity in a message; a list of messages has no quantity itself."""
+
+
+def _first_flaw(message: BaseModel, quantities: _Quantities) -> str:
+    for path, read, quantity in quantities:
         if quantity is None:
             for number, item in enumerate(read(message)):
                 if wrong := flaw(item):
@@ -96,8 +108,17 @@ def flaw(message: BaseModel) -> str:
 
 
 @cache
-def _quantities(kind: type[BaseModel]) -> list[tuple[str, Callable[[Any], Any], Quantity | None]]:
-    """Return path and getter of each quantity of a message; a list of messages has no quantity."""
+def _fields(kind: type[BaseModel]) -> list[tuple[str, _Quantities, str]]:
+    """Return the fields of a message that have quantities, its own first, each with the flaw of its default, if any."""
+    fields: dict[str, _Quantities] = {}
+    for found in _quantities(kind):
+        fields.setdefault(found[0].partition(".")[0], []).append(found)
+    blank, given = kind.model_construct(), {name for name, each in kind.model_fields.items() if each.is_required()}
+    return [(name, found, "" if name in given else _first_flaw(blank, found)) for name, found in fields.items()]
+
+
+@cache
+def _quantities(kind: type[BaseModel]) -> _Quantities:
     paths: list[tuple[str, Quantity | None]] = []
     for name, field in kind.model_fields.items():
         paths += [(name, mark) for mark in field.metadata if isinstance(mark, Quantity)]

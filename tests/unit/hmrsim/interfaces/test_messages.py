@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
@@ -19,6 +19,7 @@ from hmrsim.interfaces.geometry_msgs import PoseStamped, PoseWithCovariance, Qua
 from hmrsim.interfaces.message import (
     Array,
     Byte,
+    Float64,
     Int8,
     Int16,
     Int32,
@@ -44,7 +45,7 @@ from hmrsim.interfaces.nav2_msgs import (
     UndockRobot,
     Wait,
 )
-from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNED_SPEED, flaw
+from hmrsim.interfaces.quantities import ANGLE, REAL_TIME_FACTOR, SECONDS, SIGNED_SPEED, SPEED, flaw
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.std_msgs import Header
@@ -325,10 +326,17 @@ def test_a_value_out_of_range_is_reported_with_the_range(quantity, value, wrong)
     assert wrong == quantity.flaw(value)
 
 
+class _Uphill(Message):
+    slope: Annotated[Float64, ANGLE]
+    speed: Annotated[Float64, SPEED] = 0.0
+
+
 @pytest.mark.parametrize(
     ("message", "wrong"),
     [
         (NavigateToPose.Goal(), ""),
+        (_Uphill(slope=1.0), "speed: 0 units/s is not from 1e-09 to 1e+09 units/s"),
+        (_Uphill(slope=1e5), "slope: 100000 rad is not from -10000 to 10000 rad"),
         (Spin.Goal(target_yaw=1e5), "target_yaw: 100000 rad is not from -10000 to 10000 rad"),
         (
             DriveOnHeading.Goal(speed=1e-10),
