@@ -107,8 +107,11 @@ def complete(message: Message) -> None:
 
 def lists_messages(message: Message) -> bool:
     """Return whether a message has a non-empty list of messages, so that it may be large."""
-    lists = _shape(type(message)).lists
-    return bool(lists) and any(at(message) for at in lists)
+    # A loop takes a fifth of the time of `any`, and this is asked for each result.
+    for at in _shape(type(message)).lists:  # noqa: SIM110
+        if at(message):
+            return True
+    return False
 
 
 class _Shape(NamedTuple):

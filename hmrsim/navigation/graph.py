@@ -44,8 +44,8 @@ _MOST_WAYPOINTS = 20_000
 _KEPT_DRIVES = 1_024
 """Cached motions per map."""
 
-_KEPT_PIECES = 200_000
-"""Pieces of all cached motions together, if each leads over the whole map: some 100 MB."""
+_KEPT_PIECES = 400_000
+"""Pieces of all cached motions together, if each leads over the whole map: some 150 MB."""
 
 _KEPT_STREETS = 4
 """Sets of avoided ways with cached planners: policies take them from the map and their settings."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from array import array
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -169,7 +169,7 @@ class Trees:
                     break
 
 
-_KEPT_ROUTES = 256
+_KEPT_ROUTES = 1_024
 """Routes that a planner keeps, from any point to any other: most robots drive the same ones again."""
 
 
@@ -255,7 +255,7 @@ class Planner:
             legs = self._enter(start, goal, speed)
         return None if legs is None else self._lanes.route(legs, goal)
 
-    def detour(self, start: Point, goal: Point, speed: float, avoid: Collection[tuple[str, str]]) -> Route | None:
+    def detour(self, start: Point, goal: Point, speed: float, avoid: Set[tuple[str, str]]) -> Route | None:
         """Return the quickest route from a waypoint that takes none of some lanes; None if there is none.
 
         The kept tree says how long the rest takes at least, so that little has to be looked at (A*).
@@ -271,7 +271,7 @@ class Planner:
                 continue
             came[node] = by
             rest = self._follow(node, tree)
-            if not any(leg.lane in avoid for leg in rest):
+            if avoid.isdisjoint([leg.lane for leg in rest]):
                 return self._lanes.route([*self._back(node, came), *rest], goal)
             for edge in self._lanes.out[node]:
                 if edge.number not in avoided and edge.end not in came:

@@ -238,7 +238,10 @@ class Slots:
         Returns:
             Whether it got them; if not, it waits for them and keeps its own.
         """
-        free, inside, held, wanted = self.free, self.holders, self._held.get(robot, ()), self.of(leg)
+        free, inside, held, wanted = self.free, self.holders, self._held.get(robot, ()), leg.slots
+        if not wanted or leg.leaves_for is not None or wanted[-1] >= self._waypoints:
+            # Most legs lead from one waypoint to another.
+            wanted = self.of(leg)
         crowded = False
         for slot in wanted:
             if slot in held:
