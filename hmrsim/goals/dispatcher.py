@@ -373,7 +373,9 @@ class Dispatcher:
         self._unpacked.append(goal)
         most = 1 if lists_messages(result) else _UNPACKED
         while len(self._unpacked) > most:
-            self._unpacked.popleft().pack_result(result)
+            oldest = self._unpacked.popleft()
+            if oldest.goal_id in oldest.server.goals:
+                oldest.pack_result(result)
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
         """Answer all requests that wait for a goal that has ended, or only that of the robot's own script."""
