@@ -22,8 +22,8 @@ from hmrsim.experiments.run_page import run_logged, run_page
 from hmrsim.experiments.store import FILE, TRACES, Results
 from hmrsim.program.files import check_outputs, check_writable, write_text
 from hmrsim.settings.run import RunSettings
+from hmrsim.timing.pacing import unwatched
 from hmrsim.trials.batches import factory_of
-from hmrsim_zenoh.hosting.served_simulation import unwatched
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

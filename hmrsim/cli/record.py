@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
+    from hmrsim.timing.pacing import Pacing, Watchers
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.hosting.served_simulation import Watchers
     from hmrsim_zenoh.recording.listener import Listener
 
 

@@ -42,10 +42,10 @@ if TYPE_CHECKING:
     from hmrsim.program.command_line import CommandParser
     from hmrsim.properties import MonitorSink, Violation
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Watchers
     from hmrsim.world import World
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.hosting.host import Host
-    from hmrsim_zenoh.hosting.served_simulation import Watchers
     from hmrsim_zenoh.ros2.wires import Wire
 
 _MAX_WARNINGS: Final = 5
@@ -190,7 +190,7 @@ def _display(world: str, level: int) -> TableDisplay | LogDisplay:
 def _recording(path: Path | None, settings: RunSettings) -> AbstractContextManager[Watchers]:
     """Return a context that provides the sinks that record a run; none without a path."""
     if path is None:
-        from hmrsim_zenoh.hosting.served_simulation import unwatched
+        from hmrsim.timing.pacing import unwatched
 
         return nullcontext(unwatched)
     # Loads the MCAP writer, which takes 100 ms.

@@ -19,11 +19,11 @@ from hmrsim.experiments.repeats import fingerprint_of
 from hmrsim.experiments.store import Row
 from hmrsim.report.sink import LiveReport
 from hmrsim.settings.run import RunSettings
+from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.guards import attempt
 from hmrsim.trials.trial import CRASHED, FAILED, SUCCEEDED, TIMEOUT
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,13 +17,13 @@ from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
 from hmrsim.simulation.snapshot import scene
+from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import trial_of
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.trials.guards import attempt
 from hmrsim.trials.trial import CRASHED, ERROR, FAILED, HUNG, KILLED, SUCCEEDED, TIMEOUT
 from hmrsim.world_checks import LoadedWorld
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check

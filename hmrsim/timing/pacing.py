@@ -36,10 +36,14 @@ from hmrsim.timing.lockstep import Lockstep
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand, Inbox
+    from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.result_retention import Retention
 
 _log = logging.getLogger(__name__)
+
+Watchers = Callable[["Simulator", "Pacing"], "Sequence[Sink]"]
+"""Makes further sinks of a simulation."""
 
 PLANNER: Final = "_planner"
 """Listed among the participants that time waits for, in lockstep, while an external planner has not answered."""
@@ -442,6 +446,11 @@ class Pacing:
                 self._inbox.put(CheckWatchdog())
 
         return _Watchdog(look, self._participant_timeout / _LOOKS)
+
+
+def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
+    """Return no further sinks."""
+    return ()
 
 
 class _Watchdog:

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from typing import IO, TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, SimulationStopped
+from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trials.guards import Tail
 from hmrsim.trials.trial import GONE, HUNG, TIMEOUT, TOKEN_GONE, Ended, TimeLimit, Trial, ending_of_code
 from hmrsim_zenoh.hosting.host import Host
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.wire.options import SessionOptions
 
 if TYPE_CHECKING:

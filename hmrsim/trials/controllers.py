@@ -17,12 +17,12 @@ from bt_controller.loading.trees import load
 from bt_controller.running.runner import run_tree
 from bt_controller.running.snapshot import Node, nodes_of
 from hmrsim.program.users_code import described
+from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trials.command import Command, CommandTrial
 from hmrsim.trials.local import LocalTrial
 from hmrsim.world.overlays.expressions import names_used_in, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
 from hmrsim_zenoh.errors import SimulatorGone
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from pathlib import Path

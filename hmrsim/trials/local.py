@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import SimulationStopped
 from hmrsim.program.memory import collect_runs_young
+from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trials.trial import CRASHED, FAILED, GONE, HUNG, SUCCEEDED, TOKEN_GONE, Ended, TimeLimit, Trial, control
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.hosting.loopback_host import LoopbackHost
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from itertools import chain, product
 from typing import TYPE_CHECKING, Final, Self
@@ -12,15 +13,22 @@ from typing import TYPE_CHECKING, Final, Self
 import zenoh
 
 from hmrsim.actions import registry as all_actions
-from hmrsim.errors import NoRoute
+from hmrsim.errors import NoRoute, SimulationStopped
 from hmrsim.protocol.goal import WORLD
+from hmrsim.protocol.time import TokenSeen
+from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.timing.pacing import Pacing, unwatched
+from hmrsim.timing.result_retention import Retention
 from hmrsim_zenoh.errors import BadOptions, ParticipantLost, PrefixTaken
-from hmrsim_zenoh.hosting.served_simulation import Observers, ServedSimulation, Watchers, Wiring, unwatched
 from hmrsim_zenoh.hosting.succession import RouterSuccession
 from hmrsim_zenoh.server.decode_time import AdvanceRequest, CommandRequest, JoinRequest
-from hmrsim_zenoh.server.tokens import Claim
-from hmrsim_zenoh.server.world_info import Sessions
+from hmrsim_zenoh.server.inbox import ChannelInbox
+from hmrsim_zenoh.server.interest import SubscriberWatch
+from hmrsim_zenoh.server.server import Server
+from hmrsim_zenoh.server.tokens import Claim, LivelinessTokens
+from hmrsim_zenoh.server.world_info import Description, Sessions
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.enclave import SIMULATOR
 from hmrsim_zenoh.wire.envelopes import plain, read
@@ -31,8 +39,9 @@ from hmrsim_zenoh.wire.session import MAX_MESSAGE, enclave_of, open_server
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Watchers
     from hmrsim.world_checks import LoadedWorld
+    from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.losses import Losses
 
@@ -68,6 +77,10 @@ class Host:
         PrefixTaken: Another simulator serves this prefix.
     """
 
+    pacing: Pacing
+    _server: Server
+    _description: Description
+
     def __init__(
         self,
         loaded: LoadedWorld,
@@ -85,30 +98,51 @@ class Host:
         except ValueError as error:
             raise BadOptions(f"--prefix: {error}") from None
         self.error: BaseException | None = None
+        self._settings = settings
+        self._wires = wires
+        self._servers: list[Server | Ros2Server] = []
+        self._ros2: list[Ros2Server] = []
         self._reason = "the simulation has ended"
         self._ended = threading.Event()
         enclave = enclave_of(replace(options, default_role=SIMULATOR))
         self._session, self.endpoints = open_server(
             options, join=bool(wires), max_message=max(MAX_MESSAGE, 2 * settings.max_payload)
         )
+        retention = Retention(settings.result_timeout, settings.keep_results)
+
+        def serving(simulator: Simulator) -> Sequence[Sink]:
+            self._serve(simulator, keys, sessions)
+            self.pacing = Pacing(
+                simulator,
+                self._server.inbox,
+                retention,
+                settings,
+                on_lag=_warn_of_lag,
+                on_wait=on_wait,
+                preparations=chain(_warm_up(simulator), preparations),
+            )
+            return [*self._servers, self.pacing.lockstep, *watchers(simulator, self.pacing)]
+
         try:
             sessions = Sessions(self._session, enclave.access_control) if enclave else None
             self._claim, keys = _claimed(self._session, keys, wires)
-            self._served = ServedSimulation(
-                Wiring(self._session, keys, sessions=sessions, wires=wires),
+            self._tokens = LivelinessTokens(self._session, keys)
+            self.simulator = Simulator(
                 loaded.world,
                 settings,
-                Observers(sinks, watchers, on_wait),
-                preparations=lambda simulator: chain(_warm_up(simulator), preparations),
+                [retention, *sinks],
+                watchers=serving,
+                services=all_services(),
+                hindrance=lambda: self.pacing.hindrance,
             )
         except BaseException:
             self._session.close()
+            self._join()
             raise
+        self._participants = self._watch_participants(keys)
         self.options = replace(options, prefix=keys.prefix)
         joined = bool(wires) and not options.connect and bool(self._session.info.routers_zid())
         self._succession = RouterSuccession(self._session, options, self.endpoints) if joined else None
-        self.simulator = self._served.simulator
-        self.pacing = self._served.pacing
         self._thread = threading.Thread(target=self._run, name="hmrsim-simulation", daemon=True)
 
     def __enter__(self) -> Self:
@@ -121,14 +155,16 @@ class Host:
 
     def start(self) -> None:
         """Run the simulation in its thread and declare it on the network."""
-        self._served.declare()
+        self._tokens.declare(self.simulator.robots.keys())
+        for ros2 in self._ros2:
+            ros2.start()
         self._thread.start()
         self._claim.watch(self._give_way)
 
     @property
     def losses(self) -> Losses:
         """The loss and duplication of requests and answers; for the simulation's thread once it runs."""
-        return self._served.losses
+        return self._server.inbox.losses
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
@@ -150,20 +186,20 @@ class Host:
             reason: The message in the results of the active goals.
         """
         self._reason = reason
-        self._served.close()
+        self._server.close()
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
-        self._served.leave()
+        self._server.inbox.leave()
         if self._succession is not None:
             self._succession.close()
         self._session.close()
-        self._served.join()
+        self._join()
 
     def _give_way(self, taken: PrefixTaken) -> None:
         """End the simulation, as another simulator has the prefix."""
         self.error = taken
         self._reason = str(taken)
-        self._served.close()
+        self._server.close()
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its result and the liveliness tokens are undeclared."""
@@ -176,12 +212,83 @@ class Host:
             self.error = ParticipantLost(f"the run has ended, as {self.pacing.loss}")
             self._reason = str(self.error)
         try:
-            self._served.finish(self._reason)
+            self._finish()
         except BaseException as error:  # noqa: BLE001 - as above
             self.error = self.error or error
         finally:
             self._claim.undeclare()
         self._ended.set()
+
+    def _finish(self) -> None:
+        """End every goal, answer pending requests, and undeclare the simulation."""
+        with ExitStack() as afterwards:
+            afterwards.callback(self._tokens.undeclare)
+            for ros2 in self._ros2:
+                afterwards.callback(ros2.close)
+            afterwards.callback(self._server.finish, self.pacing.submit, self.simulator.answer)
+            self.pacing.end(self._reason)
+
+    def _join(self) -> None:
+        """Wait for threads that may still be in a call of the session, after it was closed."""
+        for server in self._servers:
+            server.join()
+
+    def _serve(self, simulator: Simulator, keys: Keys, sessions: Sessions | None) -> None:
+        """Open the servers of the simulation on all wires."""
+        settings = self._settings
+        self._description = Description(
+            simulator, lambda: self.pacing.state, settings.run_id, sessions, hurries=lambda: self.pacing.hurries
+        )
+        self._server = Server(
+            self._session,
+            keys,
+            self._description,
+            submit=simulator.submit,
+            on_roster=self._follow,
+            settings=settings,
+            inbox=ChannelInbox,
+            interest=SubscriberWatch,
+        )
+        self._servers.append(self._server)
+        if self._wires:
+            # Loaded only where ROS 2 wires are served.
+            from hmrsim_zenoh.ros2.server import open_servers  # noqa: PLC0415
+
+            self._ros2 = open_servers(
+                self._session,
+                self._wires,
+                simulator,
+                self._server.inbox,
+                planner=self._server.planner,
+                hurries=self._description.hurries,
+                prefix=keys.prefix,
+                max_payload=settings.max_payload,
+            )
+            self._servers.extend(self._ros2)
+
+    def _watch_participants(self, keys: Keys) -> zenoh.Subscriber[None]:
+        """Report the participants' liveliness tokens to the simulation."""
+
+        def on_token(sample: zenoh.Sample) -> None:
+            name = str(sample.key_expr).rpartition("/")[2]
+            with suppress(SimulationStopped):
+                self._server.inbox.put(TokenSeen(name, alive=sample.kind == zenoh.SampleKind.PUT))
+
+        handler = zenoh.handlers.Callback(on_token)
+        return self._session.liveliness().declare_subscriber(keys.participants(), handler, history=True)
+
+    def _follow(self) -> None:
+        """Serve the current robots; in the simulation's thread."""
+        cut_off = self.simulator.dispatcher.cut_off
+        self._description.forget()
+        self._tokens.follow(self.simulator.robots.keys(), cut_off)
+        self._server.follow()
+        for ros2 in self._ros2:
+            ros2.follow(self.simulator, cut_off)
+
+
+def _warn_of_lag(lag: float) -> None:
+    _log.warning("the machine can't keep up: simulated time is %.1f wall seconds behind in all", lag)
 
 
 def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire]) -> tuple[Claim, Keys]:

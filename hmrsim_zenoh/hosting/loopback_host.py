@@ -11,11 +11,10 @@ from hmrsim.protocol.time import LOCKSTEP, TokenSeen
 from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.timing.pacing import Pacing
+from hmrsim.timing.pacing import Pacing, Watchers, unwatched
 from hmrsim_zenoh.client.exchange import Delivery, Exchange, Kind
 from hmrsim_zenoh.client.local_connection import LocalConnection
 from hmrsim_zenoh.hosting.local_commands import LocalCommands
-from hmrsim_zenoh.hosting.served_simulation import Watchers, unwatched
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
 from hmrsim_zenoh.server.server import Server

@@ -227,7 +227,7 @@ class Server(SelectiveSink):
 
         In real time the subscribers of other topics are noticed soon enough.
         """
-        if self._description.hurries:
+        if self._description.hurries():
             self._look()
         elif self.inbox.taken > max(self._looked, self._looked_for_goals):
             self._looked_for_goals = self.inbox.arrived()

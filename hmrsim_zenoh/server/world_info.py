@@ -43,6 +43,8 @@ class Description:
 
     Args:
         sessions: The connected sessions, if the simulator is secured.
+
+    Attributes:
         hurries: Returns whether simulated time may run faster than wall time.
     """
 
@@ -55,7 +57,7 @@ class Description:
         *,
         hurries: Callable[[], bool] = lambda: True,
     ) -> None:
-        self._hurries = hurries
+        self.hurries = hurries
         self._sessions = sessions
         self._simulator = simulator
         self._run_id = run_id
@@ -68,11 +70,6 @@ class Description:
     def policy(self) -> AccessControl | None:
         """The access control that the session enforces; None if it has none."""
         return self._sessions.policy if self._sessions else None
-
-    @property
-    def hurries(self) -> bool:
-        """Return whether simulated time may run faster than wall time."""
-        return self._hurries()
 
     @cached_property
     def plans_externally(self) -> bool:
