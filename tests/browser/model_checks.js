@@ -12,8 +12,8 @@ async ([base, VIEW, prefix = '']) => {
   const { Playback } = await import(`${base}/source/playback.js`);
   const { asItemIs } = await import(`${base}/model/demand.js`);
   const { errorOf } = await import(`${base}/model/goals.js`);
-  const { describe, goalWords } = await import(`${base}/model/texts.js`);
-  const { causeWords } = await import(`${base}/panels/phrases.js`);
+  const { describe } = await import(`${base}/model/texts.js`);
+  const { causeWords, goalWords } = await import(`${base}/model/phrases.js`);
   const { drawCauses } = await import(`${base}/map/fixtures.js`);
 
   const stamp = (t) => ({ sec: Math.floor(t), nanosec: Math.round((t % 1) * 1e9) });
@@ -158,11 +158,11 @@ async ([base, VIEW, prefix = '']) => {
     'a robot waits for others until it moves'() {
       const model = modelOf(event(1, 'waiting', { robot: 'wall_e', at: [0, 0], for: ['eve'] }));
       const there = model.robots.get('wall_e');
-      equal(['waiting', ['eve'], 1], [there.stateAt(1), there.waitsFor, there.waitsSince]);
+      equal(['waiting', ['eve'], 1], [there.stateAt(1), there.waiting.for, there.waiting.since]);
       model.apply(event(1.5, 'waiting', { robot: 'wall_e', at: [0, 0], why: 'gate is opening' }));
-      equal([[], 'gate is opening', 1], [there.waitsFor, there.waitsWhy, there.waitsSince]);
+      equal([[], 'gate is opening', 1], [there.waiting.for, there.waiting.why, there.waiting.since]);
       model.apply(drive(2, [0, 0, 0], [10, 0, 0]));
-      equal(['driving', []], [there.stateAt(2), there.waitsFor]);
+      equal(['driving', null], [there.stateAt(2), there.waiting]);
     },
     'a deadlock is over when one of its robots moves'() {
       const model = modelOf(event(1, 'deadlock', { robots: ['eve', 'wall_e'], lanes: [] }));
@@ -345,10 +345,10 @@ async ([base, VIEW, prefix = '']) => {
     },
     'robots are counted by state over time, at most 1,000 times'() {
       const model = modelOf(drive(1.5, [0, 0, 0], [10, 0, 0]), event(4, 'new'));
-      equal([[0, 1, 2, 4], [0, 0, 1, 1]], [model.history.t, model.history.counts.driving]);
+      equal([[0, 0], [1, 0], [2, 1], [4, 1]], model.history.counts.points.map(([t, { driving }]) => [t, driving]));
       for (let t = 5; t < 9000; t += 1) model.apply(event(t, 'new'));
-      const { t, counts } = model.history;
-      equal([true, t.length, 2], [t.length <= 1000 && t.length > 400, counts.idle.length, counts.idle[t.length - 1]]);
+      const { points } = model.history.counts;
+      equal([true, 2], [points.length <= 1000 && points.length > 400, points.at(-1)[1].idle]);
     },
     'a scene tells of goals that ended unheard'() {
       const model = modelOf(status(1, 2));
@@ -376,7 +376,7 @@ async ([base, VIEW, prefix = '']) => {
       const model = modelOf(drive(1, [0, 0, 0], [10, 0, 0]), event(6, 'waiting', { robot: 'wall_e', for: ['eve'] }));
       const there = model.robots.get('wall_e');
       model.loadScene(scene(7, [robot('wall_e', { pose: [10, 0, 0], waits: true, waiting: { since: 6, for: ['eve'] } }), robot('eve')]));
-      equal([true, ['eve'], 6], [there === model.robots.get('wall_e'), there.waitsFor, there.waitsSince]);
+      equal([true, ['eve'], 6], [there === model.robots.get('wall_e'), there.waiting.for, there.waiting.since]);
       equal([[0, 0, 1]], there.driven);
     },
     'what is saved comes back, whatever happens after'() {
@@ -443,11 +443,10 @@ async ([base, VIEW, prefix = '']) => {
     'a tail keeps the last, and its beginnings come back'() {
       const tail = new Tail(4);
       for (let i = 0; i < 5; i += 1) tail.push(i);
-      const saved = tail.saved();
+      const saved = tail.copy();
       for (let i = 5; i < 20; i += 1) tail.push(i);
       equal([true, 19], [tail.length >= 4 && tail.length <= 6, tail.last]);
-      tail.restore(saved);
-      equal([0, 1, 2, 3, 4], tail.items);
+      equal([0, 1, 2, 3, 4], saved.items);
     },
     'a recording may be cut anywhere'() {
       const bytes = new TextEncoder().encode('[1,"_world/events",{"kind":"é"}]\n\n[2,"x",{}]\n[3,"_wor');
@@ -512,7 +511,7 @@ async ([base, VIEW, prefix = '']) => {
       states.push(there.stateAt(0));
       there.begin(new Motion({ from: [0, 0, 0], to: [1, 0, 0], duration: 1 }, 0));
       states.push(there.stateAt(0));
-      there.wait(0.5, [], 'a door');
+      there.wait(0.5, { why: 'a door' });
       states.push(there.stateAt(1));
       there.disable('breakdown', 'broken');
       states.push(there.stateAt(1));

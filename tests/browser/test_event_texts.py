@@ -12,9 +12,12 @@ from hmrsim.world_checks import load_world
 from tests.simulation import Log
 
 _TOLD = """async (events) => {
-  const { severityOf, subjectOf, textOf } = await import('/model/texts.js');
+  const { describe, render } = await import('/model/texts.js');
   const { texts } = hmrsim.model;
-  return events.map((event) => [severityOf(event, texts), subjectOf(event, texts), textOf(event, texts)]);
+  return events.map((event) => {
+    const { severity, subject, text } = describe(event, { texts, world: { nameAt: () => '' } });
+    return [severity, subject, texts[event.kind] ? render(texts[event.kind].text, event) : text];
+  });
 }"""
 
 ID = "0" * 32
@@ -52,6 +55,6 @@ def test_an_unknown_event_is_shown_by_its_kind(viewed, open_page):
     assert [["info", "eve", "floor cleaned"]] == page.evaluate(_TOLD, [{"kind": "floor_cleaned", "robot": "eve"}])
     assert "stops at home" == page.evaluate(
         "async (texts) => (await import('/model/texts.js'))"
-        ".textOf({kind: 'stopped', robot: 'eve', at: [1, 2]}, texts, {point: () => 'home'})",
+        ".describe({kind: 'stopped', robot: 'eve', at: [1, 2]}, {texts, world: {nameAt: () => 'home'}}).text",
         texts(),
     )

@@ -1,7 +1,7 @@
 // Requests of people at the page: sends them to the simulator, and reports success or failure.
 
 import { ABORTED, ACCEPTED, isActive } from './model/goals.js';
-import { actionWords } from './panels/phrases.js';
+import { actionWords, pointWords } from './model/phrases.js';
 
 const LOOK = 50; // ms between two looks at a goal
 // The number of looks to wait for the next stage of a goal. Looks are counted instead of time, as on a busy page a timer
@@ -42,7 +42,7 @@ export class Orders {
     const { world } = this.app.model;
     if (kind === 'door') return `door ${name}`;
     const named = ['floor', 'lane'].includes(kind) ? world.nameAt(point) : name;
-    return named || point.map((each) => each.toFixed(world.units === 'px' ? 0 : 1)).join(', ');
+    return named || pointWords(point, world.units);
   }
 
   /** @param {string} [dock] By default the nearest free one. */

@@ -1,15 +1,15 @@
 /** The object below a point of the screen, and the tooltip that describes it. */
 
 import { middle } from '../model/motion.js';
+import { nearestOn } from '../model/world.js';
+import { shareWords, taskWords, whyWords } from '../model/phrases.js';
 
 const REACH = 12; // css pixels of tolerance
 
 /**
- * @typedef {{kind: 'robot'|'item'|'dock'|'door'|'lift'|'place'|'waypoint'|'lane'|'floor', name: string,
- *   point: number[]}} Pick
+ * Return the object at a point of the screen, with its own point, or the very point on lanes and on the floor.
+ * @returns {Pick} @typedef {{kind: string, name: string, point: number[]}} Pick
  */
-
-/** Return the object at a point of the screen, with its own point, or the very point on lanes and on the floor. */
 export function pickAt(frame, poses, px, py) {
   const { camera, world, model, layers } = frame;
   const point = [camera.worldX(px), camera.worldY(py)];
@@ -56,16 +56,10 @@ function nearest(kind, things, [x, y], reach) {
 
 function doorAt(model, point, reach) {
   for (const { name, at: [a, b] } of model.doors.values()) {
-    if (distanceTo(point, a, b) <= reach) return { kind: 'door', name, point: middle(a, b) };
+    const [x, y] = nearestOn(a, b, ...point);
+    if (Math.hypot(x - point[0], y - point[1]) <= reach) return { kind: 'door', name, point: middle(a, b) };
   }
   return null;
-}
-
-function distanceTo([x, y], a, b) {
-  const dx = b[0] - a[0];
-  const dy = b[1] - a[1];
-  const share = Math.min(1, Math.max(0, ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy || 1)));
-  return Math.hypot(a[0] + dx * share - x, a[1] + dy * share - y);
 }
 
 function laneAt(world, [x, y], reach) {
@@ -107,7 +101,7 @@ export function tooltipOf({ kind, name }, { model, world }, time) {
   const thing = { robot: 'robots', item: 'items', dock: 'docks', door: 'doors', lift: 'lifts' }[kind];
   const now = thing && model[thing].get(name);
   switch (kind) {
-    case 'robot': return now ? robotTooltip(now, time) : '';
+    case 'robot': return now ? robotTooltip(now, model, time) : '';
     case 'item': return `${name} · item${now?.weight ? `, ${now.weight} kg` : ''}`;
     case 'dock': return `${name} · ${now.type}, ${now.docked.length ? now.docked.join(', ') : 'free'}${queue(now)}`;
     case 'door': return `${name} · ${now.type === 'door' ? '' : `${now.type} `}door, ${doorState(now)}`;
@@ -119,14 +113,12 @@ export function tooltipOf({ kind, name }, { model, world }, time) {
   }
 }
 
-function robotTooltip(robot, time) {
+function robotTooltip(robot, model, time) {
   const state = robot.stateAt(time);
-  const waits = robot.waits ? robot.waitsFor.join(', ') || robot.waitsWhy : '';
-  const why = Object.values(robot.ailments).join('; ') || waits;
-  const link = state === 'waiting' && robot.waitsFor.length ? 'for ' : '';
-  const battery = robot.battery ? `\nbattery ${Math.round(robot.battery.percentage * 100)} %` : '';
-  const goal = robot.goal ? `\n${robot.goal.action}` : '';
-  return `${robot.name} · ${robot.type}, ${state}${why ? ` ${link}${why}` : ''}${goal}${battery}`;
+  const is = [state, whyWords(robot, state, model, time)].filter(Boolean).join(' ');
+  const battery = robot.battery ? `\nbattery ${shareWords(robot.battery.percentage)}` : '';
+  const goal = robot.goal ? `\n${taskWords(robot.goal, model.world)}` : '';
+  return `${robot.name} · ${robot.type}, ${is}${goal}${battery}`;
 }
 
 function queue({ queue }) {

@@ -38,7 +38,7 @@ export class Poses {
       this.py[count] = py;
       this.radius[count] = radius;
       this.angle[count] = camera.flip * pose[2];
-      this.goes[count] = robot.route.length > 0 && (robot.waits || robot.movesAt(time));
+      this.goes[count] = robot.route.length > 0 && (robot.waiting !== null || robot.movesAt(time));
       this.index.set(robot.name, count);
       count++;
     }

@@ -1,45 +1,39 @@
 /** How events change a model, by the part of the picture that their kind declares in `_world/view`. */
 
+import { spot } from './fixtures.js';
 import { ACCEPTED, errorOf, isActive } from './goals.js';
 import { motionsOf } from './motion.js';
 
-/**
- * @typedef {import('./model.js').Model} Model
- * @typedef {Record<string, any>} Event Its fields, and those that its kind `sets`.
- * @typedef {(model: Model, event: Event, time: number) => void} Change
- * @typedef {Record<string, {changes?: string, sets?: object}>} Texts The `events` of `_world/view`.
- */
-
 const STATE_SCOPE = 2;
-/** Parts whose events are not logged, as there is one for each lane. */
-const UNLISTED = new Set(['robots.motion', 'robots.route']);
-/** Parts whose events replace the whole state. */
-const RESTARTS = new Set(['scene', 'world']);
 
-/** Return the part of the picture that an event changes, or "". */
+/**
+ * Return the part of the picture that an event changes, or "".
+ * @param {Record<string, {changes?: string, sets?: object}>} texts The `events` of `_world/view`.
+ */
 export function partOf(event, texts) {
   return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || '';
 }
 
-/** Return whether an event belongs in the log. */
+/** Return whether an event belongs in the log; motions and routes do not, as there is one for each lane. */
 export function isListed(event, texts) {
-  return !UNLISTED.has(partOf(event, texts));
+  return !['robots.motion', 'robots.route'].includes(partOf(event, texts));
 }
 
 /** Return whether an event replaces the whole state: a reset or another world. */
 export function restarts(event, texts) {
-  return RESTARTS.has(partOf(event, texts));
+  return ['scene', 'world'].includes(partOf(event, texts));
 }
 
 /** Apply an event to a model. */
 export function change(model, event, time) {
   const then = CHANGES.get(partOf(event, model.texts));
-  if (!then) return;
-  const { sets } = model.texts[event.kind];
-  then(model, sets ? { ...event, ...sets } : event, time);
+  if (then) then(model, { ...event, ...model.texts[event.kind].sets }, time);
 }
 
-/** @type {Map<string, Change>} By `Part` of hmrsim/events/_event.py. */
+/**
+ * By `Part` of hmrsim/events/_event.py; an event has its fields, and those that its kind `sets`.
+ * @type {Map<string, (model: import('./model.js').Model, event: Record<string, any>, time: number) => void>}
+ */
 export const CHANGES = new Map(
   Object.entries({
     'robots.motion'(model, event, time) {
@@ -58,12 +52,9 @@ export const CHANGES = new Map(
       robot.stop(time, at);
     }),
     'robots.waiting': ofRobot((model, robot, event, time) => {
-      if (event.waits) {
-        robot.wait(time, event.for ?? [], event.why ?? '', event.at);
-      } else {
-        model.endDeadlocks(robot.name);
-        robot.goOn();
-      }
+      if (event.waits) return robot.wait(time, event);
+      model.endDeadlocks(robot.name);
+      robot.waiting = null;
     }),
     'robots.yielding': ofRobot((_model, robot, { by = '' }) => robot.makeRoom(by)),
     'robots.goals': changeGoal,
@@ -89,8 +80,8 @@ export const CHANGES = new Map(
     closed_lanes(model, { lane, closed, why = 'closed' }) {
       model.closeLane(lane, closed ? why : null);
     },
-    deadlocks(model, { robots = [], lanes = [] }, time) {
-      model.deadlocks = [...model.deadlocks, { t: time, robots, lanes }];
+    deadlocks(model, { robots = [] }) {
+      model.deadlocks = [...model.deadlocks, { robots }];
       model.touch('robots');
     },
     faults(model, { kind: _, t: __, stamp: ___, active, ...fault }, time) {
@@ -105,9 +96,9 @@ export const CHANGES = new Map(
       model.touch('orders');
     },
     // Events of these parts are only logged.
-    participants: doNothing,
-    planner_present: doNothing,
-    simulation_state: doNothing,
+    participants() {},
+    planner_present() {},
+    simulation_state() {},
     // The source also gets the scene again, as the event does not contain all changes.
     scene(model, { scope }, time) {
       if ((scope || 255) & STATE_SCOPE) model.beginAnew(time);
@@ -119,8 +110,6 @@ export const CHANGES = new Map(
     },
   }),
 );
-
-function doNothing() {}
 
 /** Return a change of the event's robot, if the robot is known. */
 function ofRobot(then) {
@@ -135,18 +124,13 @@ function ofRobot(then) {
 /** Set the request or the status of a goal. */
 function changeGoal(model, { robot: name, action, goal_id: id, goal, status, result = null }, time) {
   if (!id) return;
-  if (status === undefined) {
-    model.setGoal(name, action, id, { goal: goal ?? null });
-    return;
-  }
-  const known = model.goalList.find(name, action, id);
-  const more = { status };
+  const more = status === undefined ? { goal: goal ?? null } : { status };
   if (status === ACCEPTED) more.accepted = time;
-  if (!isActive(status)) {
+  if (status !== undefined && !isActive(status)) {
     const [errorCode, errorMsg] = errorOf(result);
     Object.assign(more, { ended: time, result, errorCode, errorMsg });
     const robot = model.robots.get(name);
-    if (robot?.queue && robot.queue.goal === known?.key) leaveQueue(model, robot);
+    if (robot?.queue && robot.queue.goal === model.goals.find(name, action, id)?.key) leaveQueue(model, robot);
   }
   model.setGoal(name, action, id, more);
 }
@@ -198,10 +182,4 @@ function leaveQueue(model, robot) {
 
 function without(names, name) {
   return names.filter((each) => each !== name);
-}
-
-/** Return a point in the format of the simulator's reasons. */
-function spot(at) {
-  const [x, y] = (at ?? [NaN, NaN]).map((each) => +each.toPrecision(6));
-  return `(${x}, ${y})`;
 }

@@ -3,49 +3,31 @@
 import { secondsOf } from './messages.js';
 import { Tail } from './tail.js';
 
-/**
- * @typedef {object} Order Immutable.
- * @property {string} name
- * @property {string} item
- * @property {string} from The item's place when the order was placed; "" if unknown.
- * @property {string} to The destination; "" if unknown.
- * @property {number} priority
- * @property {'waiting'|'carried'|'delivered'|'lost'} state
- * @property {string} robot The robot that carries the item or has delivered it; "" for none.
- * @property {number|null} placed Simulated seconds; null if unknown.
- * @property {number|null} due The time from which it is late; null for never.
- * @property {boolean} late
- * @property {number|null} ended
- * @property {number|null} lead Seconds from placing to delivery.
- * @property {number} lateBy Seconds of delay at the delivery.
- */
-
 const ENDED = 200;
 const MAX_LEFT = 200;
-/** @type {Order} */
+
+/**
+ * @typedef {typeof UNKNOWN} Order Immutable. `from` is the item's place when the order was placed; `state` is waiting,
+ *   carried, delivered or lost; `robot` carries the item or has delivered it; from `due` on the order is late. Times are
+ *   simulated seconds, `lead` the seconds from placing to delivery, `lateBy` those of delay. What is unknown is "" or null.
+ */
 const UNKNOWN = {
   name: '', item: '', from: '', to: '', priority: 0, state: 'waiting', robot: '', placed: null, due: null, late: false,
   ended: null, lead: null, lateBy: 0,
 };
 
-/** How an order changes in each step, by the `step` that kinds of events set, and the total that counts the step. */
-const STEPS = {
-  placed: {
-    total: 'placed',
-    take: (order, { from = '', to = '', priority = 0, within = null }, time) => {
-      return { ...order, from, to, priority, placed: time, due: within === null ? null : time + within };
-    },
+/** How an order changes in each step, by the `step` that kinds of events set. */
+const STEPS = new Map(Object.entries({
+  placed: (order, { from = '', to = '', priority = 0, within = null }, time) => {
+    return { ...order, from, to, priority, placed: time, due: within === null ? null : time + within };
   },
-  picked_up: { take: (order, { robot = '' }) => ({ ...order, state: 'carried', robot }) },
-  late: { total: 'late', take: (order, { to = order.to }, time) => ({ ...order, to, due: order.due ?? time, late: true }) },
-  delivered: {
-    total: 'delivered',
-    take: (order, { robot = '', lead_time: lead = null, late = 0 }, time) => {
-      return { ...order, state: 'delivered', robot, ended: time, lead, lateBy: late, late: late > 0 };
-    },
+  picked_up: (order, { robot = '' }) => ({ ...order, state: 'carried', robot }),
+  late: (order, { to = order.to }, time) => ({ ...order, to, due: order.due ?? time, late: true }),
+  delivered: (order, { robot = '', lead_time: lead = null, late = 0 }, time) => {
+    return { ...order, state: 'delivered', robot, ended: time, lead, lateBy: late, late: late > 0 };
   },
-  lost: { total: 'lost', take: (order, _event, time) => ({ ...order, state: 'lost', robot: '', ended: time }) },
-};
+  lost: (order, _event, time) => ({ ...order, state: 'lost', robot: '', ended: time }),
+}));
 
 /** Return an order in the state of its item, which may have been put down on the way. */
 export function asItemIs(order, items) {
@@ -61,6 +43,7 @@ export class Demand {
   }
 
   clear() {
+    /** @type {Map<string, Order>} */
     this.open = new Map(); // the open orders by name
     this.totals = { placed: 0, delivered: 0, late: 0, lost: 0 }; // the numbers of orders
     this._ended = new Tail(ENDED);
@@ -86,37 +69,26 @@ export class Demand {
   /** Apply an event about an order. */
   note(event, time) {
     const { step, order: name, item } = event;
-    const found = Object.hasOwn(STEPS, step) ? STEPS[step] : undefined;
-    if (!found || !name) return;
-    const known = this.open.get(name) ?? this._left.get(name) ?? { ...UNKNOWN, name, item };
-    const order = found.take(known, event, time);
-    if (order.ended !== null && !this.ended.some((each) => each.name === name && each.ended === time)) this._ended.push(order);
-    if (order.ended !== null) this._left.delete(name);
+    const take = STEPS.get(step);
+    if (!take || !name) return;
+    const order = take(this.open.get(name) ?? this._left.get(name) ?? { ...UNKNOWN, name, item }, event, time);
+    const ends = order.ended !== null;
+    if (ends && !this.ended.some((each) => each.name === name && each.ended === time)) this._ended.push(order);
+    if (ends) this._left.delete(name);
     if (time <= this._loaded) return;
-    if (order.ended === null) this.open.set(name, order);
-    else this.open.delete(name);
-    if (found.total) this.totals = { ...this.totals, [found.total]: this.totals[found.total] + 1 };
+    if (ends) this.open.delete(name);
+    else this.open.set(name, order);
+    if (step in this.totals) this.totals = { ...this.totals, [step]: this.totals[step] + 1 };
   }
 
-  /** @returns {object} What `restore` takes. */
-  saved() {
-    return { open: new Map(this.open), totals: this.totals, ended: this._ended.saved(), left: new Map(this._left), loaded: this._loaded };
-  }
-
-  restore({ open, totals, ended, left, loaded }) {
-    this.open = new Map(open);
-    this.totals = totals;
-    this._ended.restore(ended);
-    this._left = new Map(left);
-    this._loaded = loaded;
+  copy() {
+    const copies = { open: new Map(this.open), _ended: this._ended.copy(), _left: new Map(this._left) };
+    return Object.assign(new Demand(), this, copies);
   }
 }
 
 /** Return an order of `_world/demand`. */
 function orderOf({ name, item, at = '', to = '', priority = 0, state = 'waiting', robot = '', late = false, placed, due }) {
+  const timeOf = (stamp) => (stamp ? secondsOf(stamp) : null);
   return { ...UNKNOWN, name, item, from: at, to, priority, state, robot, late, placed: timeOf(placed), due: timeOf(due) };
-}
-
-function timeOf(stamp) {
-  return stamp ? secondsOf(stamp) : null;
 }

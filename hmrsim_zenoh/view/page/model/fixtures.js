@@ -1,35 +1,13 @@
 /** Docks, doors and lifts, and the effects of faults. A fixture's state is replaced and never changed. */
 
-/**
- * @typedef {import('./motion.js').Point} Point
- * @typedef {import('./world.js').DoorSpec & {state: 'open'|'opening'|'closed', locked: boolean, jammed: boolean}} Door
- *
- * @typedef {object} LiftState
- * @property {string} stop The cabin's stop; while it moves, the stop that it has left.
- * @property {Point} at The position of the stop.
- * @property {string|null} to The destination.
- * @typedef {import('./world.js').LiftSpec & LiftState} Lift
- *
- * @typedef {import('./world.js').DockSpec & {docked: string[], queue: string[]}} Dock The robots in it, and those that
- *   wait for a berth, in order.
- */
+/** The initial states of fixtures: what the world says of them, and what changes. */
+export const NEW = {
+  door: (spec) => ({ ...spec, state: spec.open ? 'open' : 'closed', locked: false, jammed: false }),
+  lift: (spec) => moved({ ...spec, to: null }, { stop: spec.at }), // `to` is the destination; null at rest
+  dock: (spec) => ({ ...spec, docked: [], queue: [] }), // the robots in it, and those that wait for a berth, in order
+};
 
-/** Return the initial state of a door. */
-export function newDoor(spec) {
-  return { ...spec, state: spec.open ? 'open' : 'closed', locked: false, jammed: false };
-}
-
-/** Return the initial state of a lift. */
-export function newLift(spec) {
-  return moved({ ...spec, to: null }, { stop: spec.at });
-}
-
-/** Return the initial state of a dock. */
-export function newDock(spec) {
-  return { ...spec, docked: [], queue: [] };
-}
-
-/** Return a lift with some values replaced. */
+/** Return a lift with some values replaced; while it moves, it is at the `stop` that it has left. */
 export function moved(lift, more) {
   const { stop } = { ...lift, ...more };
   return { ...lift, ...more, at: lift.points[Math.max(0, lift.stops.indexOf(stop))] };
@@ -45,11 +23,7 @@ export const FROM_TAGS = {
     const state = ['open', 'opening', 'closed'].find((word) => tags.includes(word)) ?? door.state;
     return { ...door, state, locked: tags.includes('locked'), jammed: tags.includes('jammed') };
   },
-  lift(lift, tags) {
-    const [stop = lift.stop] = after(tags, 'at:');
-    const [to = null] = after(tags, 'to:');
-    return moved(lift, { stop, to });
-  },
+  lift: (lift, tags) => moved(lift, { stop: after(tags, 'at:')[0] ?? lift.stop, to: after(tags, 'to:')[0] ?? null }),
 };
 
 function after(tags, prefix) {
@@ -63,15 +37,14 @@ export function applyFault(model, fault, begins, time) {
   const { changes } = model.forms.faults[fault.fault] ?? {};
   if (changes === 'jammed') model.setDoor(fault.door, { jammed: all.some(({ door }) => door === fault.door) });
   const robot = model.robots.get(fault.robot);
-  if (!robot) return;
-  EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, time });
+  if (robot) EFFECTS.get(changes)?.(robot, all.filter((each) => each.robot === fault.robot), { fault, time });
 }
 
 /** Update which doors are locked after a lane was closed or opened. */
 export function lockDoors(model, lane) {
   for (const { name, lanes } of model.world.doors.values()) {
     if (!lanes.some(({ from, to }) => lane.includes(from) && lane.includes(to))) continue;
-    const keys = lanes.flatMap(({ from, to }) => [`${from}|${to}`, `${to}|${from}`]);
+    const keys = lanes.flatMap(({ key, from, to }) => [key, `${to}|${from}`]);
     const locked = keys.some((key) => model.closedLanes.get(key)?.includes(`${name} is locked`));
     if (locked !== model.doors.get(name)?.locked) model.setDoor(name, { locked });
   }
@@ -80,8 +53,7 @@ export function lockDoors(model, lane) {
 /** The effects by the value that changes. *all* are the robot's current faults of a kind. */
 const EFFECTS = new Map(Object.entries({
   ailments(robot, all, { fault, time }) {
-    const [x, y] = robot.poseAt(time).map((each) => +each.toPrecision(6));
-    robot.disable(fault.fault, all.length ? `${robot.name} has broken down at (${x}, ${y})` : null);
+    robot.disable(fault.fault, all.length ? `${robot.name} has broken down at ${spot(robot.poseAt(time))}` : null);
   },
   connected(robot, all) {
     robot.connected = all.length === 0;
@@ -91,3 +63,9 @@ const EFFECTS = new Map(Object.entries({
     robot.sensors = robot.sensors.map((sensor) => ({ ...sensor, blind: blind(sensor.name) }));
   },
 }));
+
+/** Return a point in the format of the simulator's reasons. */
+export function spot(at) {
+  const [x, y] = (at ?? [NaN, NaN]).map((each) => +each.toPrecision(6));
+  return `(${x}, ${y})`;
+}

@@ -1,58 +1,31 @@
 /** The numbers of robots in each state, their batteries, and other numbers over time. */
 
-import { STATES, countStates } from './robot.js';
+import { countStates } from './robot.js';
 
-const MAX_POINTS = 1000;
+const MAX_COUNTS = 1000;
 const MAX_LINE = 300; // points of a line, of which there may be one for each robot
-const BEGIN_SECONDS = 1;
 
-/** Numbers over time. When there are too many, every other one is dropped. */
-class Series {
-  /** @param {number} columns The count of numbers at each time. */
-  constructor(columns) {
-    this.t = [];
-    this.columns = Array.from({ length: columns }, () => []);
-    this.seconds = BEGIN_SECONDS;
-  }
-
-  /** Drop every other time, and record half as often from now on. */
-  thin() {
-    const half = (all) => all.filter((_, i) => i % 2 === 0);
-    this.t = half(this.t);
-    this.columns = this.columns.map(half);
-    this.seconds *= 2;
-  }
-
-  copy() {
-    const copy = new Series(0);
-    copy.t = this.t.slice();
-    copy.columns = this.columns.map((column) => column.slice());
-    copy.seconds = this.seconds;
-    return copy;
-  }
-}
-
-/** A number over time, as [time, number] of each point. When there are too many, every other one is dropped. */
+/** Values over time, as [time, value] of each point. When there are too many, every other one is dropped. */
 export class Line {
   /** @param {number} [gap] The least seconds from one point to the next. */
-  constructor(gap = BEGIN_SECONDS, points = []) {
-    this.points = points;
-    this.gap = gap;
+  constructor(gap = 1, most = MAX_LINE, points = []) {
+    Object.assign(this, { gap, most, points });
   }
 
+  /** Add a value, in place of the last one if that was within the gap. */
   add(time, value) {
     const { points } = this;
     // Time has begun anew.
     if (points.length && time < points.at(-1)[0]) points.length = 0;
     if (points.length > 1 && time - points.at(-2)[0] < this.gap) points.pop();
     points.push([time, value]);
-    if (points.length <= MAX_LINE) return;
+    if (points.length <= this.most) return;
     this.points = points.filter((_, i) => i % 2 === 0);
     this.gap *= 2;
   }
 
   copy() {
-    return new Line(this.gap, this.points.slice());
+    return new Line(this.gap, this.most, this.points.slice());
   }
 }
 
@@ -63,32 +36,22 @@ export class History {
   }
 
   clear() {
-    this._counts = new Series(STATES.length);
+    this.counts = new Line(1, MAX_COUNTS); // how many robots were in each state, by state
     /** @type {Map<string, Line>} */
-    this.batteries = new Map(); // robots' batteries
+    this.batteries = new Map(); // robots' batteries, from 0 to 1
     this._next = -Infinity;
-  }
-
-  /** @returns {number[]} The times, in simulated seconds. */
-  get t() {
-    return this._counts.t;
-  }
-
-  /** @returns {Record<string, number[]>} How many robots were in each state at those times. */
-  get counts() {
-    return Object.fromEntries(STATES.map((state, i) => [state, this._counts.columns[i]]));
   }
 
   /** Count the robots at the times up to *time* that are due; nothing may have happened since the last one. */
   advance(time, robots) {
     if (time < this._next) return;
-    const { seconds } = this._counts;
-    const last = Math.floor(time / seconds) * seconds;
+    const { gap } = this.counts;
+    const last = Math.floor(time / gap) * gap;
     const first = this._next === -Infinity ? last : this._next;
-    this._count(first, robots);
+    this.counts.add(first, countStates(robots, first));
     // Nothing has happened in between, so two points are enough.
-    if (last > first) this._count(last, robots);
-    this._next = last + this._counts.seconds;
+    if (last > first) this.counts.add(last, countStates(robots, last));
+    this._next = last + this.counts.gap;
   }
 
   /** Record a battery's charge. @param {number} share From 0 to 1. */
@@ -97,24 +60,8 @@ export class History {
     this.batteries.get(robot).add(time, share);
   }
 
-  /** @returns {object} What `restore` takes. */
-  saved() {
-    return { counts: this._counts.copy(), batteries: copied(this.batteries), next: this._next };
+  copy() {
+    const batteries = new Map(Array.from(this.batteries, ([name, line]) => [name, line.copy()]));
+    return Object.assign(new History(), this, { counts: this.counts.copy(), batteries });
   }
-
-  restore(saved) {
-    this._counts = saved.counts.copy();
-    this.batteries = copied(saved.batteries);
-    this._next = saved.next;
-  }
-
-  _count(time, robots) {
-    this._counts.t.push(time);
-    Object.values(countStates(robots, time)).forEach((count, i) => this._counts.columns[i].push(count));
-    if (this._counts.t.length > MAX_POINTS) this._counts.thin();
-  }
-}
-
-function copied(lines) {
-  return new Map(Array.from(lines, ([name, line]) => [name, line.copy()]));
 }

@@ -7,128 +7,113 @@ export function secondsOf(stamp) {
   return stamp ? (stamp.sec || 0) + (stamp.nanosec || 0) * 1e-9 : 0;
 }
 
-const isNumber = Number.isFinite;
-const isName = (value) => typeof value === 'string';
-const isRecord = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
-const isOptional = (shape) => (value) => value === undefined || value === null || shape(value);
-const isListOf = (shape) => (value) => Array.isArray(value) && value.every(shape);
-const isNumbers = isListOf(isNumber);
-const isPoint = (value) => isNumbers(value) && value.length > 1;
-const isNames = isListOf(isName);
-/** @param {Record<string, (value: any) => boolean>} fields Optional fields have an optional shape. */
-const isLike = (fields) => {
-  const all = Object.entries(fields);
-  return (value) => isRecord(value) && all.every(([field, shape]) => shape(value[field]));
+const number = Number.isFinite;
+const name = (value) => typeof value === 'string';
+const record = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
+
+/**
+ * Return a check of a shape: a function, a list of one shape for its items, or a record of fields. A field whose name ends
+ * with a question mark may be missing or null.
+ */
+function like(shape) {
+  if (typeof shape === 'function') return shape;
+  if (Array.isArray(shape)) {
+    const item = like(shape[0]);
+    return (value) => Array.isArray(value) && value.every(item);
+  }
+  const fields = Object.entries(shape).map(([key, each]) => [key.replace('?', ''), key.endsWith('?'), like(each)]);
+  return (value) => record(value) && fields.every(([field, optional, fits]) => (optional && (value[field] ?? null) === null) || fits(value[field]));
+}
+
+const names = like([name]);
+const numbers = like([number]);
+const point = (value) => numbers(value) && value.length > 1;
+const points = like([point]);
+const profile = (value) => numbers(value) && value.length > 2;
+const stamp = like({ sec: number, 'nanosec?': number });
+
+const PIECE = {
+  'from?': point, 'to?': point, 'duration?': number, 'turned?': number, 'lane?': names, 'began?': number, 'profile?': profile,
 };
-const maybe = (fields) => Object.fromEntries(Object.entries(fields).map(([field, shape]) => [field, isOptional(shape)]));
+const motion = like({ ...PIECE, 'then?': [PIECE] });
 
-const isStamp = isLike({ sec: isNumber, nanosec: isOptional(isNumber) });
-const isGoal = isLike({ action: isName, ...maybe({ goal_id: isName, stamp: isStamp, status: isNumber }) });
-const MOVES = maybe({ from: isPoint, to: isPoint, duration: isNumber, turned: isNumber, lane: isNames, began: isNumber });
-const isProfile = (value) => isNumbers(value) && value.length > 2;
-const PIECE = { ...MOVES, profile: isOptional(isProfile) };
-const isMotion = isLike({ ...PIECE, then: isOptional(isListOf(isLike(PIECE))) });
-
-/** The optional fields of all kinds of events. */
-const ANY = maybe({
-  robot: isName, entity: isName, door: isName, lift: isName, dock: isName, participant: isName, by: isName,
-  robots: isNames, for: isNames, lane: isNames,
+/** The common fields of events. */
+const isAnyEvent = like({
+  stamp, kind: name, 'robot?': name, 'entity?': name, 'door?': name, 'lift?': name, 'dock?': name, 'participant?': name,
+  'by?': name, 'robots?': names, 'for?': names, 'lane?': names,
 });
-/** The further optional fields of events that change the model. */
-const KNOWN = maybe({
-  action: isName, goal_id: isName, status: isNumber, item: isName, name: isName, fault: isName, why: isName,
-  yaw: isNumber, points: isListOf(isPoint), percentage: isNumber, position: isNumber, factor: isNumber,
+/** The further fields of events that change the model. */
+const changesModel = like({
+  'action?': name, 'goal_id?': name, 'status?': number, 'item?': name, 'name?': name, 'fault?': name, 'why?': name,
+  'yaw?': number, 'points?': points, 'percentage?': number, 'position?': number, 'factor?': number,
 });
-const FIELDS = isLike({ stamp: isStamp, kind: isName, ...ANY });
-const MORE = isLike(KNOWN);
-const isAt = isLike(maybe({ at: isPoint }));
+const isAt = like({ 'at?': point });
 /** The further fields of an event by the part that it changes. @type {Map<string, (event: any) => boolean>} */
 const OF_PART = new Map([
   ...['robots.pose', 'robots.waiting', 'robots.battery', 'items.carrier', 'entities'].map((part) => [part, isAt]),
-  ['robots.motion', isMotion],
-  ['robots.goals', isLike({ robot: isName, action: isName })],
-  ['orders', isLike({
-    order: isName, item: isName,
-    ...maybe({ from: isName, to: isName, priority: isNumber, within: isNumber, lead_time: isNumber, late: isNumber }),
+  ['robots.motion', motion],
+  ['robots.goals', like({ robot: name, action: name })],
+  ['orders', like({
+    order: name, item: name, 'from?': name, 'to?': name, 'priority?': number, 'within?': number, 'lead_time?': number, 'late?': number,
   })],
-  ['fixtures.lift', isLike(maybe({ from: isName, to: isName, stop: isName }))],
+  ['fixtures.lift', like({ 'from?': name, 'to?': name, 'stop?': name })],
 ]);
 
 /** Check an event; if it changes nothing, only the common fields count. */
 function isEvent(event, texts) {
-  if (!FIELDS(event)) return false;
+  if (!isAnyEvent(event)) return false;
   const part = partOf(event, texts);
-  return part === '' || (MORE(event) && (OF_PART.get(part)?.(event) ?? true));
+  return part === '' || (changesModel(event) && (OF_PART.get(part)?.(event) ?? true));
 }
 
-const isRobot = isLike({
-  name: isName,
-  ...maybe({
-    type: isName, radius: isNumber, pose: isPoint, speed: isNumber, dock: isName, holds: isNames, route: isListOf(isPoint),
-    ailments: isRecord, motion: isMotion, goals: isListOf(isGoal),
-    battery: isLike({ percentage: isNumber }), sensors: isListOf(isLike({ name: isName })),
+const ROBOT = {
+  name, 'type?': name, 'radius?': number, 'pose?': point, 'speed?': number, 'dock?': name, 'holds?': names, 'route?': points,
+  'ailments?': record, 'motion?': motion, 'battery?': { percentage: number }, 'sensors?': [{ name }],
+  'goals?': [{ action: name, 'goal_id?': name, 'stamp?': stamp, 'status?': number }],
+};
+const THINGS = [{ name, at: point }];
+const WORLD = {
+  name, units: name, 'bounds?': numbers, 'walls?': [{ points }], 'waypoints?': THINGS, 'places?': THINGS, 'docks?': THINGS,
+  'items?': THINGS, 'robots?': THINGS, 'lanes?': [{ from: name, to: name }], 'doors?': [{ name, at: points }],
+  'lifts?': [{ name, stops: names, points }], 'robot_types?': [{ name }], 'demand?': names,
+};
+const isText = like({ text: name, severity: name, 'changes?': name, 'sets?': record });
+
+/** The shapes of messages by topic: those of the world, then those of robots. */
+const OF_WORLD = new Map(Object.entries({
+  events: isEvent,
+  scene: like({
+    stamp, 'robots?': [ROBOT], 'items?': [{ name, 'at?': point, 'carrier?': name }], 'fixtures?': [{ name, 'tags?': names }],
+    'closed_lanes?': [{ 'lane?': names, 'why?': name }],
+    'faults?': [{ name, 'fault?': name, 'robot?': name, 'door?': name, 'lane?': names }],
   }),
-});
-
-const isScene = isLike({
-  stamp: isStamp,
-  ...maybe({
-    robots: isListOf(isRobot),
-    items: isListOf(isLike({ name: isName, ...maybe({ at: isPoint, carrier: isName }) })),
-    fixtures: isListOf(isLike({ name: isName, tags: isOptional(isNames) })),
-    closed_lanes: isListOf(isLike(maybe({ lane: isNames, why: isName }))),
-    faults: isListOf(isLike({ name: isName, ...maybe({ fault: isName, robot: isName, door: isName, lane: isNames }) })),
+  view: like({
+    world: WORLD, 'actions?': record, 'faults?': record, 'events?': (texts) => record(texts) && Object.values(texts).every(isText),
   }),
-});
-
-const isText = isLike({ text: isName, severity: isName, ...maybe({ changes: isName, sets: isRecord }) });
-const isTexts = (value) => isRecord(value) && Object.values(value).every(isText);
-const isThing = isLike({ name: isName, at: isPoint });
-const isWorld = isLike({
-  name: isName, units: isName,
-  ...maybe({
-    bounds: isNumbers, walls: isListOf(isLike({ points: isListOf(isPoint) })), waypoints: isListOf(isThing),
-    places: isListOf(isThing), docks: isListOf(isThing), items: isListOf(isThing), robots: isListOf(isThing),
-    lanes: isListOf(isLike({ from: isName, to: isName })), doors: isListOf(isLike({ name: isName, at: isListOf(isPoint) })),
-    lifts: isListOf(isLike({ name: isName, stops: isNames, points: isListOf(isPoint) })),
-    robot_types: isListOf(isLike({ name: isName })), demand: isNames,
+  info: like({ 'robots?': [{ name }] }),
+  demand: like({
+    stamp, totals: { 'placed?': number, 'delivered?': number, 'late?': number, 'lost?': number },
+    orders: [{ name, item: name, 'at?': name, 'to?': name, 'priority?': number, 'state?': name, 'robot?': name, 'placed?': stamp, 'due?': stamp }],
   }),
-});
-
-const isCounts = isLike({ counts: isRecord, never: isNames });
-const isNode = isLike({
-  depth: isNumber, name: isName, status: isName, ...maybe({ kind: isName, message: isName }), coverage: isOptional(isCounts),
-});
-
-const isOrder = isLike({
-  name: isName, item: isName,
-  ...maybe({ at: isName, to: isName, priority: isNumber, state: isName, robot: isName, placed: isStamp, due: isStamp }),
-});
-const isTotals = isLike(maybe({ placed: isNumber, delivered: isNumber, late: isNumber, lost: isNumber }));
-
-const OF_WORLD = new Map([
-  ['events', isEvent],
-  ['scene', isScene],
-  ['view', isLike({ world: isWorld, actions: isOptional(isRecord), faults: isOptional(isRecord), events: isOptional(isTexts) })],
-  ['info', isLike({ robots: isOptional(isListOf(isLike({ name: isName }))) })],
-  ['demand', isLike({ stamp: isStamp, orders: isListOf(isOrder), totals: isTotals })],
-  ['clock', isLike({ clock: isStamp })],
-  ['time/state', isLike({ now: isNumber, real_time_factor: isNumber, ...maybe({ participants: isNames, waiting_for: isNames }) })],
-]);
-
-const OF_ROBOT = new Map([
-  ['battery_state', isLike(maybe({ percentage: isNumber, header: isLike(maybe({ stamp: isStamp })) }))],
-  ['_tree', isLike({ status: isName, sim_time: isOptional(isNumber), nodes: isListOf(isNode) })],
-  ['detections', isLike(maybe({ detections: isListOf(isLike(maybe({ id: isName }))) }))],
-  ['feedback', isLike({ goal_id: isName, feedback: isOptional(isRecord) })],
-]);
+  clock: like({ clock: stamp }),
+  'time/state': like({ now: number, real_time_factor: number, 'participants?': names, 'waiting_for?': names }),
+}));
+const OF_ROBOT = new Map(Object.entries({
+  battery_state: like({ 'percentage?': number, 'header?': { 'stamp?': stamp } }),
+  _tree: like({
+    status: name, 'sim_time?': number,
+    nodes: [{ depth: number, name, status: name, 'kind?': name, 'message?': name, 'coverage?': { counts: record, never: names } }],
+  }),
+  detections: like({ 'detections?': [{ 'id?': name }] }),
+  feedback: like({ goal_id: name, 'feedback?': record }),
+}));
 
 /**
  * Return whether a message has the shape of its key; on unknown keys all messages are valid.
- * @param {import('./changes.js').Texts} [texts] The `events` of `_world/view`, if known.
+ * @param {Record<string, object>} [texts] The `events` of `_world/view`, if known.
  */
 export function isValid(key, payload, texts = {}) {
   const [owner, ...topic] = key.split('/');
-  const shape = owner === '_world' ? OF_WORLD.get(topic.join('/')) : OF_ROBOT.get(topic[topic.length - 1]);
+  const shape = owner === '_world' ? OF_WORLD.get(topic.join('/')) : OF_ROBOT.get(topic.at(-1));
   return shape === undefined || shape(payload, texts);
 }

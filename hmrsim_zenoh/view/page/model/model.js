@@ -6,86 +6,12 @@ import { errorOf, isActive } from './goals.js';
 import { isValid, secondsOf } from './messages.js';
 import { motionsOf } from './motion.js';
 import { Robot } from './robot.js';
-import { State, robotsOf } from './state.js';
+import { State } from './state.js';
 import { World } from './world.js';
 
-function loadScene(model, scene) {
-  const time = secondsOf(scene?.stamp);
-  if (time < model.time) model.beginTime(time);
-  model.time = time;
-  loadRobots(model, scene?.robots ?? [], time);
-  model.items = new Map();
-  for (const { name, weight = 0, at = null, carrier = null } of scene?.items ?? []) {
-    model.items.set(name, { name, weight, at, carrier });
-  }
-  const fixtures = { dock: model.docks, door: model.doors, lift: model.lifts };
-  for (const { name, kind, tags = [] } of scene?.fixtures ?? []) {
-    const known = fixtures[kind]?.get(name);
-    if (known) fixtures[kind].set(name, FROM_TAGS[kind](known, tags));
-  }
-  model.closedLanes = new Map();
-  for (const { lane, why = '' } of scene?.closed_lanes ?? []) if (lane) model.closedLanes.set(lane.join('|'), why);
-  model.faults = new Map((scene?.faults ?? []).map((fault) => [fault.name, fault]));
-  for (const dock of model.docks.values()) {
-    dock.queue.forEach((name, i) => {
-      const robot = model.robots.get(name);
-      if (robot) robot.queue = { dock: dock.name, position: i + 1, goal: robot.goal?.key };
-    });
-  }
-  model.deadlocks = model.deadlocks.filter(({ robots }) => robots.every((name) => model.robots.get(name)?.waits));
-  model.history.advance(time, model.robots);
-  model.touch('scene', 'robots', 'goals', 'faults');
-}
-
-function loadRobots(model, said, time) {
-  const before = model.robots;
-  const informed = robotsOf(model.info);
-  model.robots = new Map();
-  for (const each of said) {
-    const robot = before.get(each.name) ?? new Robot(each.name);
-    model.robots.set(each.name, robot);
-    loadRobot(model, robot, each, time);
-    model.inform(robot, informed.get(each.name));
-  }
-}
-
-function loadRobot(model, robot, said, time) {
-  const [x, y, yaw] = said.pose ?? [0, 0, 0];
-  robot.arrive(time, x, y, yaw ?? 0);
-  robot.type = said.type ?? '';
-  model.world.typeIndex(robot.type);
-  robot.radius = said.radius ?? 0;
-  robot.flies = said.flies === true;
-  robot.connected = said.connected !== false;
-  robot.dock = said.dock ?? null;
-  robot.holds = said.holds ?? [];
-  robot.setAilments(said.ailments ?? {});
-  robot.battery = said.battery ?? null;
-  robot.sensors = said.sensors ?? [];
-  robot.take(said.route ?? [], (a, b) => model.world.rides(a, b));
-  if (said.motion?.to) robot.begin(...motionsOf(said.motion, said.motion.began ?? time));
-  if (said.waits) robot.wait(said.waiting?.since ?? time, said.waiting?.for ?? [], said.waiting?.why ?? '');
-  if (robot.battery) model.history.battery(robot.name, time, robot.battery.percentage);
-  loadGoals(model, robot, said.goals ?? [], time);
-}
-
-/** Load the goals of a scene. Active goals that it lacks have ended. */
-function loadGoals(model, robot, said, time) {
-  const listed = new Set(said.map((each) => `${each.action} ${each.goal_id}`));
-  for (const { action, id } of robot.goals) {
-    if (!listed.has(`${action} ${id}`)) model.goalList.set(robot.name, action, id, { status: 0, ended: time });
-  }
-  robot.goals = [];
-  for (const { action, goal_id: id, goal = null, stamp, ended: end = null, status = 0, result = null } of said) {
-    if (!id) continue;
-    const known = model.goalList.find(robot.name, action, id);
-    const [errorCode, errorMsg] = errorOf(result);
-    const accepted = known?.accepted ?? secondsOf(stamp);
-    const ended = isActive(status) ? null : (end && secondsOf(end)) ?? known?.ended ?? null;
-    const more = { goal: known?.goal ?? goal, status, accepted, ended, result, errorCode, errorMsg };
-    model.setGoal(robot.name, action, id, more);
-  }
-}
+const CHARGING = 1;
+/** The parts of the state that scenes do not contain completely. */
+const LASTING = new Set(['robots.goals', 'orders']);
 
 /**
  * Dispatches 'world', 'scene', 'goals', 'orders', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
@@ -133,7 +59,7 @@ export class Model extends State {
     this.forms = { actions, faults };
     this.texts = events;
     // After a reset the world is the same, and past goals and events stay.
-    if (!sameValues(this.world.given, world)) {
+    if (JSON.stringify(this.world.given) !== JSON.stringify(world)) {
       this.world = new World(world);
       this.leaveWorld();
     }
@@ -146,13 +72,67 @@ export class Model extends State {
   /** @param {object} info `_world/info`. */
   loadInfo(info) {
     this.info = info;
-    for (const said of info?.robots ?? []) this.inform(this.robots.get(said.name), said);
+    this.informed = new Map((info?.robots ?? []).map((robot) => [robot.name, robot]));
+    for (const robot of this.robots.values()) this.inform(robot);
     this.touch('robots');
   }
 
   /** Replace the state by a scene. @param {object} scene `_world/scene`. */
-  loadScene(scene) {
-    loadScene(this, scene);
+  loadScene({ stamp, robots = [], items = [], fixtures = [], closed_lanes: closed = [], faults = [] }) {
+    const time = secondsOf(stamp);
+    if (time < this.time) this.beginTime(time);
+    this.time = time;
+    const before = this.robots;
+    this.robots = new Map(robots.map(({ name }) => [name, before.get(name) ?? new Robot(name)]));
+    for (const said of robots) this.#loadRobot(this.robots.get(said.name), said);
+    this.items = new Map(items.map(({ name, weight = 0, at = null, carrier = null }) => [name, { name, weight, at, carrier }]));
+    for (const { name, kind, tags = [] } of fixtures) {
+      const known = { dock: this.docks, door: this.doors, lift: this.lifts }[kind];
+      if (known?.has(name)) known.set(name, FROM_TAGS[kind](known.get(name), tags));
+    }
+    this.closedLanes = new Map(closed.filter(({ lane }) => lane).map(({ lane, why = '' }) => [lane.join('|'), why]));
+    this.faults = new Map(faults.map((fault) => [fault.name, fault]));
+    for (const dock of this.docks.values()) {
+      dock.queue.forEach((name, i) => {
+        const robot = this.robots.get(name);
+        if (robot) robot.queue = { dock: dock.name, position: i + 1, goal: robot.goal?.key };
+      });
+    }
+    this.deadlocks = this.deadlocks.filter((each) => each.robots.every((name) => this.robots.get(name)?.waiting));
+    this.history.advance(time, this.robots);
+    this.touch('scene', 'robots', 'goals', 'faults');
+  }
+
+  #loadRobot(robot, said) {
+    const { type = '', radius = 0, flies, connected, dock = null, holds = [], battery = null, sensors = [], motion, waiting } = said;
+    const [x, y, yaw = 0] = said.pose ?? [0, 0, 0];
+    robot.put(this.time, x, y, yaw, true);
+    Object.assign(robot, { type, radius, flies: flies === true, connected: connected !== false, dock, holds, battery, sensors });
+    this.world.typeIndex(type);
+    this.inform(robot);
+    robot.setAilments(said.ailments ?? {});
+    robot.take(said.route ?? [], (a, b) => this.world.rides(a, b));
+    if (motion?.to) robot.begin(...motionsOf(motion, motion.began ?? this.time));
+    if (said.waits) robot.wait(waiting?.since ?? this.time, waiting ?? {});
+    if (battery) this.history.battery(robot.name, this.time, battery.percentage);
+    this.#loadGoals(robot, said.goals ?? []);
+  }
+
+  /** Load the goals of a scene. Active goals that it lacks have ended. */
+  #loadGoals(robot, said) {
+    const listed = new Set(said.map((each) => `${each.action} ${each.goal_id}`));
+    for (const { action, id } of robot.goals) {
+      if (!listed.has(`${action} ${id}`)) this.goals.change(robot.name, action, id, { status: 0, ended: this.time });
+    }
+    robot.goals = [];
+    for (const { action, goal_id: id, goal = null, stamp, ended: end = null, status = 0, result = null } of said) {
+      if (!id) continue;
+      const known = this.goals.find(robot.name, action, id);
+      const [errorCode, errorMsg] = errorOf(result);
+      const accepted = known?.accepted ?? secondsOf(stamp);
+      const ended = isActive(status) ? null : (end && secondsOf(end)) ?? known?.ended ?? null;
+      this.setGoal(robot.name, action, id, { goal: known?.goal ?? goal, status, accepted, ended, result, errorCode, errorMsg });
+    }
   }
 
   /**
@@ -176,8 +156,7 @@ export class Model extends State {
   loadDemand(demand) {
     this.demand.load(demand);
     this.touch('orders');
-    const loaded = secondsOf(demand.stamp);
-    const since = this.events.findLastIndex((event) => event.t <= loaded) + 1;
+    const since = this.events.findLastIndex((event) => event.t <= secondsOf(demand.stamp)) + 1;
     for (const event of this.events.slice(since)) if (partOf(event, this.texts) === 'orders') change(this, event, event.t);
   }
 
@@ -193,15 +172,14 @@ export class Model extends State {
     if (!isListed(event, this.texts)) return;
     event.t = time;
     this._events.push(event);
-    this._touched.add('events');
+    this.touch('events');
   }
 
   /** Update a battery. @param {object} state sensor_msgs/msg/BatteryState. */
-  setBattery(name, state) {
+  setBattery(name, { header, percentage, power_supply_status: status }) {
     const robot = this.robots.get(name);
-    if (!robot || !(state?.percentage >= 0)) return;
-    const time = state.header?.stamp ? secondsOf(state.header.stamp) : this.time;
-    this.setCharge(robot, time, state.percentage, state.power_supply_status === CHARGING);
+    if (!robot || !(percentage >= 0)) return;
+    this.setCharge(robot, header?.stamp ? secondsOf(header.stamp) : this.time, percentage, status === CHARGING);
   }
 
   /** @param {object} state As on `<robot>/_tree`. */
@@ -211,10 +189,10 @@ export class Model extends State {
   }
 
   /** @param {object} message vision_msgs/msg/Detection3DArray. */
-  setDetections(name, message) {
+  setDetections(name, { detections }) {
     const robot = this.robots.get(name);
     if (!robot) return;
-    robot.detections = (message?.detections ?? []).map(({ id, results, bbox }) => {
+    robot.detections = (detections ?? []).map(({ id, results, bbox }) => {
       const { x = 0, y = 0 } = bbox?.center?.position ?? {};
       const { z = 0, w = 1 } = bbox?.center?.orientation ?? {};
       return { id, kind: results?.[0]?.hypothesis?.class_id ?? '', at: [x, y, 2 * Math.atan2(z, w)] };
@@ -222,10 +200,8 @@ export class Model extends State {
     this.touch('robots');
   }
 
-  setFeedback(robot, action, message) {
-    if (this.goalList.find(robot, action, message?.goal_id)) {
-      this.setGoal(robot, action, message.goal_id, { feedback: message.feedback ?? null });
-    }
+  setFeedback(robot, action, { goal_id: id, feedback = null }) {
+    if (this.goals.find(robot, action, id)) this.setGoal(robot, action, id, { feedback });
   }
 
   /**
@@ -234,30 +210,21 @@ export class Model extends State {
    */
   flush(time) {
     if (time > this.time) this.history.advance(time, this.robots);
-    if (this._touched.size === 0) return;
     const touched = this._touched;
     this._touched = new Set();
     for (const what of touched) this.dispatchEvent(new Event(what));
   }
 }
 
-const CHARGING = 1;
-/** The parts of the state that scenes do not contain completely. */
-const LASTING = new Set(['robots.goals', 'orders']);
-
-const FED = new Map([
-  ['events', (model, event) => model.apply(event)],
-  ['scene', (model, scene) => model.loadScene(scene)],
-  ['view', (model, view) => model.loadView(view)],
-  ['info', (model, info) => model.loadInfo(info)],
-  ['demand', (model, demand) => model.loadDemand(demand)],
-]);
-const FED_BY_ROBOTS = new Map([
-  ['battery_state', (model, robot, state) => model.setBattery(robot, state)],
-  ['_tree', (model, robot, state) => model.setTree(robot, state)],
-  ['detections', (model, robot, message) => model.setDetections(robot, message)],
-]);
-
-function sameValues(a, b) {
-  return JSON.stringify(a) === JSON.stringify(b);
-}
+const FED = new Map(Object.entries({
+  events: (model, event) => model.apply(event),
+  scene: (model, scene) => model.loadScene(scene),
+  view: (model, view) => model.loadView(view),
+  info: (model, info) => model.loadInfo(info),
+  demand: (model, demand) => model.loadDemand(demand),
+}));
+const FED_BY_ROBOTS = new Map(Object.entries({
+  battery_state: (model, robot, state) => model.setBattery(robot, state),
+  _tree: (model, robot, state) => model.setTree(robot, state),
+  detections: (model, robot, message) => model.setDetections(robot, message),
+}));

@@ -19,9 +19,6 @@ const NOWHERE = new Motion({ from: [0, 0, 0] }, -Infinity);
  * Its values are replaced and never changed, so that a shallow copy saves them.
  *
  * @typedef {import('./motion.js').Point} Point
- * @typedef {{percentage: number, charging: boolean}} Battery `percentage` is from 0 to 1.
- * @typedef {{name: string, range: number, field_of_view: number|null, blind: boolean}} Sensor
- * @typedef {{id: string, kind: string, at: number[]}} Detection `at` is x, y, yaw.
  */
 export class Robot {
   constructor(name, type = '') {
@@ -31,19 +28,16 @@ export class Robot {
     this.flies = false;
     this.connected = true; // whether messages from it arrive
     this.motion = null; // the current or latest motion; null after a stop, and while it waits
-    this.waits = false; // whether it is blocked on its path
-    this.waitsFor = NONE; // the robots for which it waits
-    this.waitsWhy = ''; // the other reason for waiting, such as a door; or ""
-    this.waitsSince = null; // the time since which it waits
+    this.waiting = null; // the time `since` which it is blocked on its path, and `why`, or `for` which robots
     this.queue = null; // its place in a dock's queue, and the goal
     this.aside = null; // the robot that it has let pass and still waits for
     this._makesRoom = false;
     this.dock = null; // the dock where it is docked
     this.holds = NONE; // the items that it carries
     this.ailments = WELL; // the reasons for which it is disabled, by cause
-    this.battery = null;
-    this.sensors = NONE;
-    this.detections = NONE; // the latest detections
+    this.battery = null; // the percentage, from 0 to 1, and whether it is charging
+    this.sensors = NONE; // name, range, field_of_view and blind of each
+    this.detections = NONE; // the latest detections: id, kind, and at: x, y, yaw
     this.goals = NONE; // its active goals, in order of acceptance
     this.script = null; // the result of its script
     this.actions = NONE; // names of its actions, by `_world/info`
@@ -65,7 +59,7 @@ export class Robot {
   stateAt(time) {
     if (!this.connected) return 'offline';
     if (this.ailments !== WELL) return 'stopped';
-    if (this.waits) return 'waiting';
+    if (this.waiting !== null) return 'waiting';
     if (this.movesAt(time)) return 'driving';
     if (this.aside !== null && this.goal !== null) return 'waiting';
     if (this.battery !== null && this.battery.charging) return 'charging';
@@ -75,12 +69,12 @@ export class Robot {
   /** Return whether it moves at a time. If a motion ends before the path does, the next motion is about to arrive. */
   movesAt(time) {
     if (this._coming.length) this._driveUpTo(time);
-    return this.motion !== null && !this.waits && (time < this.motion.ends || this._path.goesOn);
+    return this.motion !== null && this.waiting === null && (time < this.motion.ends || this._path.goesOn);
   }
 
   /** Return the remaining length of the path, without rides in lifts. */
   distanceRemaining(time) {
-    return this._path.remaining(this.poseAt(time, scratch));
+    return this._path.remaining(this.poseAt(time));
   }
 
   /** @returns {number} The end of the last known motion. */
@@ -100,10 +94,7 @@ export class Robot {
 
   /** @returns {import('./goals.js').Goal|null} The goal that occupies it, or null. */
   get goal() {
-    for (let i = this.goals.length - 1; i >= 0; i -= 1) {
-      if (!BESIDE.has(this.goals[i].action)) return this.goals[i];
-    }
-    return null;
+    return this.goals.findLast(({ action }) => !BESIDE.has(action)) ?? null;
   }
 
   /** Begin a motion. @param {...Motion} coming The motions after that. */
@@ -115,20 +106,16 @@ export class Robot {
 
   /** Begin the planned motions that have begun by a time. */
   _driveUpTo(time) {
+    const coming = this._coming;
     let begun = 0;
-    while (begun < this._coming.length && this._coming[begun].began <= time) {
-      this._begin(this._coming[begun]);
-      begun += 1;
-    }
-    if (begun) this._coming = this._coming.slice(begun);
+    while (begun < coming.length && coming[begun].began <= time) this._begin(coming[begun++]);
+    if (begun) this._coming = coming.slice(begun);
   }
 
   _begin(motion) {
     this._follow(motion);
     this.motion = motion;
-    this.waits = false;
-    this._settled();
-    this.queue = null;
+    this.waiting = this.queue = null;
     if (!motion.turns) this._drivenTo(motion.from[0], motion.from[1], motion.began);
     this._path = this._path.on(motion);
   }
@@ -146,66 +133,44 @@ export class Robot {
   }
 
   /** Stop. @param {Point} [at] The position, if known. */
-  stop(time, at) {
-    this.poseAt(time, scratch);
-    const [x, y] = at ?? scratch;
-    this._stand(time, x, y, scratch[2]);
-    this._stay();
+  stop(time, at = undefined) {
+    const pose = this.poseAt(time);
+    const [x, y] = at ?? pose;
+    this._stay(time, [x, y, pose[2]]);
     this._drivenTo(x, y, time);
   }
 
-  /** Move to a pose at once. */
-  put(time, x, y, yaw) {
+  /** Put it at a pose. @param {boolean} [expected] Whether to keep the driven trail if it is there already. */
+  put(time, x, y, yaw, expected = false) {
+    if (!expected || !samePlace(this.poseAt(time), [x, y])) this._driven.clear();
     this._track = NOWHERE;
-    this._stand(time, x, y, yaw);
-    this._stay();
-    this._driven.clear();
-  }
-
-  /** Stand at the pose of a scene; the driven trail is kept if the pose is the expected one. */
-  arrive(time, x, y, yaw) {
-    this.poseAt(time, scratch);
-    if (!samePlace(scratch, [x, y])) this._driven.clear();
-    this._track = NOWHERE;
-    this._stand(time, x, y, yaw);
-    this._stay();
+    this._stay(time, [x, y, yaw]);
   }
 
   /**
    * Stand on the path, blocked.
-   * @param {readonly string[]} robots The robots that block it.
-   * @param {string} why Another reason.
-   * @param {Point} [at] The position, if known.
+   * @param {{for?: string[], why?: string, at?: Point}} cause The robots that block it, or another reason, and the position.
    */
-  wait(time, robots, why, at) {
-    this.poseAt(time, scratch);
-    const [x, y] = at ?? scratch;
+  wait(time, { for: robots = NONE, why = '', at }) {
+    const pose = this.poseAt(time);
+    const [x, y] = at ?? pose;
     this._path = this._path.from([x, y]);
     // It faces the next point.
     const next = this._path.ahead[0];
     const faces = next && !samePlace(next, [x, y]);
-    this._stand(time, x, y, faces ? Math.atan2(next[1] - y, next[0] - x) : scratch[2]);
-    if (!this.waits) this.waitsSince = time;
-    this.waits = true;
-    this.waitsFor = robots;
-    this.waitsWhy = why;
+    this._stand(time, [x, y, faces ? Math.atan2(next[1] - y, next[0] - x) : pose[2]]);
+    this.waiting = { since: this.waiting?.since ?? time, for: robots ?? NONE, why };
   }
 
   /** Return the robots that hold it up, by name: those in its way, or in the dock for which it queues. */
   heldBy(model) {
-    if (this.waits) return this.waitsFor;
-    return (this.queue && model.docks.get(this.queue.dock)?.docked) || NONE;
+    return this.waiting?.for ?? (this.queue && model.docks.get(this.queue.dock)?.docked) ?? NONE;
   }
 
   /** Move aside for another robot, along the next path of `take`, and wait there. */
   makeRoom(by) {
     this.aside = by;
     this._makesRoom = true;
-  }
-
-  goOn() {
-    this.waits = false;
-    this._settled();
   }
 
   /** Set or clear a reason for being disabled. @param {string|null} why Null to clear it. */
@@ -220,14 +185,11 @@ export class Robot {
 
   /** @returns {object} What `restore` takes. */
   saved() {
-    return { ...this, _driven: this._driven.saved() };
+    return { ...this, _driven: this._driven.copy() };
   }
 
   restore(saved) {
-    const driven = this._driven;
-    Object.assign(this, saved);
-    driven.restore(saved._driven);
-    this._driven = driven;
+    Object.assign(this, saved, { _driven: saved._driven.copy() });
   }
 
   /** Forget the driven trail. */
@@ -235,25 +197,17 @@ export class Robot {
     this._driven.clear();
   }
 
-  _settled() {
-    this.waitsFor = NONE;
-    this.waitsWhy = '';
-    this.waitsSince = null;
-  }
-
   /** Stand still from a time on. */
-  _stand(time, x, y, yaw) {
-    const at = [x, y, yaw];
+  _stand(time, at) {
     this._coming = NONE;
     this._follow(new Motion({ from: at, to: at }, time));
     this.motion = null;
   }
 
-  /** Clear the path and the reasons for waiting. */
-  _stay() {
-    this.waits = false;
-    this._settled();
-    this.queue = this.aside = null;
+  /** Stand still, without a path and reasons for waiting. */
+  _stay(time, at) {
+    this._stand(time, at);
+    this.waiting = this.queue = this.aside = null;
     this._path = NO_PATH;
   }
 
@@ -262,7 +216,7 @@ export class Robot {
   }
 
   _drivenTo(x, y, time) {
-    const last = this._driven.last;
+    const { last } = this._driven;
     if (last === undefined || last[0] !== x || last[1] !== y) this._driven.push([x, y, time]);
   }
 }
@@ -273,5 +227,3 @@ export function countStates(robots, time) {
   for (const robot of robots.values()) counts[robot.stateAt(time)] += 1;
   return counts;
 }
-
-const scratch = [0, 0, 0];

@@ -1,7 +1,7 @@
 /** The state of a simulation: changing, saving and restoring it. Events are applied in changes.js. */
 
 import { Demand } from './demand.js';
-import { applyFault, lockDoors, moved, newDock, newDoor, newLift } from './fixtures.js';
+import { NEW, applyFault, lockDoors, moved } from './fixtures.js';
 import { Goals, isActive } from './goals.js';
 import { History } from './history.js';
 import { Robot } from './robot.js';
@@ -9,68 +9,52 @@ import { Tail } from './tail.js';
 import { World } from './world.js';
 
 const EVENTS = 5000;
-const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'trees'];
-
-/**
- * @typedef {import('./goals.js').Goal} Goal
- * @typedef {{name: string, weight: number, at: import('./motion.js').Point|null, carrier: string|null}} Item
- * @typedef {{t: number, kind: string, [field: string]: any}} LoggedEvent An event, and its time `t`.
- * @typedef {{t: number, robots: string[], lanes: string[][]}} Deadlock
- * @typedef {{name: string, fault: string, robot?: string, lane?: string[], door?: string}} Fault
- */
+const PLAIN = ['world', 'forms', 'texts', 'info', 'informed', 'time', 'deadlocks'];
+const MAPS = ['items', 'doors', 'lifts', 'docks', 'closedLanes', 'faults', 'trees', 'goals'];
+const COPIED = ['demand', 'history', '_events'];
 
 /** The state of a model. */
 export class State extends EventTarget {
-  constructor() {
-    super();
-    this.world = new World();
-    this.forms = { actions: {}, faults: {} }; // JSON Schemas of the forms
-    this.texts = {}; // templates of events
-    this.info = null; // `_world/info`
-    this.time = 0; // the time of the latest event, in simulated seconds
-    this.robots = new Map();
-    this.items = new Map();
-    this.doors = new Map();
-    this.lifts = new Map();
-    this.docks = new Map();
-    this.closedLanes = new Map(); // the reasons of closed lanes by `from|to`
-    this.faults = new Map(); // the active faults
-    this.deadlocks = []; // the deadlocks of which no robot has moved yet
-    this.goalList = new Goals();
-    this.demand = new Demand();
-    this.trees = new Map(); // the latest message of each robot's behavior tree
-    this.history = new History();
-    this._events = new Tail(EVENTS);
-    this._touched = new Set();
-  }
+  world = new World();
+  forms = { actions: {}, faults: {} }; // JSON Schemas of the forms
+  texts = {}; // templates of events
+  info = null; // `_world/info`
+  informed = new Map(); // its robots by name
+  time = 0; // the time of the latest event, in simulated seconds
+  robots = new Map();
+  items = new Map(); // name, weight, at, and the carrier or null
+  doors = new Map();
+  lifts = new Map();
+  docks = new Map();
+  closedLanes = new Map(); // the reasons of closed lanes by `from|to`
+  faults = new Map(); // the active faults: name, fault, and robot, lane or door
+  deadlocks = []; // the `robots` of each deadlock of which none has moved yet
+  goals = new Goals();
+  demand = new Demand();
+  trees = new Map(); // the latest message of each robot's behavior tree
+  history = new History();
+  _events = new Tail(EVENTS);
+  _touched = new Set();
 
-  /** @returns {Map<string, Goal>} By id, in order of acceptance. */
-  get goals() {
-    return this.goalList.all;
-  }
-
-  /** @returns {LoggedEvent[]} The latest 5,000 or more, without motions and routes; oldest first. */
+  /** @returns {object[]} The latest 5,000 events or more with their times `t`, without motions and routes; oldest first. */
   get events() {
     return this._events.items;
   }
 
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
-    const { world, forms, texts, info, time, deadlocks } = this;
+    const part = (names, copy) => Object.fromEntries(names.map((name) => [name, copy(this[name])]));
     return {
-      plain: { world, forms, texts, info, time, deadlocks },
+      plain: part(PLAIN, (value) => value),
       robots: Array.from(this.robots.values(), (robot) => robot.saved()),
-      maps: Object.fromEntries(MAPS.map((name) => [name, new Map(this[name])])),
-      goals: this.goalList.saved(),
-      demand: this.demand.saved(),
-      history: this.history.saved(),
-      events: this._events.saved(),
+      maps: part(MAPS, copyOf),
+      copied: part(COPIED, (value) => value.copy()),
     };
   }
 
   /** Restore a snapshot. Robots that still exist stay the same objects. @param {object} saved A result of `snapshot`. */
   restore(saved) {
-    const sameWorld = this.world === saved.plain.world;
+    if (this.world !== saved.plain.world) this.touch('world');
     Object.assign(this, saved.plain);
     const before = this.robots;
     this.robots = new Map();
@@ -79,12 +63,8 @@ export class State extends EventTarget {
       robot.restore(state);
       this.robots.set(state.name, robot);
     }
-    for (const name of MAPS) this[name] = new Map(saved.maps[name]);
-    this.goalList.restore(saved.goals);
-    this.demand.restore(saved.demand);
-    this.history.restore(saved.history);
-    this._events.restore(saved.events);
-    if (!sameWorld) this.touch('world');
+    for (const name of MAPS) this[name] = copyOf(saved.maps[name]);
+    for (const name of COPIED) this[name] = saved.copied[name].copy();
     this.touch('scene', 'robots', 'goals', 'orders', 'events', 'trees', 'faults');
   }
 
@@ -104,7 +84,7 @@ export class State extends EventTarget {
     robot.radius = base?.radius ?? 0;
     robot.flies = base?.flies === true;
     if (start) robot.put(this.time, start.at[0], start.at[1], start.yaw);
-    this.inform(robot, robotsOf(this.info).get(name));
+    this.inform(robot);
     this.world.typeIndex(kind);
     this.robots.set(name, robot);
     this.touch('scene', 'robots');
@@ -114,15 +94,12 @@ export class State extends EventTarget {
   /** Remove a robot or an item. */
   remove(name) {
     this.endDeadlocks(name);
-    this.robots.delete(name);
-    this.items.delete(name);
-    this.trees.delete(name);
-    this.history.batteries.delete(name);
+    for (const map of [this.robots, this.items, this.trees, this.history.batteries]) map.delete(name);
     this.touch('scene', 'robots');
   }
 
   setGoal(name, action, id, more) {
-    const goal = this.goalList.set(name, action, id, more);
+    const goal = this.goals.change(name, action, id, more);
     this.touch('goals');
     const robot = this.robots.get(name);
     if (!robot) return;
@@ -146,7 +123,7 @@ export class State extends EventTarget {
   }
 
   setDoor(name, more) {
-    this._change(this.doors, name, () => more);
+    this._change(this.doors, name, (door) => ({ ...door, ...more }));
   }
 
   setLift(name, more) {
@@ -154,7 +131,7 @@ export class State extends EventTarget {
   }
 
   setDock(name, more) {
-    this._change(this.docks, name, more);
+    this._change(this.docks, name, (dock) => ({ ...dock, ...more(dock) }));
   }
 
   setCharge(robot, time, percentage, charging) {
@@ -192,27 +169,23 @@ export class State extends EventTarget {
 
   /** Forget the world's contents, as another world is about to arrive. */
   leaveWorld() {
-    this.robots = new Map();
-    this.items = new Map();
-    this.trees = new Map();
-    this.closedLanes = new Map();
-    this.faults = new Map();
+    for (const name of ['robots', 'items', 'trees', 'closedLanes', 'faults']) this[name] = new Map();
     this.deadlocks = [];
-    this.goalList.restore(new Map());
+    this.goals = new Goals();
     this.touch('scene', 'robots', 'goals', 'trees', 'faults');
   }
 
   /** Return to the initial state of the world; spawned entities that remain are in the next scene. */
   beginAnew(time) {
     const { world } = this;
-    for (const goal of this.goals.values()) {
-      if (isActive(goal.status)) this.goalList.set(goal.robot, goal.action, goal.id, { status: 0, ended: time });
+    for (const { robot, action, id, status } of this.goals.values()) {
+      if (isActive(status)) this.goals.change(robot, action, id, { status: 0, ended: time });
     }
     for (const [name, { at, yaw }] of world.robots) this._begin(this.addRobot(name), time, at, yaw);
     for (const [name, { at, weight }] of world.items) this.items.set(name, { name, weight, at, carrier: null });
-    this.doors = new Map(Array.from(world.doors, ([name, spec]) => [name, newDoor(spec)]));
-    this.lifts = new Map(Array.from(world.lifts, ([name, spec]) => [name, newLift(spec)]));
-    this.docks = new Map(Array.from(world.docks, ([name, spec]) => [name, newDock(spec)]));
+    for (const kind of ['door', 'lift', 'dock']) {
+      this[`${kind}s`] = new Map(Array.from(world[`${kind}s`], ([name, spec]) => [name, NEW[kind](spec)]));
+    }
     this.closedLanes = new Map();
     this.faults = new Map();
     this.deadlocks = [];
@@ -232,40 +205,26 @@ export class State extends EventTarget {
   _begin(robot, time, at, yaw) {
     robot.put(time, at[0], at[1], yaw);
     robot.setAilments({});
-    robot.connected = true;
-    robot.dock = null;
-    robot.holds = [];
-    robot.goals = [];
-    robot.detections = [];
-    robot.script = null;
+    Object.assign(robot, { connected: true, dock: null, holds: [], goals: [], detections: [], script: null });
     if (robot.battery) robot.battery = { percentage: 1, charging: false };
   }
 
   /** Set a robot's values of `_world/info`. */
-  inform(robot, said) {
-    if (!robot || !said) return;
-    robot.actions = names(said.actions);
-    robot.components = names(said.components);
-    robot.planner = said.planner ?? 'graph';
+  inform(robot) {
+    const said = this.informed.get(robot.name);
+    if (!said) return;
+    const { actions = [], components = [], planner = 'graph' } = said;
+    Object.assign(robot, { actions, components, planner });
   }
 
-  _change(fixtures, name, more) {
+  _change(fixtures, name, changed) {
     const fixture = fixtures.get(name);
     if (!fixture) return;
-    fixtures.set(name, { ...fixture, ...more(fixture) });
+    fixtures.set(name, changed(fixture));
     this.touch('scene');
   }
 }
 
-function names(given) {
-  return Array.isArray(given) ? given : Object.keys(given ?? {});
-}
-
-const said = new WeakMap();
-
-/** Return the robots of `_world/info` by name. */
-export function robotsOf(info) {
-  if (!info) return new Map();
-  if (!said.has(info)) said.set(info, new Map((info.robots ?? []).map((each) => [each.name, each])));
-  return said.get(info);
+function copyOf(map) {
+  return new map.constructor(map);
 }

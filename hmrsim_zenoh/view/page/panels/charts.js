@@ -2,7 +2,7 @@
 
 import { STATES, countStates } from '../model/robot.js';
 import { el, mark, say, sign } from './dom.js';
-import { clockWords, numberWords, shareWords } from './phrases.js';
+import { clockWords, numberWords, shareWords } from '../model/phrases.js';
 import { Plots } from './plots.js';
 import uPlot from '../vendor/uplot/uPlot.esm.js';
 
@@ -58,13 +58,13 @@ export class ChartsPanel {
     const current = countStates(robots, now);
     for (const [state, count] of this.counts) say(count, String(current[state]));
     mark(this.states, 'aria-label', `Robots by state over time; now ${STATES.map((state) => `${state} ${current[state]}`).join(', ')}`);
-    const { t, counts } = history;
-    const sums = new Array(t.length + 1).fill(0);
-    const stacked = STACK.map((state) => [...counts[state], current[state]].map((count, i) => (sums[i] += count)));
+    const points = [...history.counts.points, [now, current]];
+    const sums = new Array(points.length).fill(0);
+    const stacked = STACK.map((state) => points.map(([, counts], i) => (sums[i] += counts[state])));
     const { states } = this.app.palette;
     // The highest first, as each covers the lower part of the previous one.
     const series = STACK.map((state) => ({ fill: states[state], width: 0, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) })).reverse();
-    this.#show(this.states, [[...t, now], ...stacked.reverse()], series, { max: Math.max(1, ...sums), words: String, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500] });
+    this.#show(this.states, [points.map(([time]) => time), ...stacked.reverse()], series, { max: Math.max(1, ...sums), words: String, incrs: [1, 2, 5, 10, 20, 50, 100, 200, 500] });
   }
 
   #drawBatteries(now) {

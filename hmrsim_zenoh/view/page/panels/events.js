@@ -2,7 +2,7 @@
 
 import { describe } from '../model/texts.js';
 import { ListPanel, button, el, mark, say, showPlayButton, sign } from './dom.js';
-import { clockWords, inWords } from './phrases.js';
+import { clockWords, inWords } from '../model/phrases.js';
 
 const ALL = 'All kinds';
 const BAD = 'Warnings and errors';

@@ -1,9 +1,8 @@
 // The live table of goals: newest first, filtered by text and state.
 
 import { isActive } from '../model/goals.js';
-import { feedbackWords } from '../model/texts.js';
 import { ListPanel, button, el, mark, say, sign } from './dom.js';
-import { STATUS_WORDS, lastingWords, lengthWords, taskWords } from './phrases.js';
+import { STATUS_WORDS, feedbackWords, lastingWords, lengthWords, taskWords } from '../model/phrases.js';
 
 const SHOWN = {
   all: () => true,
@@ -118,7 +117,7 @@ export class GoalsPanel extends ListPanel {
     const robot = model.robots.get(goal.robot);
     const said = feedbackWords(goal.feedback, model.world.units);
     if (said || robot?.goal?.key !== goal.key) return said;
-    if (robot.waits) return robot.waitsFor.length ? `waiting for ${robot.waitsFor.join(' and ')}` : robot.waitsWhy;
+    if (robot.waiting) return robot.waiting.for.length ? `waiting for ${robot.waiting.for.join(' and ')}` : robot.waiting.why;
     const left = robot.distanceRemaining(now);
     return left > 0 ? `${lengthWords(left, model.world.units)} left` : '';
   }

@@ -1,7 +1,7 @@
 // The selected robot: its state and the reason, its goal and equipment, and buttons for requests.
 
 import { Facts, TypeSign, button, el, mark, say, sign } from './dom.js';
-import { actionWords, causeWords, faultWords, lengthWords, shareWords, taskWords, whyWords } from './phrases.js';
+import { actionWords, causeWords, faultWords, lengthWords, shareWords, taskWords, whyWords } from '../model/phrases.js';
 
 export class Inspector {
   constructor(app) {

@@ -1,5 +1,6 @@
 // The context menu of an object on the map: right click, long press or menu key.
 
+import { pointWords } from '../model/phrases.js';
 import { el, icon } from './dom.js';
 
 export class Menu {
@@ -15,7 +16,7 @@ export class Menu {
 
   open(pick) {
     const entries = this.#entries(pick);
-    const title = pick.name && pick.kind !== 'floor' ? `${pick.name.replace('|', ' – ')}` : this.#spot(pick.point);
+    const title = pick.name && pick.kind !== 'floor' ? `${pick.name.replace('|', ' – ')}` : pointWords(pick.point, this.app.model.world.units);
     this.before = document.activeElement;
     this.element.replaceChildren(el('div', { class: 'menu-title', text: title, role: 'presentation' }),
       ...entries.map((entry) => (entry ? this.#item(entry) : el('hr', { role: 'separator' }))));
@@ -33,11 +34,6 @@ export class Menu {
     const inside = this.element.contains(document.activeElement);
     this.element.hidden = true;
     if (inside) this.before?.focus?.({ preventScroll: true });
-  }
-
-  #spot([x, y]) {
-    const digits = this.app.model.world.units === 'px' ? 0 : 1;
-    return `${x.toFixed(digits)}, ${y.toFixed(digits)}`;
   }
 
   #item([picture, text, action]) {

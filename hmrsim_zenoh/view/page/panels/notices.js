@@ -1,7 +1,7 @@
 // Messages to people: the banner about a lost connection, hints, and toasts.
 
 import { button, el, mark, recall, remember, say } from './dom.js';
-import { lastingWords } from './phrases.js';
+import { lastingWords } from '../model/phrases.js';
 
 const TEXTS = {
   connecting: 'Connecting to the simulator…',

@@ -2,7 +2,7 @@
 
 import { asItemIs } from '../model/demand.js';
 import { ListPanel, el, mark, say, sign } from './dom.js';
-import { clockWords, lastingWords } from './phrases.js';
+import { clockWords, lastingWords } from '../model/phrases.js';
 
 const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
 /** The goal's sign for each state of an order. */

@@ -2,7 +2,7 @@
 
 import { STATES } from '../model/robot.js';
 import { ListPanel, TypeSign, el, mark, say, sign } from './dom.js';
-import { faultWords, shareWords, taskWords, whyWords } from './phrases.js';
+import { faultWords, shareWords, taskWords, whyWords } from '../model/phrases.js';
 
 const AGAIN = 1000; // ms after which many robots are sorted again
 const MANY = 200;

@@ -1,7 +1,7 @@
 // The time bars: of a live simulation with pause, step and speed, and of a recording; both with a slider of the past.
 
 import { button, el, mark, say, showPlayButton, speedField, speedOption } from './dom.js';
-import { clockWords, lastingWords } from './phrases.js';
+import { clockWords, lastingWords } from '../model/phrases.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
 const PLAYBACK_SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];

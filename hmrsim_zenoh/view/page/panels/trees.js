@@ -1,7 +1,7 @@
 // Behavior trees that controllers publish on `_tree`: one collapsible tree per robot.
 
 import { Facts, el, icon, mark, say, sign } from './dom.js';
-import { clockWords } from './phrases.js';
+import { clockWords } from '../model/phrases.js';
 
 /** The words for a node's outcomes. */
 const ENDS = [['SUCCESS', 'succeeded'], ['FAILURE', 'failed']];

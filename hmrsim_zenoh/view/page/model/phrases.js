@@ -1,6 +1,6 @@
-// Texts about robots' states, and times and numbers for people.
+// Texts for people about robots' states, goals, times and numbers.
 
-import { goalWords } from '../model/texts.js';
+import { secondsOf } from './messages.js';
 
 /** The word for each status of a goal, by number. */
 export const STATUS_WORDS = ['unknown', 'accepted', 'executing', 'canceling', 'succeeded', 'canceled', 'aborted'];
@@ -26,6 +26,11 @@ export function lastingWords(seconds) {
 /** Return a length with its unit. */
 export function lengthWords(length, units) {
   return units === 'px' ? `${Math.round(length)} px` : `${length.toFixed(1)} m`;
+}
+
+/** Return a point as 1.5, 2.0; in pixels as whole numbers. */
+export function pointWords(point, units) {
+  return point.map((each) => each.toFixed(units === 'px' ? 0 : 1)).join(', ');
 }
 
 /** Return a share as 87 %. @param {number} share From 0 to 1. */
@@ -57,14 +62,86 @@ export function taskWords({ action, goal }, world) {
   return [(asked && VERBS[action]) || actionWords(action), asked].filter(Boolean).join(' ');
 }
 
+const REQUESTS = new Map(Object.entries({
+  navigate_to_pose: ({ pose }, world) => toPose(pose, world),
+  compute_path_to_pose: ({ goal }, world) => toPose(goal, world),
+  compute_path_through_poses: ({ goals }, world) => through(goals?.goals ?? goals, world),
+  compute_route: alongRoute,
+  compute_and_track_route: alongRoute,
+  smooth_path: ({ path }, world) => toPose(path?.poses?.at(-1), world),
+  navigate_through_poses: ({ poses }, world) => through(poses?.goals ?? poses, world),
+  follow_waypoints: ({ poses }, world) => through(poses, world),
+  follow_path: ({ path }, world) => toPose(path?.poses?.at(-1), world),
+  spin: ({ target_yaw: yaw }) => `by ${number(yaw ?? 0)} rad`,
+  back_up: ({ target }) => `by ${number(Math.abs(target?.x ?? 0))}`,
+  drive_on_heading: ({ target }) => `by ${number(target?.x ?? 0)}`,
+  dock_robot: ({ dock_id: dock, dock_pose: pose }, world) => (dock ? `at ${dock}` : toPose(pose, world)),
+  wait: ({ time }) => `for ${number(secondsOf(time))} s`,
+  pickup: ({ target_name: item }) => item,
+  place: ({ attached_object_name: item }) => item,
+  simulate_steps: ({ steps }) => `${steps} steps`,
+}));
+
+/** Return the request of a goal, such as "to ward_a", or "". */
+export function goalWords(action, goal, world) {
+  return goal ? attempt(() => REQUESTS.get(action)?.(goal, world)) : '';
+}
+
+/** Return a text about a message of others, or "" if the message is invalid. */
+export function attempt(say) {
+  try {
+    return String(say() ?? '');
+  } catch {
+    return '';
+  }
+}
+
+function through(poses, world) {
+  if (!Array.isArray(poses) || poses.length === 0) return '';
+  const last = toPose(poses.at(-1), world);
+  return poses.length === 1 ? last : `${last}, by ${poses.length} poses`;
+}
+
+function alongRoute({ use_poses: byPose, goal, goal_id: id }, world) {
+  return byPose ? toPose(goal, world) : `to waypoint ${id ?? 0}`;
+}
+
+/** Return the text of a geometry_msgs/msg/PoseStamped. */
+function toPose(stamped, world) {
+  const { x = 0, y = 0 } = stamped?.pose?.position ?? stamped?.position ?? {};
+  return `to ${world?.nameAt([x, y]) || `(${number(x)}, ${number(y)})`}`;
+}
+
+function number(value) {
+  return String(+Number(value).toFixed(Math.abs(value) < 100 ? 2 : 1));
+}
+
+const DOCKING = ['waiting for a berth', 'to the staging pose', 'docking', 'docking', 'waiting for charge', 'retrying'];
+
+/** Return the text of a goal's feedback, such as "3.2 left, 4 s", or "". */
+export function feedbackWords(feedback, units = '') {
+  if (!feedback) return '';
+  const { distance_remaining: left, number_of_recoveries: recoveries, number_of_poses_remaining: poses, state } = feedback;
+  const seconds = secondsOf(feedback.estimated_time_remaining ?? feedback.time_left);
+  const some = (value, words) => (typeof value === 'number' ? words(value) : '');
+  return [
+    some(left, () => `${number(left)}${units && ` ${units}`} left`),
+    seconds > 0 ? `${number(seconds)} s` : '',
+    recoveries > 0 ? `${recoveries} ${recoveries === 1 ? 'recovery' : 'recoveries'}` : '',
+    some(feedback.current_waypoint, (index) => `waypoint ${index + 1}`),
+    poses > 0 ? `${poses} poses` : '',
+    some(feedback.distance_traveled, (length) => `${number(length)} driven`),
+    some(feedback.angular_distance_traveled, (angle) => `turned by ${number(angle)} rad`),
+    typeof state === 'string' ? state.toLowerCase() : DOCKING[state],
+  ].filter(Boolean).join(', ');
+}
+
 /**
  * Return the reason for a robot's state, to follow the word for the state; "" for none.
  * @param {string} state One of `STATES`.
  */
 export function whyWords(robot, state, model, now) {
-  const said = REASONS[state]?.(robot, model, now) ?? '';
-  const script = robot.script?.error ? `script: ${robot.script.error}` : '';
-  return said || script;
+  return REASONS[state]?.(robot, model, now) || (robot.script?.error ? `script: ${robot.script.error}` : '');
 }
 
 /** Return the active faults of a robot, such as "wheel slip"; "" for none. */
@@ -104,11 +181,11 @@ const REASONS = {
   offline: (robot) => `no connection to ${robot.name}: nothing that it publishes arrives`,
   stopped: (robot) => Object.values(robot.ailments).join('; '),
   waiting(robot, model, now) {
-    const since = robot.waitsSince === null ? '' : `, ${lastingWords(Math.max(0, now - robot.waitsSince))}`;
-    if (robot.waitsFor.length) return `for ${robot.waitsFor.join(' and ')}${where(robot, model, now)}${since}`;
-    if (robot.waitsWhy) return `because ${robot.waitsWhy}${since}`;
-    if (robot.aside) return `aside, to let ${robot.aside} pass`;
-    return `for its turn${where(robot, model, now)}${since}`;
+    const { since = now, for: others = [], why = '' } = robot.waiting ?? {};
+    const lasting = robot.waiting ? `, ${lastingWords(Math.max(0, now - since))}` : '';
+    if (others.length) return `for ${others.join(' and ')}${where(robot, model, now)}${lasting}`;
+    if (why) return `because ${why}${lasting}`;
+    return robot.aside ? `aside, to let ${robot.aside} pass` : `for its turn${where(robot, model, now)}${lasting}`;
   },
   charging: (robot) => (robot.dock ? `at ${robot.dock}` : ''),
   busy: (robot) => (robot.queue ? `number ${robot.queue.position} in the queue for ${robot.queue.dock}` : ''),
