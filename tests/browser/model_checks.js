@@ -491,7 +491,6 @@ async ([base, VIEW, prefix = '']) => {
       equal([3, true], [playback.time, playback.playing]);
       playback.advance(9000);
       equal([9, false], [playback.time, playback.playing]);
-      playback.close();
     },
     async 'time goes on in a recording where a simulation begins anew'() {
       const samples = samplesOf([event(5, 'x'), event(0, 'reset', { scope: 255 }), event(2, 'y')]);

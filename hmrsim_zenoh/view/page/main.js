@@ -57,8 +57,8 @@ async function begin() {
   const clock = new SimClock();
   const parts = { model, clock, palette, asked };
   if (source.kind === 'recording') {
-    const onProgress = ({ share }) => say(`Loading ${source.name}, ${Math.round(share * 100)} %`);
-    const recording = await fetchRecording(source, { address: address('recording').href, onProgress });
+    const onProgress = (share) => say(`Loading ${source.name}, ${Math.round(share * 100)} %`);
+    const recording = await fetchRecording(source, address('recording').href, onProgress);
     parts.playback = new Playback(recording, model, clock);
   } else {
     parts.connection = new Connection(socketAddress());

@@ -13,33 +13,27 @@ const SLICE_MS = 8;
 const JITTER = 1e-3;
 
 /**
- * @typedef {'aborted'|'fault'|'deadlock'|'reset'} MarkKind
- * @typedef {{t: number, kind: MarkKind, text: string}} Mark
- * @typedef {{reset: (seconds: number, wallMs: number) => void,
- *   setRate: (factor: number, paused: boolean) => void}} Clock A `SimClock`.
- */
-
-/**
  * Samples that are played into a model. Its times are simulated seconds that continue after a reset.
  *
  * Dispatches 'time' when the time changes, and 'state' when it starts, stops or changes speed.
  */
 export class Timeline extends EventTarget {
-  /** @param {Model} model The model to play into. @param {Clock} clock The clock to set. */
+  /** @param {{reset: Function, setRate: Function}} clock A `SimClock`, which is set. */
   constructor(model, clock) {
     super();
     this._model = model;
     this._clock = clock;
+    /** @type {[number, string, any][]} Seconds, key and payload, in order of time. */
     this._samples = [];
-    this._times = [];
     /** @type {{next: number, offset: number, saved: object}[]} The model's state before some of the samples. */
     this._keyframes = [];
-    this.marks = []; // the notable events, in order of time
+    /** @type {Mark[]} The notable events, in order of time. */
+    this.marks = [];
     this.begin = this.time = 0;
     this.playing = false;
     this._speed = 1;
-    this._next = 0;
-    this._offset = 0;
+    this._next = 0; // the index of the next sample
+    this._offset = 0; // of simulated time
     this._wall = null;
   }
 
@@ -73,18 +67,15 @@ export class Timeline extends EventTarget {
   /** Seek a time, and keep playing or pausing. */
   seek(time) {
     const to = Math.min(this.end, Math.max(this.begin, Number.isNaN(time) ? this.begin : time));
-    const frame = this._keyframeBefore(to);
+    const before = this._keyframes.findLast(({ next }) => next > 0 && this._samples[next - 1][0] <= to);
+    const frame = before ?? this._keyframes[0];
     if (to < this.time || frame.next > this._next) this._restore(frame);
     this.time = to;
     this._wall = null;
     this._show();
   }
 
-  /**
-   * Seek the next or the previous mark.
-   * @param {number} direction 1 or -1.
-   * @returns {Mark|null} The mark; null if there is none.
-   */
+  /** Seek the next (1) or the previous (-1) mark. @returns {Mark|null} The mark; null if there is none. */
   jump(direction) {
     const found = direction > 0
       ? this.marks.find((mark) => mark.t > this.time + JITTER)
@@ -104,16 +95,19 @@ export class Timeline extends EventTarget {
     if (this.time >= this.end) this.pause();
   }
 
+  /** Return the offset of simulated time at a sample. */
+  offsetAt(_sample, before) {
+    return before;
+  }
+
   /** Bring the model to the current time. */
   _show(wallMs = performance.now()) {
-    const { _times: times, _samples: samples } = this;
-    let next = this._next;
-    while (next < times.length && times[next] <= this.time) {
-      this._model.receive(samples[next][1], samples[next][2]);
-      this._offset = this.offsetAt(samples[next], times[next], this._offset);
-      next += 1;
+    const { _samples: samples } = this;
+    while (this._next < samples.length && samples[this._next][0] <= this.time) {
+      const sample = samples[this._next++];
+      this._model.receive(sample[1], sample[2]);
+      this._offset = this.offsetAt(sample, this._offset);
     }
-    this._next = next;
     const simulated = this.time + this._offset;
     // Exact in each frame, as there are no delays here.
     this._clock.reset(simulated, wallMs);
@@ -121,21 +115,10 @@ export class Timeline extends EventTarget {
     this.dispatchEvent(new Event('time'));
   }
 
-  _restore(frame) {
-    this._model.restore(frame.saved);
-    this._next = frame.next;
-    this._offset = frame.offset;
-  }
-
-  _keyframeBefore(time) {
-    const frames = this._keyframes;
-    let [low, high] = [0, frames.length - 1];
-    while (low < high) {
-      const middle = (low + high + 1) >> 1;
-      if (this._times[frames[middle].next - 1] <= time) low = middle;
-      else high = middle - 1;
-    }
-    return frames[low];
+  _restore({ saved, next, offset }) {
+    this._model.restore(saved);
+    this._next = next;
+    this._offset = offset;
   }
 
   _tellRate() {
@@ -154,40 +137,29 @@ export class Timeline extends EventTarget {
   }
 }
 
-/** The playback of a recording. Dispatches 'ready' when seeking has become fast. */
+/** The playback of a recording. */
 export class Playback extends Timeline {
-  constructor(recording, model, clock) {
+  constructor({ name, samples, truncated }, model, clock) {
     super(model, clock);
-    this._samples = validSamples(recording.samples);
-    this._times = timesOf(this._samples);
-    model.unreadable += recording.samples.length - this._samples.length;
-    this.name = recording.name;
-    this.truncated = recording.truncated; // whether the recording's end is missing
-    const count = this._times.length;
-    this.begin = this.time = count ? this._times[0] : 0;
-    this.end = count ? this._times[count - 1] : 0;
-    this.marks = marksOf(this._samples, this._times);
-    this._between = Math.max(MIN_BETWEEN, Math.ceil(count / MAX_KEYFRAMES));
+    this._samples = inSeconds(validSamples(samples));
+    model.unreadable += samples.length - this._samples.length;
+    this.name = name;
+    this.truncated = truncated; // whether the recording's end is missing
+    this.begin = this.time = this._samples[0]?.[0] ?? 0;
+    this.end = this._samples.at(-1)?.[0] ?? 0;
+    this.marks = marksOf(this._samples);
     this._keyframes.push({ next: 0, offset: 0, saved: new Model().snapshot() });
-    this.ready = false; // whether seeking is fast everywhere
     this._restore(this._keyframes[0]);
     this._show();
-    this.prepared = this._prepare();
+    this.prepared = this._prepare(); // resolves when seeking has become fast everywhere
   }
 
-  /** Yield all samples: time, key and payload. @returns {Iterable<[number, string, any]>} */
-  *samples() {
-    for (let i = 0; i < this._samples.length; i += 1) yield [this._times[i], this._samples[i][1], this._samples[i][2]];
+  /** @returns {[number, string, any][]} The seconds, key and payload of all samples. */
+  samples() {
+    return this._samples;
   }
 
-  /** Stop and release the recording. */
-  close() {
-    this.pause();
-    this._closed = true;
-  }
-
-  /** Return the offset of simulated time to the recording's time at a sample. */
-  offsetAt([, key, payload], time, before) {
+  offsetAt([time, key, payload], before) {
     if (key !== '_world/events' && key !== '_world/scene') return before;
     const offset = secondsOf(payload.stamp) - time;
     return Math.abs(offset - before) > JITTER ? offset : before;
@@ -195,39 +167,31 @@ export class Playback extends Timeline {
 
   /** Create keyframes of the whole recording with a hidden model, in small steps. */
   async _prepare() {
+    const between = Math.max(MIN_BETWEEN, Math.ceil(this._samples.length / MAX_KEYFRAMES));
     const model = new Model();
-    let [next, offset] = [0, 0];
-    while (next < this._samples.length && !this._closed) {
-      const until = performance.now() + SLICE_MS;
-      do {
-        const to = Math.min(next + 100, this._samples.length);
-        for (; next < to; next += 1) {
-          model.receive(this._samples[next][1], this._samples[next][2]);
-          offset = this.offsetAt(this._samples[next], this._times[next], offset);
-          if ((next + 1) % this._between === 0) this._keyframes.push({ next: next + 1, offset, saved: model.snapshot() });
-        }
-      } while (next < this._samples.length && performance.now() < until);
+    let [offset, until] = [0, performance.now() + SLICE_MS];
+    for (const [i, sample] of this._samples.entries()) {
+      model.receive(sample[1], sample[2]);
+      offset = this.offsetAt(sample, offset);
+      if ((i + 1) % between === 0) this._keyframes.push({ next: i + 1, offset, saved: model.snapshot() });
+      if (i % 100 || performance.now() < until) continue;
       await new Promise((resolve) => setTimeout(resolve));
+      until = performance.now() + SLICE_MS;
     }
-    this.ready = true;
-    this.dispatchEvent(new Event('ready'));
   }
 }
 
-/** Return the time of each sample in seconds, which never go back. */
-function timesOf(samples) {
-  const times = new Float64Array(samples.length);
+/** Return samples with their times in seconds, which never go back, instead of nanoseconds. */
+function inSeconds(samples) {
   let [last, shift] = [-Infinity, 0];
-  for (let i = 0; i < samples.length; i += 1) {
-    const time = samples[i][0] * 1e-9;
+  return samples.map(([nanoseconds, key, payload]) => {
+    const time = nanoseconds * 1e-9;
     if (time + shift < last - JITTER) shift = last - time;
     last = Math.max(last, time + shift);
-    times[i] = last;
-  }
-  return times;
+    return [last, key, payload];
+  });
 }
 
-/** Return the valid samples. */
 function validSamples(samples) {
   let texts = {};
   return samples.filter(([, key, payload]) => {
@@ -245,17 +209,15 @@ const MARKED = new Map(Object.entries({
   scene: () => 'reset',
 }));
 
-function marksOf(samples, times) {
-  const marks = [];
-  const model = { texts: {}, world: new World() };
-  samples.forEach(([, key, event], i) => {
-    if (key === '_world/view') Object.assign(model, { texts: event.events ?? {}, world: new World(event.world) });
-    if (key === '_world/events') marks.push(...markOf(event, times[i], model));
+function marksOf(samples) {
+  let model = { texts: {}, world: new World() };
+  return samples.flatMap(([time, key, payload]) => {
+    if (key === '_world/view') model = { texts: payload.events ?? {}, world: new World(payload.world) };
+    return key === '_world/events' ? markOf(payload, time, model) : [];
   });
-  return marks;
 }
 
-/** Return the mark of an event at a time, if it is notable. @returns {Mark[]} */
+/** Return the mark of an event at a time, if it is notable. @returns {Mark[]} @typedef {{t: number, kind: string, text: string}} Mark */
 export function markOf(event, t, model) {
   const kind = MARKED.get(partOf(event, model.texts))?.(event, model.texts[event.kind].sets);
   if (!kind) return [];

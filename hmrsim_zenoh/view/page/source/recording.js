@@ -1,47 +1,47 @@
 /** Fetching of recordings, which the server sends as one line of JSON for each sample. */
 
+/** Return what a server answers. @throws {Error} It does not answer, or with an error. */
+async function answerOf(address) {
+  const response = await fetch(address).catch(() => {
+    throw new Error('the server does not answer');
+  });
+  if (!response.ok) throw new Error(`the server answers ${response.status} ${response.statusText}`.trim());
+  return response;
+}
+
 /**
- * @typedef {[number, string, any]} Sample Nanoseconds of simulated time, key below the prefix, payload.
- * @typedef {{kind: 'live'}|{kind: 'recording', name: string, begin: number, end: number, truncated: boolean}} Source
- *   `begin` and `end` are nanoseconds.
- * @typedef {object} Recording
- * @property {string} name The file's name.
- * @property {Sample[]} samples In order of time.
- * @property {boolean} truncated Whether the end is missing.
+ * Return the kind of source that the server shows: `live` or `recording`, which has a name, begins and ends at nanoseconds,
+ * and may be truncated.
+ * @param {string} address Of `/source`, with any token.
  */
-
-/** A recording can't be fetched. */
-class RecordingError extends Error {}
-
-/** Return the kind of source that the server shows. @param {string} [address] Of `/source`, with any token. */
-export async function fetchSource(address = '/source') {
+export async function fetchSource(address) {
   return (await answerOf(address)).json();
 }
 
 /**
  * Fetch a recording; if the transfer breaks off, the recording is truncated.
- * @param {Source} source The result of `fetchSource`.
- * @param {string} [options.address] Of `/recording`, with any token.
- * @param {(progress: {share: number, samples: number}) => void} [options.onProgress] `share` is from 0 to 1.
+ * @param {object} source The result of `fetchSource`.
+ * @param {string} address Of `/recording`, with any token.
+ * @param {(share: number) => void} onProgress Called with the loaded share, from 0 to 1.
+ * @returns {Promise<{name: string, samples: [number, string, any][], truncated: boolean}>} A sample has nanoseconds of
+ *   simulated time, the key below the prefix, and the payload.
  */
-export async function fetchRecording(source, { address = '/recording', onProgress, signal } = {}) {
-  const response = await answerOf(address, signal);
+export async function fetchRecording({ name, begin, end, truncated }, address, onProgress) {
+  const reader = (await answerOf(address)).body.getReader();
   const lines = new Lines();
-  let cut = false;
+  let whole = true;
   try {
-    for await (const chunk of chunksOf(response.body)) {
-      lines.add(chunk);
-      onProgress?.({ share: shareOf(source, lines.samples), samples: lines.samples.length });
+    for (let read = await reader.read(); !read.done; read = await reader.read()) {
+      lines.add(read.value);
+      const last = lines.samples.at(-1)?.[0] ?? begin;
+      onProgress(end > begin ? Math.min(1, Math.max(0, (last - begin) / (end - begin))) : 0);
     }
-  } catch (error) {
-    if (signal?.aborted) throw error;
-    cut = true;
+  } catch {
+    whole = false;
   }
-  const complete = lines.end();
-  const { samples } = lines;
-  if (samples.length === 0) throw new RecordingError('the recording is empty');
-  onProgress?.({ share: 1, samples: samples.length });
-  return { name: source?.name ?? '', samples, truncated: cut || !complete || source?.truncated === true };
+  whole = lines.end() && whole;
+  if (lines.samples.length === 0) throw new Error('the recording is empty');
+  return { name, samples: lines.samples, truncated: truncated || !whole };
 }
 
 /** Splits text chunks into lines of samples; other lines are ignored. */
@@ -70,41 +70,10 @@ export class Lines {
     if (line.trim() === '') return;
     try {
       const sample = JSON.parse(line);
-      if (Array.isArray(sample) && Number.isFinite(sample[0]) && typeof sample[1] === 'string') {
-        this.samples.push(sample);
-        return;
-      }
+      if (Array.isArray(sample) && Number.isFinite(sample[0]) && typeof sample[1] === 'string') this.samples.push(sample);
+      else this._whole = false;
     } catch {
-      // Handled below.
+      this._whole = false;
     }
-    this._whole = false;
   }
-}
-
-async function answerOf(address, signal) {
-  let response;
-  try {
-    response = await fetch(address, { signal });
-  } catch (error) {
-    if (signal?.aborted) throw error;
-    throw new RecordingError('the server does not answer');
-  }
-  if (!response.ok) throw new RecordingError(`the server answers ${response.status} ${response.statusText}`.trim());
-  return response;
-}
-
-/** Yield the chunks of a stream; few browsers can iterate over streams. */
-async function* chunksOf(body) {
-  const reader = body.getReader();
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) return;
-    yield value;
-  }
-}
-
-function shareOf(source, samples) {
-  const length = source?.end - source?.begin;
-  const last = samples.length ? samples[samples.length - 1][0] : source?.begin;
-  return length > 0 ? Math.min(1, Math.max(0, (last - source.begin) / length)) : 0;
 }

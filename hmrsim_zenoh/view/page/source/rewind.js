@@ -17,7 +17,6 @@ export class Rewind extends Timeline {
   /** @type {Model | null} */ #hidden = null;
   #live; // the clock of the present
   #weight = 0; // of the samples since the latest keyframe, such as the number of robots in a scene
-  /** @type {number[]} */ #weights = []; // of the samples between keyframes
 
   /** @param {import('./clock.js').SimClock} clock The clock of the page, which is held at the past time. */
   constructor(model, clock) {
@@ -51,20 +50,14 @@ export class Rewind extends Timeline {
 
   /** @returns {number} The time of the latest sample; infinite before there is any. */
   get latest() {
-    return this._keyframes.length ? (this._times.at(-1) ?? this.begin) : Infinity;
-  }
-
-  offsetAt() {
-    return 0;
+    return this._keyframes.length ? (this._samples.at(-1)?.[0] ?? this.begin) : Infinity;
   }
 
   /** Keep the state of the present, from which the past begins. */
   start(time) {
     this.leave();
-    Object.assign(this, { begin: time, time, marks: [], _samples: [], _times: [], _next: 0 });
-    this.#weight = 0;
-    this.#weights = [];
-    this._keyframes = [{ next: 0, offset: 0, saved: this.head.snapshot() }];
+    Object.assign(this, { begin: time, time, marks: [], _samples: [], _keyframes: [], _next: 0 });
+    this.#keep();
   }
 
   /** Keep a message that has changed the present. */
@@ -72,32 +65,31 @@ export class Rewind extends Timeline {
     if (!this._keyframes.length || (!key.startsWith('_world/') && this.head.robots.size > DETAILED)) return;
     const at = Math.max(time, this.latest);
     this._samples.push([at, key, payload]);
-    this._times.push(at);
     if (key === '_world/events') this.marks.push(...markOf(payload, at, this.head));
     this.#weight += payload.robots?.length || 1;
     if (this.#weight < Math.max(BETWEEN, 4 * this.head.robots.size)) return;
-    this._keyframes.push({ next: this._samples.length, offset: 0, saved: this.head.snapshot() });
-    this.#weights.push(this.#weight);
+    this.#keep();
+    while (this._keyframes.slice(1).reduce((sum, { weight }) => sum + weight, 0) > MOST) this.#forget();
+  }
+
+  /** Keep the state of the present as a keyframe, with the weight of the samples before it. */
+  #keep() {
+    this._keyframes.push({ next: this._samples.length, offset: 0, saved: this.head.snapshot(), weight: this.#weight });
     this.#weight = 0;
-    while (this.#weights.reduce((sum, each) => sum + each) > MOST && this._keyframes.length > 1) this.#forget();
   }
 
   /** Show a time; the present, if it is reached. */
   seek(time) {
     if (!this._keyframes.length) return;
-    if (time >= this.end - NEXT_TO) {
-      this.leave();
-      return;
-    }
-    if (!this.active) {
+    if (time >= this.end - NEXT_TO) return this.leave();
+    const enters = !this.active;
+    if (enters) {
       this.#hidden = new Model();
       this.#hidden.restore(this._model.snapshot());
       this.time = Infinity; // so that it is restored
-      super.seek(time);
-      this.dispatchEvent(new Event('active'));
-    } else {
-      super.seek(time);
     }
+    super.seek(time);
+    if (enters) this.dispatchEvent(new Event('active'));
   }
 
   advance(wallMs) {
@@ -121,11 +113,9 @@ export class Rewind extends Timeline {
   /** Forget the samples before the second keyframe. */
   #forget() {
     this._keyframes.shift();
-    this.#weights.shift();
     const [{ next }] = this._keyframes;
+    this.begin = this._samples[next - 1][0];
     this._samples.splice(0, next);
-    this.begin = this._times[next - 1];
-    this._times.splice(0, next);
     for (const frame of this._keyframes) frame.next -= next;
     this.marks = this.marks.filter(({ t }) => t >= this.begin);
     this._next -= next;
