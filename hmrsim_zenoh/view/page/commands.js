@@ -1,25 +1,14 @@
 // The page's requests to the simulator, with the keys and messages of any client (docs/reference/keys.md).
 
-/** The simulator refused a request. */
-class Refused extends Error {
-  /** @param {object} [answer] The simulator's answer. */
-  constructor(message, answer = {}) {
-    super(message);
-    this.name = 'Refused';
-    this.answer = answer;
-  }
-}
-
 const DONE = 1; // of simulation_interfaces/msg/Result
 const PLAYING = 1;
 const PAUSED = 2;
 const STEP_TIMEOUT = 60; // seconds, as the answer arrives after the steps
 
+/** All of them throw an error with the reason if the simulator refuses. */
 export class Commands {
   constructor(connection, model, clock) {
-    this.connection = connection;
-    this.model = model;
-    this.clock = clock;
+    Object.assign(this, { connection, model, clock });
   }
 
   /**
@@ -29,16 +18,17 @@ export class Commands {
    * @returns {Promise<string>} Its id, after acceptance.
    */
   async sendGoal(robot, action, goal) {
-    const id = newId();
+    const bytes = crypto.getRandomValues(new Uint8Array(16));
+    const id = Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
     const answer = await this.connection.get(`${robot}/${action}/_action/send_goal`, { goal_id: id, goal });
     if (answer.accepted) return answer.goal_id;
-    throw new Refused(answer.error_msg || answer.reason || 'not accepted', answer);
+    throw new Error(answer.error_msg || answer.reason || 'not accepted');
   }
 
-  /** Send a robot to a point. @param {number} [yaw] The final heading; by default that of a straight line from the robot. */
-  goTo(robot, [x, y], yaw = undefined) {
+  /** Send a robot to a point, with the final heading of a straight line from the robot. */
+  goTo(robot, [x, y]) {
     const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];
-    const facing = yaw ?? (x === x0 && y === y0 ? before : Math.atan2(y - y0, x - x0));
+    const facing = x === x0 && y === y0 ? before : Math.atan2(y - y0, x - x0);
     const orientation = { z: Math.sin(facing / 2), w: Math.cos(facing / 2) };
     const pose = { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation } };
     return this.sendGoal(robot, 'navigate_to_pose', { pose });
@@ -52,25 +42,20 @@ export class Commands {
     return this.sendGoal(robot, 'undock_robot', {});
   }
 
-  async cancel(goal) {
-    const info = { goal_info: { goal_id: goal.id } };
-    const answer = await this.connection.get(`${goal.robot}/${goal.action}/_action/cancel_goal`, info);
-    if (answer.return_code !== 0) throw new Refused('it has ended, or is canceling already', answer);
+  async cancel({ robot, action, id }) {
+    const answer = await this.connection.get(`${robot}/${action}/_action/cancel_goal`, { goal_info: { goal_id: id } });
+    if (answer.return_code !== 0) throw new Error('it has ended, or is canceling already');
   }
 
   async cancelAll(robot) {
     const goals = this.model.robots.get(robot)?.goals ?? [];
-    if (!goals.length) throw new Refused(`${robot} has no goal`);
+    if (!goals.length) throw new Error(`${robot} has no goal`);
     await Promise.all(goals.map((goal) => this.cancel(goal)));
   }
 
-  /**
-   * Inject a fault.
-   * @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`.
-   * @returns {Promise<string>} The fault's name.
-   */
-  async injectFault(fault) {
-    return (await this.#service('inject_fault', fault)).name;
+  /** @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`. */
+  injectFault(fault) {
+    return this.#service('inject_fault', fault);
   }
 
   clearFault(name) {
@@ -105,14 +90,7 @@ export class Commands {
   }
 
   async #service(name, request, timeout = 10) {
-    const answer = await this.connection.get(`_world/${name}`, request, { timeout });
-    if (answer.result?.result === DONE) return answer;
-    throw new Refused(answer.result?.error_message || `${name} failed, result ${answer.result?.result}`, answer);
+    const { result } = await this.connection.get(`_world/${name}`, request, { timeout });
+    if (result?.result !== DONE) throw new Error(result?.error_message || `${name} failed, result ${result?.result}`);
   }
-}
-
-/** Return 32 hex digits. */
-function newId() {
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
 }

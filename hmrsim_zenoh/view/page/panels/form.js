@@ -6,17 +6,10 @@ const NANOSECONDS = 1e9;
 const PLACES = 'form-places';
 
 /**
- * @typedef {object} Field
- * @property {string[]} path The path of its value in the message.
- * @property {HTMLElement} element
- * @property {HTMLElement} input The element that gets the focus.
- * @property {boolean} advanced
- * @property {() => any} read Returns the value; undefined if empty. Throws if it is invalid.
- * @property {(text: string) => void} complain Shows an error; "" clears it.
- * @property {() => boolean} wrong
+ * Return a field of a form: `read` returns its value, or undefined if it is empty, and throws if it is invalid; `complain`
+ * shows an error, and "" clears it; `wrong` returns whether there is one.
  */
-
-export function makeField({ schema, path, required }, app, asked) {
+function makeField({ schema, path, required }, app, asked) {
   const id = `field-${path.join('-')}`;
   const kind = KINDS.find(({ takes }) => takes(schema));
   const given = asked.values?.[path.join('.')] ?? schema.default;
@@ -41,7 +34,8 @@ export function makeField({ schema, path, required }, app, asked) {
     }
     return kind.value(text(), schema, app, input);
   };
-  const element = el('label', { class: input.type === 'checkbox' ? 'check' : null, title: schema.description }, el('span', { text: label }), input, error);
+  const look = { class: input.type === 'checkbox' ? 'check' : null, title: schema.description };
+  const element = el('label', look, el('span', { text: label }), input, error);
   return { path, element, input, advanced: schema.advanced === true, read, complain, wrong: () => !error.hidden };
 }
 
@@ -103,12 +97,13 @@ const CHOICES = {
 
 function numberOf(text, { type, minimum, maximum, exclusiveMinimum: above, exclusiveMaximum: below }) {
   const number = Number(text);
-  if (text === '' || !Number.isFinite(number)) throw new Error('Give a number.');
-  if (type === 'integer' && !Number.isInteger(number)) throw new Error('Give a whole number.');
-  if (number < minimum) throw new Error(`Give at least ${minimum}.`);
-  if (number > maximum) throw new Error(`Give at most ${maximum}.`);
-  if (number <= above) throw new Error(`Give more than ${above}.`);
-  if (number >= below) throw new Error(`Give less than ${below}.`);
+  const wrong = [
+    [text === '' || !Number.isFinite(number), 'Give a number.'],
+    [type === 'integer' && !Number.isInteger(number), 'Give a whole number.'],
+    [number < minimum, `Give at least ${minimum}.`], [number > maximum, `Give at most ${maximum}.`],
+    [number <= above, `Give more than ${above}.`], [number >= below, `Give less than ${below}.`],
+  ].find(([applies]) => applies);
+  if (wrong) throw new Error(wrong[1]);
   return number;
 }
 
@@ -128,18 +123,6 @@ function places({ model: { world } }) {
   document.body.append(el('datalist', { id: PLACES }, ...Array.from(names, (value) => el('option', { value }))));
   return PLACES;
 }
-
-/**
- * @typedef {object} Asked
- * @property {string} title The title of the dialog.
- * @property {string} label The label of the choice, such as "Action".
- * @property {Record<string, object>} forms JSON Schemas by name, as `_world/view` has them.
- * @property {string} [chosen] The form to show first.
- * @property {Record<string, any>} [values] Initial values by dotted path.
- * @property {string} verb The label of the button.
- * @property {(name: string, values: object) => Promise<void>} send Throws if it is refused; `details` has
- *   field and message, as in the simulator's answers.
- */
 
 export class FormDialog {
   constructor(app) {
@@ -161,14 +144,19 @@ export class FormDialog {
       button('close', 'Close', () => this.element.close(), { class: 'quiet corner' }), form);
   }
 
+  /**
+   * Open the dialog.
+   * @param {object} asked Its title, the label of the choice, the verb of the button; the forms: JSON Schemas by name, as
+   *   `_world/view` has them; the form that is chosen first, and initial values by dotted path. `send` gets the name of a form
+   *   and values, and throws if they are refused; `details` has field and message, as in the simulator's answers.
+   */
   open(asked) {
+    const { title, label, verb, forms, chosen } = asked;
     this.asked = asked;
     this.submit.disabled = false;
-    say(this.title, asked.title);
-    say(this.label, asked.label);
-    say(this.submit, asked.verb);
-    this.choice.replaceChildren(...Object.entries(asked.forms).map(([name, { title }]) => el('option', { value: name, text: title })));
-    if (asked.forms[asked.chosen]) this.choice.value = asked.chosen;
+    for (const [element, text] of [[this.title, title], [this.label, label], [this.submit, verb]]) say(element, text);
+    this.choice.replaceChildren(...Object.entries(forms).map(([name, form]) => el('option', { value: name, text: form.title })));
+    if (forms[chosen]) this.choice.value = chosen;
     this.#choose();
     this.element.showModal();
     (this.controls[0]?.input ?? this.submit).focus();
@@ -178,8 +166,9 @@ export class FormDialog {
     const schema = this.asked.forms[this.choice.value];
     say(this.about, schema.description ?? '');
     this.controls = [...fieldsOf(schema)].map((field) => makeField(field, this.app, this.asked));
-    this.fields.replaceChildren(...this.controls.filter(({ advanced }) => !advanced).map(({ element }) => element));
-    this.more.replaceChildren(...this.controls.filter(({ advanced }) => advanced).map(({ element }) => element));
+    for (const box of [this.fields, this.more]) {
+      box.replaceChildren(...this.controls.filter(({ advanced }) => advanced === (box === this.more)).map(({ element }) => element));
+    }
     this.moreBox.hidden = this.more.children.length === 0;
     this.moreBox.open = false;
     this.#complain('');
@@ -252,8 +241,6 @@ function* fieldsOf(schema, path = []) {
 }
 
 function put(values, path, value) {
-  const last = path.at(-1);
-  let part = values;
-  for (const name of path.slice(0, -1)) part = part[name] ??= {};
-  part[last] = value;
+  const part = path.slice(0, -1).reduce((outer, name) => (outer[name] ??= {}), values);
+  part[path.at(-1)] = value;
 }

@@ -7,25 +7,20 @@ export class Menu {
   constructor(app) {
     this.app = app;
     this.element = el('div', { class: 'menu', role: 'menu', hidden: true, onkeydown: (event) => this.#key(event) });
-    addEventListener('pointerdown', (event) => {
-      if (!this.element.contains(event.target)) this.close();
-    }, true);
+    addEventListener('pointerdown', ({ target }) => this.element.contains(target) || this.close(), true);
     addEventListener('resize', () => this.close());
     addEventListener('blur', () => this.close());
   }
 
   open(pick) {
-    const entries = this.#entries(pick);
-    const title = pick.name && pick.kind !== 'floor' ? `${pick.name.replace('|', ' – ')}` : pointWords(pick.point, this.app.model.world.units);
+    const title = pick.name && pick.kind !== 'floor' ? pick.name.replace('|', ' – ') : pointWords(pick.point, this.app.model.world.units);
     this.before = document.activeElement;
     this.element.replaceChildren(el('div', { class: 'menu-title', text: title, role: 'presentation' }),
-      ...entries.map((entry) => (entry ? this.#item(entry) : el('hr', { role: 'separator' }))));
+      ...this.#entries(pick).map((entry) => (entry ? this.#item(entry) : el('hr', { role: 'separator' }))));
     this.element.hidden = false;
-    const { offsetWidth: width, offsetHeight: height } = this.element;
-    const left = Math.max(8, Math.min(pick.px, innerWidth - width - 8));
-    const top = Math.max(8, Math.min(pick.py, innerHeight - height - 8));
-    this.element.style.left = `${left}px`;
-    this.element.style.top = `${top}px`;
+    const { offsetWidth: width, offsetHeight: height, style } = this.element;
+    style.left = `${Math.max(8, Math.min(pick.px, innerWidth - width - 8))}px`;
+    style.top = `${Math.max(8, Math.min(pick.py, innerHeight - height - 8))}px`;
     this.#items()[0]?.focus({ preventScroll: true });
   }
 
@@ -37,13 +32,8 @@ export class Menu {
   }
 
   #item([picture, text, action]) {
-    return el('button', {
-      type: 'button', role: 'menuitem', class: 'menu-item', tabindex: '-1',
-      onclick: () => {
-        this.close();
-        action();
-      },
-    }, icon(picture), el('span', { text }));
+    const onclick = () => (this.close(), action());
+    return el('button', { type: 'button', role: 'menuitem', class: 'menu-item', tabindex: '-1', onclick }, icon(picture), el('span', { text }));
   }
 
   #items() {
@@ -54,11 +44,12 @@ export class Menu {
     const items = this.#items();
     const at = items.indexOf(document.activeElement);
     const to = { ArrowDown: at + 1, ArrowUp: at - 1 + items.length, Home: 0, End: items.length - 1 }[event.key];
+    const presses = ['Enter', ' '].includes(event.key);
     if (to !== undefined) items[to % items.length].focus();
     else if (event.key === 'Escape' || event.key === 'Tab') this.close();
-    else if (event.key !== 'Enter' && event.key !== ' ') return;
+    else if (!presses) return;
     event.stopPropagation();
-    if (event.key !== 'Enter' && event.key !== ' ') event.preventDefault();
+    if (!presses) event.preventDefault();
   }
 
   /** Return the entries, each [icon, text, action], or null for a separator. */
@@ -70,14 +61,10 @@ export class Menu {
   }
 
   #send(pick) {
-    const { app } = this;
-    const robot = app.map.selected;
-    if (!app.commanding || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
-    if (pick.kind === 'dock') {
-      return [['dock', `Dock ${robot} here`, () => app.orders.sendToDock(robot, pick.name)],
-        ['target', `Send ${robot} here`, () => app.orders.sendToPoint(robot, pick)], null];
-    }
-    return [['target', `Send ${robot} here`, () => app.orders.send(robot, pick)], null];
+    const { commanding, map: { selected: robot }, orders } = this.app;
+    if (!commanding || !robot || (pick.kind === 'robot' && pick.name === robot)) return [];
+    const here = ['target', `Send ${robot} here`, () => orders.sendToPoint(robot, pick)];
+    return pick.kind === 'dock' ? [['dock', `Dock ${robot} here`, () => orders.sendToDock(robot, pick.name)], here, null] : [here, null];
   }
 }
 
@@ -85,48 +72,50 @@ const READS = true; // also available in recordings
 
 const ENTRIES = {
   robot(app, name) {
-    const robot = app.model.robots.get(name);
+    const { model, orders, commands, map } = app;
+    const robot = model.robots.get(name);
     if (!robot) return [];
-    const goals = robot.goals.length ? [['stop', 'Cancel goal', () => app.orders.ask(`cancel the goals of ${name}`, () => app.commands.cancelAll(name))]] : [];
-    const dock = robot.dock ? [['dock', 'Undock', () => app.orders.undock(name)]]
-      : app.model.docks.size ? [['dock', 'Dock', () => app.orders.sendToDock(name)]] : [];
+    const dock = robot.dock ? ['dock', 'Undock', () => orders.undock(name)] : ['dock', 'Dock', () => orders.sendToDock(name)];
+    const cancel = ['stop', 'Cancel goal', () => orders.ask(`cancel the goals of ${name}`, () => commands.cancelAll(name))];
     return [
       ['robot', 'Select', () => app.select(name), READS],
-      ['follow', app.map.follow === name ? 'Stop following' : 'Follow', () => app.follow(name), READS],
+      ['follow', map.follow === name ? 'Stop following' : 'Follow', () => app.follow(name), READS],
       null,
-      ['target', 'Go to…', () => app.aim(name)], ...dock, ['goals', 'Send goal…', () => app.orders.fillInGoal(name)], ...goals,
+      ['target', 'Go to…', () => app.aim(name)],
+      ...(model.docks.size ? [dock] : []),
+      ['goals', 'Send goal…', () => orders.fillInGoal(name)],
+      ...(robot.goals.length ? [cancel] : []),
       null,
       ...faultEntries(app, { robot: name }, [['Break down', { type: 'breakdown' }], ['Slip at half speed', { type: 'slip', factor: 0.5 }]]),
       null,
     ];
   },
   door(app, name) {
-    const set = (state, words) => ['door', words, () => app.orders.ask(`${words.toLowerCase()} door ${name}`, () => app.commands.setDoor(name, state))];
+    const { orders, commands } = app;
+    const set = (state, words) => ['door', words, () => orders.ask(`${words.toLowerCase()} door ${name}`, () => commands.setDoor(name, state))];
     return [set('open', 'Open'), set('closed', 'Close'), set('locked', 'Lock'), null,
       ...faultEntries(app, { door: name }, [['Jam', { type: 'door_jammed' }]]), null];
   },
-  lift(app, name) {
-    const stops = app.model.lifts.get(name)?.stops ?? [];
-    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => app.orders.ask(`call ${name}`, () => app.commands.callLift(name, stop))]), null];
+  lift({ model, orders, commands }, name) {
+    const stops = model.lifts.get(name)?.stops ?? [];
+    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => orders.ask(`call ${name}`, () => commands.callLift(name, stop))]), null];
   },
-  item(app, name) {
-    const robot = app.model.robots.get(app.map.selected);
+  item({ model, map, orders }, name) {
+    const robot = model.robots.get(map.selected);
     if (!robot?.actions.includes('pickup')) return [];
-    return [['item', `Pick up with ${robot.name}`, () => app.orders.fillInGoal(robot.name, 'pickup', { target_name: name })], null];
+    return [['item', `Pick up with ${robot.name}`, () => orders.fillInGoal(robot.name, 'pickup', { target_name: name })], null];
   },
-  lane(app, key) {
-    return [...faultEntries(app, { lane: key.split('|') }, [['Close this lane', { type: 'lane_closed' }]]), null];
-  },
+  lane: (app, key) => [...faultEntries(app, { lane: key.split('|') }, [['Close this lane', { type: 'lane_closed' }]]), null],
 };
 
 /** Return the entries to inject and to clear faults of an object. */
-function faultEntries(app, target, quick) {
-  const on = [...app.model.faults.values()].filter((fault) => concerns(fault, target));
+function faultEntries({ model, orders, commands }, target, quick) {
+  const on = [...model.faults.values()].filter((fault) => concerns(fault, target));
   const there = new Set(on.map(({ fault }) => fault));
   return [
-    ...on.map(({ name }) => ['check', `Clear ${name}`, () => app.orders.ask(`clear ${name}`, () => app.commands.clearFault(name))]),
-    ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => app.orders.inject({ ...fault, ...target })]),
-    ['fault', 'Inject fault…', () => app.orders.fillInFault(target)],
+    ...on.map(({ name }) => ['check', `Clear ${name}`, () => orders.ask(`clear ${name}`, () => commands.clearFault(name))]),
+    ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => orders.inject({ ...fault, ...target })]),
+    ['fault', 'Inject fault…', () => orders.fillInFault(target)],
   ];
 }
 

@@ -1,8 +1,8 @@
 // The orders of the world's demand: open ones, most urgent first, and the latest ended ones.
 
 import { asItemIs } from '../model/demand.js';
-import { ListPanel, el, mark, say, sign } from './dom.js';
 import { clockWords, lastingWords } from '../model/phrases.js';
+import { ListPanel, el, mark, say, taskRow } from './dom.js';
 
 const TOTALS = ['open', 'placed', 'delivered', 'late', 'lost'];
 /** The goal's sign for each state of an order. */
@@ -25,28 +25,21 @@ export class OrdersPanel extends ListPanel {
   }
 
   render() {
-    const { demand } = this.app.model;
+    const { demand, world } = this.app.model;
     const totals = { ...demand.totals, open: demand.open.size };
     for (const [word, number] of this.totals) say(number, String(totals[word]));
-    mark(this.totals.get('late'), 'data-some', String(totals.late > 0));
-    mark(this.totals.get('lost'), 'data-some', String(totals.lost > 0));
+    for (const word of ['late', 'lost']) mark(this.totals.get(word), 'data-some', String(totals[word] > 0));
     const open = this.#matching([...demand.open.values()]).sort(byUrgency);
     const ended = this.#matching(demand.ended).reverse();
-    const shown = ended.length ? [...open, ENDED, ...ended] : open;
     const none = demand.open.size === 0 && demand.ended.length === 0;
-    const known = !none || demand.totals.placed > 0;
-    this.tools.hidden = !known && this.app.model.world.demand.length === 0;
-    this.rows.show(shown, this.#nothing(none));
-  }
-
-  #nothing(none) {
-    if (!none) return 'No order matches.';
-    return this.tools.hidden ? 'No orders: this world has no demand.' : 'No order is open.';
+    this.tools.hidden = none && demand.totals.placed === 0 && world.demand.length === 0;
+    const nothing = this.tools.hidden ? 'No orders: this world has no demand.' : 'No order is open.';
+    this.rows.show(ended.length ? [...open, ENDED, ...ended] : open, none ? nothing : 'No order matches.');
   }
 
   #matching(orders) {
     const { text } = this;
-    return orders.filter((order) => !text || this.#line(order).includes(text));
+    return text ? orders.filter((order) => this.#line(order).includes(text)) : [...orders];
   }
 
   #line(order) {
@@ -55,50 +48,39 @@ export class OrdersPanel extends ListPanel {
   }
 
   row() {
-    const parts = {
-      shape: sign('status', ''),
-      item: el('b', { class: 'name' }),
-      how: el('span', { class: 'detail' }),
-      way: el('span', { class: 'way' }),
-      more: el('span', { class: 'detail' }),
-      first: el('span'),
-      second: el('span'),
-    };
     let order = null;
-    parts.press = el('button', { type: 'button', class: 'goal-name', onclick: () => this.#show(order) }, parts.item, parts.how);
-    const cells = [
-      el('div', { class: 'goal-sign', role: 'cell' }, parts.shape),
-      el('div', { class: 'goal-main', role: 'cell' }, parts.press, el('div', { class: 'goal-how' }, parts.way, parts.more)),
-      el('div', { class: 'order-times', role: 'cell' }, parts.first, parts.second),
-    ];
+    const times = [el('span'), el('span')];
+    const row = taskRow(() => this.#show(order), ['detail', 'way', 'detail'], el('div', { class: 'order-times', role: 'cell' }, ...times));
+    row.classList.add('order');
+    const cells = [...row.children];
     const heading = el('h3', { role: 'cell', text: ENDED.heading });
-    const row = el('div', { class: 'goal order' }, heading, ...cells);
+    row.prepend(heading);
     row.fill = (given) => {
       heading.hidden = given !== ENDED;
       for (const cell of cells) cell.hidden = given === ENDED;
       mark(row, 'data-heading', String(given === ENDED));
       if (given === ENDED) return mark(row, 'data-selected', 'false');
       order = given;
-      this.#fill(row, parts, asItemIs(order, this.app.model.items));
+      this.#fill(row, row.parts, times, asItemIs(order, this.app.model.items));
     };
     return row;
   }
 
-  #fill(row, parts, order) {
-    mark(parts.shape, 'data-is', SIGNS[order.state] ?? 'unknown');
-    say(parts.item, order.item);
+  #fill(row, { shape, name, task, status, detail, press }, times, order) {
     const open = order.ended === null;
     const by = order.robot && `by ${order.robot}`;
-    const way = [order.from, order.to].map((name) => name || '…').join(' → ');
-    say(parts.how, [order.state, open && by].filter(Boolean).join(' '));
-    say(parts.way, way);
-    say(parts.more, open ? priorityWords(order) : by);
-    mark(parts.press, 'title', `${order.name}: ${order.item}, ${way}, ${order.state} ${by}`.trim());
-    const [first, second] = open ? this.#openTimes(order) : endedTimes(order);
-    say(parts.first, first);
-    say(parts.second, second);
-    mark(parts.first, 'data-late', String(open && order.late));
-    mark(parts.second, 'data-late', String(!open && order.late));
+    const way = [order.from, order.to].map((place) => place || '…').join(' → ');
+    mark(shape, 'data-is', SIGNS[order.state] ?? 'unknown');
+    say(name, order.item);
+    say(task, [order.state, open && by].filter(Boolean).join(' '));
+    say(status, way);
+    say(detail, !open ? by : order.priority ? `priority ${order.priority}` : '');
+    mark(press, 'title', `${order.name}: ${order.item}, ${way}, ${order.state} ${by}`.trim());
+    const words = open ? this.#openTimes(order) : endedTimes(order);
+    times.forEach((time, i) => {
+      say(time, words[i]);
+      mark(time, 'data-late', String(order.late && open === (i === 0)));
+    });
     mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
   }
 
@@ -126,10 +108,6 @@ function byUrgency(one, other) {
   const dues = [one, other].map(({ due }) => due ?? Infinity);
   if (dues[0] !== dues[1]) return dues[0] - dues[1];
   return other.priority - one.priority || (one.placed ?? 0) - (other.placed ?? 0);
-}
-
-function priorityWords({ priority }) {
-  return priority ? `priority ${priority}` : '';
 }
 
 function endedTimes({ state, lead, late, lateBy, ended }) {

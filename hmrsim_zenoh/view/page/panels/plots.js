@@ -12,21 +12,10 @@ const MAX_ROBOTS = 8;
 /** The topics of the world that have numbers. */
 const WORLD = ['_world/time/state', '_world/demand'];
 
-/**
- * @typedef {object} Plot
- * @property {string} title
- * @property {Map<string, Line>} lines By robot; by "" for a topic of the world.
- * @property {HTMLElement} element
- * @property {HTMLElement} chart
- * @property {HTMLElement} legend
- * @property {() => void} end
- */
-
 export class Plots {
   constructor(app) {
     this.app = app;
-    /** @type {Plot[]} */
-    this.all = [];
+    this.all = []; // the plots: their title, `lines` by robot, or by "" for a topic of the world, elements, and how to `end`
     this.topics = new Map(); // the numbers of each topic, without the robot's name
     this.topic = el('select', { class: 'field', 'aria-label': 'Topic', onchange: () => this.#offer() });
     this.field = el('select', { class: 'field', 'aria-label': 'Number' });
@@ -55,7 +44,7 @@ export class Plots {
     if (key.startsWith('_world/') && !WORLD.includes(key)) return;
     const known = this.topics.get(topic) ?? new Set();
     const count = known.size;
-    for (const path of known.size && this.app.playback ? [] : numbersIn(payload)) known.add(path);
+    if (!count || !this.app.playback) for (const path of numbersIn(payload)) known.add(path);
     if (known.size === count) return;
     this.topics.set(topic, known);
     this.#offer();

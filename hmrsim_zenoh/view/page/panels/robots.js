@@ -1,8 +1,8 @@
 // The list of robots: state, battery and goal of each; a click follows one.
 
+import { faultWords, shareWords, taskWords, whyWords } from '../model/phrases.js';
 import { STATES } from '../model/robot.js';
 import { ListPanel, TypeSign, el, mark, say, sign } from './dom.js';
-import { faultWords, shareWords, taskWords, whyWords } from '../model/phrases.js';
 
 const AGAIN = 1000; // ms after which many robots are sorted again
 const MANY = 200;
@@ -35,9 +35,8 @@ export class RobotsPanel extends ListPanel {
 
   /** Filter and sort the robots. */
   changed() {
+    const { app: { model: { robots } }, text } = this;
     const now = this.app.now();
-    const { robots } = this.app.model;
-    const { text } = this;
     const key = ORDERS[this.order.value];
     const found = [];
     for (const robot of robots.values()) if (!text || this.#line(robot, now).includes(text)) found.push([key(robot, now), robot]);
@@ -48,42 +47,40 @@ export class RobotsPanel extends ListPanel {
     this.rows.show(this.shown, robots.size ? 'No robot matches.' : 'The world has no robots.');
   }
 
-  #line(robot, now) {
+  /** Return the words of a robot's state, with the reason, of its goal and of its faults. */
+  #words(robot, now) {
+    const { model } = this.app;
     const state = robot.stateAt(now);
-    return `${robot.name} ${robot.type} ${state} ${whyWords(robot, state, this.app.model, now)} ${faultWords(robot, this.app.model)} ${this.#task(robot)}`.toLowerCase();
+    const task = robot.goal ? taskWords(robot.goal, model.world) : '';
+    return { state, why: whyWords(robot, state, model, now), task, faults: faultWords(robot, model) };
   }
 
-  #task({ goal }) {
-    return goal ? taskWords(goal, this.app.model.world) : '';
+  #line(robot, now) {
+    return [robot.name, robot.type, ...Object.values(this.#words(robot, now))].join(' ').toLowerCase();
   }
 
   row() {
     const { app } = this;
     const type = new TypeSign(app);
-    const state = sign('state', '');
-    const [name, word, why, task, fault] = ['b', 'span', 'span', 'span', 'span'].map((tag) => el(tag));
-    const warning = sign('level', 'error');
-    const battery = el('span', { class: 'long' });
-    name.className = 'name';
-    task.className = why.className = fault.className = 'detail';
+    const [shape, warning] = [sign('state', ''), sign('level', 'error')];
+    const [name, word, battery] = [el('b', { class: 'name' }), el('span'), el('span', { class: 'long' })];
+    const [why, task, fault] = [0, 1, 2].map(() => el('span', { class: 'detail' }));
     let robot = null;
     const press = el('button', { type: 'button', class: 'robot-row', onclick: () => app.follow(robot.name) }, type.element,
       el('span', { class: 'robot-main' }, el('span', { class: 'robot-line' }, name, task),
-        el('span', { class: 'robot-line muted' }, state, word, why, warning, fault)), battery);
+        el('span', { class: 'robot-line muted' }, shape, word, why, warning, fault)), battery);
     const row = el('div', {}, press);
     row.fill = (given) => {
       robot = given;
-      const now = app.now();
-      const is = robot.stateAt(now);
+      const words = this.#words(robot, app.now());
       type.show(robot.type, robot.flies);
       say(name, robot.name);
-      say(task, this.#task(robot));
-      mark(state, 'data-is', is);
-      say(word, is);
-      say(why, whyWords(robot, is, app.model, now));
-      const faults = faultWords(robot, app.model);
-      warning.hidden = !faults;
-      say(fault, is === 'stopped' || is === 'offline' ? '' : faults);
+      say(task, words.task);
+      mark(shape, 'data-is', words.state);
+      say(word, words.state);
+      say(why, words.why);
+      warning.hidden = !words.faults;
+      say(fault, ['stopped', 'offline'].includes(words.state) ? '' : words.faults);
       say(battery, robot.battery ? shareWords(robot.battery.percentage) : '');
       mark(press, 'data-selected', String(robot.name === app.map.selected));
       mark(press, 'aria-pressed', String(robot.name === app.map.follow));

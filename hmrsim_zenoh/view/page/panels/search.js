@@ -10,17 +10,19 @@ export class Search {
     this.app = app;
     this.found = [];
     this.at = -1;
-    this.list = el('div', { class: 'found', id: 'found', role: 'listbox', 'aria-label': 'Found', hidden: true });
+    this.list = el('div', {
+      class: 'found', id: 'found', role: 'listbox', 'aria-label': 'Found', hidden: true,
+      // Pressing on the list must not take the focus before the click arrives.
+      onpointerdown: (event) => event.preventDefault(),
+    });
     this.input = el('input', {
       type: 'search', class: 'field', placeholder: 'Find a robot or place', role: 'combobox', autocomplete: 'off',
       spellcheck: 'false', 'aria-label': 'Find a robot, place, dock or item', 'aria-expanded': 'false', 'aria-controls': 'found',
       'aria-keyshortcuts': '/', oninput: () => this.#find(), onfocus: () => this.#find(),
-      onkeydown: (event) => this.#key(event), onblur: () => this.#close(),
+      onkeydown: (event) => this.#key(event), onblur: () => this.#open(false),
     });
     this.element = el('div', { class: 'search', role: 'search' }, icon('search'), this.input,
       el('kbd', { text: '/', 'aria-hidden': 'true' }), this.list);
-    // Pressing on the list must not take the focus before the click arrives.
-    this.list.addEventListener('pointerdown', (event) => event.preventDefault());
   }
 
   focus() {
@@ -50,10 +52,14 @@ export class Search {
       role: 'option', id: `found-${i}`, class: 'option', 'aria-selected': String(i === this.at), onclick: () => this.#take(i),
     }, icon(ICON[kind]), el('span', { text: name }), el('small', { text: this.#about(kind, name) })));
     this.list.replaceChildren(...(options.length ? options : [el('p', { class: 'empty', text: 'No match.' })]));
-    this.list.hidden = false;
-    mark(this.input, 'aria-expanded', 'true');
+    this.#open(true);
     if (this.at >= 0) mark(this.input, 'aria-activedescendant', `found-${this.at}`);
     else this.input.removeAttribute('aria-activedescendant');
+  }
+
+  #open(open) {
+    this.list.hidden = !open;
+    mark(this.input, 'aria-expanded', String(open));
   }
 
   #about(kind, name) {
@@ -73,8 +79,7 @@ export class Search {
       if (event.shiftKey && this.app.map.selected !== null) this.app.aim(this.app.map.selected);
       this.#take(this.at);
     } else if (event.key === 'Escape') {
-      this.input.value = '';
-      this.input.blur();
+      this.#leave();
     } else {
       return;
     }
@@ -82,17 +87,16 @@ export class Search {
     event.stopPropagation();
   }
 
-  #take(index) {
-    const { kind, name } = this.found[index];
+  #leave() {
     this.input.value = '';
     this.input.blur();
+  }
+
+  #take(index) {
+    const { kind, name } = this.found[index];
+    this.#leave();
     if (kind === 'robot') this.app.select(name, { center: true });
     else if (this.app.aimed !== null) this.app.orders.sendTo(this.app.aimed, kind, name);
     else this.app.centerOn(name, kind);
-  }
-
-  #close() {
-    this.list.hidden = true;
-    mark(this.input, 'aria-expanded', 'false');
   }
 }

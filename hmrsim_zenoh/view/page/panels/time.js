@@ -1,7 +1,7 @@
 // The time bars: of a live simulation with pause, step and speed, and of a recording; both with a slider of the past.
 
-import { button, el, mark, say, showPlayButton, speedField, speedOption } from './dom.js';
 import { clockWords, lastingWords } from '../model/phrases.js';
+import { button, el, mark, say, showPlayButton } from './dom.js';
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 3, 5, 10, 20, 50, 100];
 const PLAYBACK_SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
@@ -30,20 +30,29 @@ class Scrubber {
 
   /** @param {number} time The time of the thumb. */
   render(time) {
-    const { begin, marks } = this.timeline;
-    const value = String(Math.round(((time - begin) / this.#length) * PARTS));
+    const place = (t, parts) => Math.round(((t - this.timeline.begin) / this.#length) * parts);
+    const value = String(place(time, PARTS));
     if (this.range.value !== value) this.range.value = value;
     mark(this.range, 'aria-valuetext', clockWords(time, 1));
-    const places = new Map(marks.map((each) => [Math.round(((each.t - begin) / this.#length) * MARKS), each]));
-    const drawn = [...places].map(([place, { kind }]) => `${place}${kind}`).join();
+    const places = new Map(this.timeline.marks.map((each) => [place(each.t, MARKS), each]));
+    const drawn = Array.from(places, ([at, { kind }]) => `${at}${kind}`).join();
     if (drawn === this.drawn) return;
     this.drawn = drawn;
-    this.marks.replaceChildren(...Array.from(places, ([place, { kind, text }]) => {
+    this.marks.replaceChildren(...Array.from(places, ([at, { kind, text }]) => {
       const line = el('i', { data: { kind }, title: text });
-      line.style.left = `${(place * 100) / MARKS}%`;
+      line.style.left = `${(at * 100) / MARKS}%`;
       return line;
     }));
   }
+}
+
+/** Return a choice of speeds. */
+function speedField(factors, onchange) {
+  return el('select', { class: 'field speed', 'aria-label': 'Speed', onchange }, ...factors.map(speedOption));
+}
+
+function speedOption(factor) {
+  return el('option', { value: factor, text: factor === AS_FAST_AS_POSSIBLE ? 'fastest' : `× ${factor}` });
 }
 
 /** What both bars have: play, time, and the slider and speed of a timeline. */
@@ -55,13 +64,11 @@ class Bar {
     this.note = el('span', { class: 'achieved' });
     this.words = el('div', { class: 'time-words' }, this.time, this.note);
     this.scrubber = new Scrubber(timeline, label);
-    this.pace = speedField(() => (timeline.speed = Number(this.pace.value)));
-    this.pace.append(...PLAYBACK_SPEEDS.map(speedOption));
+    this.pace = speedField(PLAYBACK_SPEEDS, () => (timeline.speed = Number(this.pace.value)));
     this.pace.value = String(timeline.speed);
+    this.element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
     timeline.addEventListener('state', () => app.render());
   }
-
-  element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
 
   toggle() {
     if (this.timeline.playing) this.timeline.pause();
@@ -83,8 +90,8 @@ class Bar {
 
   jump(direction) {
     const found = this.timeline.jump(direction);
-    if (found) this.app.toasts.show('info', `${clockWords(found.t, 1)} ${found.text}`);
-    else this.app.toasts.show('info', direction > 0 ? 'No later mark.' : 'No earlier mark.');
+    const none = direction > 0 ? 'No later mark.' : 'No earlier mark.';
+    this.app.toasts.show('info', found ? `${clockWords(found.t, 1)} ${found.text}` : none);
   }
 
   /** Show the time, and whether it stands; *resume* is the label of the button that lets it go on. */
@@ -122,8 +129,7 @@ export class TimeBar extends Bar {
     this.present = el('button', {
       type: 'button', class: 'button live-button', text: 'Live', title: 'Return to the present (esc)', onclick: () => this.timeline.leave(),
     });
-    this.speed = speedField(() => this.#choose());
-    this.#options(SPEEDS);
+    this.speed = speedField([...SPEEDS, AS_FAST_AS_POSSIBLE], () => this.#choose());
     this.element.append(this.play, this.step, this.words, this.scrubber.element, this.present, this.speed);
     app.live.addEventListener('time', () => this.render());
     this.timeline.addEventListener('active', () => (app.aim(null), app.render()));
@@ -148,10 +154,6 @@ export class TimeBar extends Bar {
     this.app.orders.ask('change the speed', () => this.app.commands.setSpeed(factor)).finally(() => this.render());
   }
 
-  #options(factors) {
-    this.speed.replaceChildren(...factors.map(speedOption), el('option', { value: AS_FAST_AS_POSSIBLE, text: 'fastest' }));
-  }
-
   render() {
     const { live: { timeState: state, state: connected } } = this.app;
     const there = connected === 'live' && state !== null;
@@ -171,24 +173,25 @@ export class TimeBar extends Bar {
     const lockstep = state.clock === 'lockstep';
     this.speed.hidden = lockstep;
     const factor = String(state.real_time_factor);
-    if (![...this.speed.options].some((option) => option.value === factor)) {
-      this.#options([...SPEEDS, state.real_time_factor].sort((a, b) => a - b));
+    const offered = Array.from(this.speed.options, ({ value }) => value);
+    if (!offered.includes(factor)) {
+      const factors = [...SPEEDS, state.real_time_factor].sort((a, b) => a - b);
+      this.speed.replaceChildren(...[...factors, AS_FAST_AS_POSSIBLE].map(speedOption));
     }
     if (document.activeElement !== this.speed && this.speed.value !== factor) this.speed.value = factor;
     this.#renderAchieved(state, this.#measure(), lockstep);
   }
 
-  #renderAchieved(state, factor, lockstep) {
-    const number = factor >= 10 ? factor.toFixed(0) : factor.toFixed(1);
-    const progress = state.waiting_for?.length ? `waiting for ${state.waiting_for.join(', ')}` : `× ${number}`;
-    const alone = lockstep && !state.participants?.length;
-    let text = `× ${number}`;
-    if (state.paused) text = 'paused';
-    else if (lockstep) text = alone ? 'lockstep · no participants' : `lockstep · ${progress}`;
-    else if (state.real_time_factor) text += ` of ${state.real_time_factor}`;
+  #renderAchieved({ paused, real_time_factor: wanted, waiting_for: awaited, participants }, factor, lockstep) {
+    const achieved = `× ${factor >= 10 ? factor.toFixed(0) : factor.toFixed(1)}`;
+    let text = achieved;
+    if (paused) text = 'paused';
+    else if (lockstep && !participants?.length) text = 'lockstep · no participants';
+    else if (lockstep) text = `lockstep · ${awaited?.length ? `waiting for ${awaited.join(', ')}` : achieved}`;
+    else if (wanted) text += ` of ${wanted}`;
     else if (factor < 0.05) text = 'idle';
     say(this.note, text);
-    const slow = !state.paused && !lockstep && state.real_time_factor > 0 && factor < 0.85 * state.real_time_factor;
+    const slow = !paused && !lockstep && wanted > 0 && factor < 0.85 * wanted;
     mark(this.note, 'data-slow', String(slow && this.samples.length > 6));
     mark(this.note, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
   }
@@ -197,7 +200,7 @@ export class TimeBar extends Bar {
   #measure() {
     const [wall, now, { samples }] = [performance.now(), this.app.now(), this];
     const { paused, real_time_factor: rate } = this.app.live.timeState;
-    if (samples.length && (now < samples[samples.length - 1][1] || rate !== this.rate || paused)) samples.length = 0;
+    if (samples.length && (now < samples.at(-1)[1] || rate !== this.rate || paused)) samples.length = 0;
     this.rate = rate;
     samples.push([wall, now]);
     while (samples.length > 2 && samples[0][0] < wall - MEASURED) samples.shift();
