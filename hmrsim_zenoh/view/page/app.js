@@ -104,13 +104,9 @@ export class App {
   }
 
   /** @returns {boolean} Whether requests may be sent: there is a simulator, and the page shows its present. */
-  get commanding() {
-    return this.live?.state === 'live' && !this.live.rewind.active;
-  }
+  get commanding() { return this.live?.state === 'live' && !this.live.rewind.active; }
 
-  now() {
-    return this.clock.now();
-  }
+  now() { return this.clock.now(); }
 
   /** Render the open parts; called a few times per second. */
   render() {

@@ -38,9 +38,7 @@ export class Commands {
     return this.sendGoal(robot, 'dock_robot', { use_dock_id: true, dock_id: dock, navigate_to_staging_pose: true });
   }
 
-  undock(robot) {
-    return this.sendGoal(robot, 'undock_robot', {});
-  }
+  undock(robot) { return this.sendGoal(robot, 'undock_robot', {}); }
 
   async cancel({ robot, action, id }) {
     const answer = await this.connection.get(`${robot}/${action}/_action/cancel_goal`, { goal_info: { goal_id: id } });
@@ -54,40 +52,24 @@ export class Commands {
   }
 
   /** @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`. */
-  injectFault(fault) {
-    return this.#service('inject_fault', fault);
-  }
+  injectFault(fault) { return this.#service('inject_fault', fault); }
 
-  clearFault(name) {
-    return this.#service('clear_fault', { name });
-  }
+  clearFault(name) { return this.#service('clear_fault', { name }); }
 
-  setDoor(name, state) {
-    return this.#service('set_door_state', { name, state });
-  }
+  setDoor(name, state) { return this.#service('set_door_state', { name, state }); }
 
   /** @param {string} stop A waypoint. */
-  callLift(name, stop) {
-    return this.#service('call_lift', { name, stop });
-  }
+  callLift(name, stop) { return this.#service('call_lift', { name, stop }); }
 
-  pause() {
-    return this.#service('set_simulation_state', { state: { state: PAUSED } });
-  }
+  pause() { return this.#service('set_simulation_state', { state: { state: PAUSED } }); }
 
-  resume() {
-    return this.#service('set_simulation_state', { state: { state: PLAYING } });
-  }
+  resume() { return this.#service('set_simulation_state', { state: { state: PLAYING } }); }
 
   /** Step while time is paused. */
-  step(steps = 1) {
-    return this.#service('step_simulation', { steps }, STEP_TIMEOUT);
-  }
+  step(steps = 1) { return this.#service('step_simulation', { steps }, STEP_TIMEOUT); }
 
   /** @param {number} factor Simulated seconds per wall second; 0 for as fast as possible. */
-  setSpeed(factor) {
-    return this.connection.get('_world/time/set', { real_time_factor: factor });
-  }
+  setSpeed(factor) { return this.connection.get('_world/time/set', { real_time_factor: factor }); }
 
   async #service(name, request, timeout = 10) {
     const { result } = await this.connection.get(`_world/${name}`, request, { timeout });

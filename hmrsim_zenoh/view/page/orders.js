@@ -83,9 +83,7 @@ export class Orders {
     this.app.form.open({ title, label: 'Fault', verb: 'Inject', forms, robot: target.robot, send });
   }
 
-  inject(fault) {
-    this.ask(`inject ${actionWords(fault.type)}`, () => this.#inject(fault, fault));
-  }
+  inject(fault) { this.ask(`inject ${actionWords(fault.type)}`, () => this.#inject(fault, fault)); }
 
   async #inject(fault, { robot, door, lane }) {
     await this.app.commands.injectFault(fault).catch(pointToFields);
@@ -129,9 +127,7 @@ export class Orders {
     }
   }
 
-  #may(robot, action) {
-    return this.app.model.robots.get(robot)?.actions.includes(action) ?? false;
-  }
+  #may(robot, action) { return this.app.model.robots.get(robot)?.actions.includes(action) ?? false; }
 
   #nearestDock(name) {
     const [x, y] = this.app.model.robots.get(name)?.poseAt(this.app.now()) ?? [0, 0];

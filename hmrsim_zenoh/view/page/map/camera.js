@@ -58,13 +58,9 @@ export class Camera {
   }
 
   /** The distance of the camera from the center of the uncovered part, in the world's unit. */
-  shiftX(scale) {
-    return (this.insets.right - this.insets.left) / 2 / scale;
-  }
+  shiftX(scale) { return (this.insets.right - this.insets.left) / 2 / scale; }
 
-  shiftY(scale) {
-    return (this.flip * (this.insets.bottom - this.insets.top)) / 2 / scale;
-  }
+  shiftY(scale) { return (this.flip * (this.insets.bottom - this.insets.top)) / 2 / scale; }
 
   /** Zoom by a factor around a point of the screen. */
   zoomAt(px, py, factor, smooth = false) {
@@ -149,28 +145,18 @@ export class Camera {
   }
 
   /** @returns {[number, number]} A point of the world in css pixels. */
-  toScreen([x, y]) {
-    return [this.screenX(x), this.screenY(y)];
-  }
+  toScreen([x, y]) { return [this.screenX(x), this.screenY(y)]; }
 
   /** Return whether a point is on the screen, or at most *margin* css pixels outside. */
   sees(px, py, margin = 0) {
     return px > -margin && py > -margin && px < this.width + margin && py < this.height + margin;
   }
 
-  screenX(x) {
-    return this.width / 2 + (x - this.x) * this.scale;
-  }
+  screenX(x) { return this.width / 2 + (x - this.x) * this.scale; }
 
-  screenY(y) {
-    return this.height / 2 + this.flip * (y - this.y) * this.scale;
-  }
+  screenY(y) { return this.height / 2 + this.flip * (y - this.y) * this.scale; }
 
-  worldX(px) {
-    return this.x + (px - this.width / 2) / this.scale;
-  }
+  worldX(px) { return this.x + (px - this.width / 2) / this.scale; }
 
-  worldY(py) {
-    return this.y + (this.flip * (py - this.height / 2)) / this.scale;
-  }
+  worldY(py) { return this.y + (this.flip * (py - this.height / 2)) / this.scale; }
 }

@@ -38,9 +38,7 @@ function drawDocks(c, frame) {
     }
     if (dock.capacity > 1) {
       c.fillStyle = color;
-      c.font = '600 10px system-ui, sans-serif';
-      c.textAlign = 'right';
-      c.textBaseline = 'bottom';
+      Object.assign(c, { font: '600 10px system-ui, sans-serif', textAlign: 'right', textBaseline: 'bottom' });
       c.fillText(`${taken}/${dock.capacity}`, px + size - 3, py + size - 1);
     }
   }

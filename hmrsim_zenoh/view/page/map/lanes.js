@@ -85,9 +85,7 @@ function drawClosed(c, frame, lanes) {
   const { camera, colors, world, model } = frame;
   const shut = [...world.doors.values()].filter(({ name }) => model.doors.get(name)?.locked);
   const locked = new Set(shut.flatMap((door) => door.lanes));
-  c.strokeStyle = colors.lane_closed;
-  c.lineWidth = 2;
-  c.lineCap = 'butt';
+  Object.assign(c, { strokeStyle: colors.lane_closed, lineWidth: 2, lineCap: 'butt' });
   c.setLineDash([7, 5]);
   strokeLanes(c, camera, lanes);
   c.setLineDash([]);

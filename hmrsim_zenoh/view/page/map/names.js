@@ -20,9 +20,7 @@ export class Room {
     else this.cells.fill(0);
   }
 
-  take(left, top, width, height) {
-    this.walk(left, top, width, height, true);
-  }
+  take(left, top, width, height) { this.walk(left, top, width, height, true); }
 
   /** Return whether a rectangle is free and completely on the screen. */
   free(left, top, width, height) {

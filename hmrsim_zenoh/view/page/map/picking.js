@@ -121,9 +121,7 @@ function robotTooltip(robot, model, time) {
   return `${robot.name} · ${robot.type}, ${is}${goal}${battery}`;
 }
 
-function queue({ queue }) {
-  return queue.length ? `; waiting: ${queue.join(', ')}` : '';
-}
+function queue({ queue }) { return queue.length ? `; waiting: ${queue.join(', ')}` : ''; }
 
 function doorState({ state, locked, jammed }) {
   return `${state}${locked ? ', locked' : ''}${jammed ? ', jammed' : ''}`;

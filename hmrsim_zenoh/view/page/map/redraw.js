@@ -21,9 +21,7 @@ export class Pace {
   }
 
   /** Note that nothing moves, so that the next frame is not late. */
-  rest() {
-    this.before = NaN;
-  }
+  rest() { this.before = NaN; }
 
   /** Note a drawn frame. @param {number} took ms of script */
   add(wallMs, took, ratio) {

@@ -191,9 +191,7 @@ export function itemSize({ camera, model, measures }) {
 }
 
 /** Return whether a point of the world is on the screen, or near it. */
-export function inSight(camera, [x, y]) {
-  return camera.sees(camera.screenX(x), camera.screenY(y), 20);
-}
+export function inSight(camera, [x, y]) { return camera.sees(camera.screenX(x), camera.screenY(y), 20); }
 
 /** Copy a picture around a point, onto whole pixels so that it stays sharp. */
 export function stamp(c, sprite, px, py) {

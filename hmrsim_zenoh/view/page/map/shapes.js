@@ -56,9 +56,7 @@ function drawDriving(c, look, outline, line) {
 /** Draw a body that flies: its shape, small, between four rotors. */
 function drawFlying(c, look, outline, line) {
   const { at, radius, body } = look.rotors;
-  c.strokeStyle = outline;
-  c.lineWidth = Math.max(0.13, line);
-  c.lineCap = 'round';
+  Object.assign(c, { strokeStyle: outline, lineWidth: Math.max(0.13, line), lineCap: 'round' });
   c.beginPath();
   for (const x of [-at, at]) for (const y of [-at, at]) c.moveTo(0, 0), c.lineTo(x, y);
   c.stroke();
@@ -76,15 +74,11 @@ function drawFlying(c, look, outline, line) {
 }
 
 /** Draw a body in units of its footprint; *line* is the width of an outline in these units. */
-export function drawBody(c, look, flies, outline, line) {
-  (flies ? drawFlying : drawDriving)(c, look, outline, line);
-}
+export function drawBody(c, look, flies, outline, line) { (flies ? drawFlying : drawDriving)(c, look, outline, line); }
 
 /** Draw a robot of a few pixels, as an arrowhead. */
 export function drawSmall(c, look, outline, line) {
-  c.lineWidth = line;
-  c.strokeStyle = outline;
-  c.fillStyle = look.color;
+  Object.assign(c, { lineWidth: line, strokeStyle: outline, fillStyle: look.color });
   c.fill(look.small);
   c.stroke(look.small);
 }
@@ -150,9 +144,7 @@ export function inkOn(color) {
 }
 
 /** Return a color with an opacity. @param {string} color #rrggbb */
-export function faint(color, share) {
-  return color + Math.round(share * 255).toString(16).padStart(2, '0');
-}
+export function faint(color, share) { return color + Math.round(share * 255).toString(16).padStart(2, '0'); }
 
 /** Return a mix of two colors. @param {number} share Of the second, from 0 to 1. */
 export function mixed(one, other, share) {

@@ -50,9 +50,7 @@ export class Signs {
   }
 
   /** Return whether no name is in a rectangle of the screen. */
-  free(left, top, width, height) {
-    return this.room.free(left - this.left, top - this.top, width, height);
-  }
+  free(left, top, width, height) { return this.room.free(left - this.left, top - this.top, width, height); }
 
   /** Occupy what names should not cover: walls, pins, docks and resting robots. */
   avoid(frame, dock) {
@@ -104,11 +102,9 @@ export class Signs {
     if (!shown) return;
     c.font = font;
     c.textAlign = 'center';
-    c.textBaseline = 'middle';
-    c.lineJoin = 'round';
-    c.lineWidth = 3;
-    c.strokeStyle = faint(colors.floor, 0.85);
-    c.fillStyle = color;
+    Object.assign(c, {
+      textBaseline: 'middle', lineJoin: 'round', lineWidth: 3, strokeStyle: faint(colors.floor, 0.85), fillStyle: color,
+    });
     const close = camera.scale * measures.meter > CLOSE;
     for (const thing of things.values()) {
       const { name } = thing;

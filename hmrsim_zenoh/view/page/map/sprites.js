@@ -24,9 +24,7 @@ export class Sprites {
   }
 
   /** Clear the cache, as after a change of theme. */
-  clear() {
-    this.kept.clear();
-  }
+  clear() { this.kept.clear(); }
 
   /** Return the picture of a key, drawn around its center if it is not cached. */
   get(key, width, height, draw) {
@@ -45,14 +43,10 @@ export class Sprites {
   }
 
   /** Return the index of the next larger cached radius. */
-  static size(radius) {
-    return Math.ceil(Math.log(radius) / Math.log(STEP) - 1e-6);
-  }
+  static size(radius) { return Math.ceil(Math.log(radius) / Math.log(STEP) - 1e-6); }
 
   /** Return the radius with an index. */
-  static radius(size) {
-    return STEP ** size;
-  }
+  static radius(size) { return STEP ** size; }
 
   /** Return a robot in its state. @param {number} size See `size`. @param {number} heading From 0 to `HEADINGS`. */
   robot(look, flies, state, size, heading) {

@@ -77,15 +77,9 @@ export function drawScaleBar(c, { camera, world, colors }) {
   c.lineTo(left, bottom);
   c.lineTo(left + width, bottom);
   c.lineTo(left + width, bottom - 4);
-  c.lineWidth = 1.5;
-  c.lineCap = 'butt';
-  c.lineJoin = 'miter';
-  c.strokeStyle = colors.muted;
+  Object.assign(c, { lineWidth: 1.5, lineCap: 'butt', lineJoin: 'miter', strokeStyle: colors.muted });
   c.stroke();
-  c.font = NAME_FONT;
-  c.textAlign = 'center';
-  c.textBaseline = 'alphabetic';
-  c.fillStyle = colors.muted;
+  Object.assign(c, { font: NAME_FONT, textAlign: 'center', textBaseline: 'alphabetic', fillStyle: colors.muted });
   c.fillText(text, left + width / 2, bottom - 6);
 }
 

@@ -74,9 +74,7 @@ export class MapView extends EventTarget {
     if (model.world.known) this.worldChanged();
   }
 
-  get theme() {
-    return this._state.theme;
-  }
+  get theme() { return this._state.theme; }
 
   set theme(theme) {
     this._state.theme = theme === 'dark' ? 'dark' : 'light';
@@ -96,14 +94,10 @@ export class MapView extends EventTarget {
   set goalPreview(point) { this._set(this._state, 'goalPreview', point ?? null); }
 
   /** @returns {[number, number]} Css pixels within the element. */
-  toScreen(x, y) {
-    return this.camera.toScreen([x, y]);
-  }
+  toScreen(x, y) { return this.camera.toScreen([x, y]); }
 
   /** @returns {import('./picking.js').Pick} The object at a point of the screen. */
-  pick(px, py) {
-    return pickAt(this, this._poses, px, py);
-  }
+  pick(px, py) { return pickAt(this, this._poses, px, py); }
 
   /** @returns {{name: string, box: number[], line: boolean}[]} The names on the map: left, top, width and height in css pixels. */
   get labels() {
@@ -227,9 +221,7 @@ export class MapView extends EventTarget {
     this._below = point;
   }
 
-  _tell(kind, pick, px, py) {
-    this.dispatchEvent(new CustomEvent(kind, { detail: pick && { ...pick, px, py } }));
-  }
+  _tell(kind, pick, px, py) { this.dispatchEvent(new CustomEvent(kind, { detail: pick && { ...pick, px, py } })); }
 
   _handler() {
     return {

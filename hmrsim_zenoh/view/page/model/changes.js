@@ -10,19 +10,13 @@ const STATE_SCOPE = 2;
  * Return the part of the picture that an event changes, or "".
  * @param {Record<string, {changes?: string, sets?: object}>} texts The `events` of `_world/view`.
  */
-export function partOf(event, texts) {
-  return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || '';
-}
+export function partOf(event, texts) { return (Object.hasOwn(texts, event.kind) && texts[event.kind].changes) || ''; }
 
 /** Return whether an event belongs in the log; motions and routes do not, as there is one for each lane. */
-export function isListed(event, texts) {
-  return !['robots.motion', 'robots.route'].includes(partOf(event, texts));
-}
+export function isListed(event, texts) { return !['robots.motion', 'robots.route'].includes(partOf(event, texts)); }
 
 /** Return whether an event replaces the whole state: a reset or another world. */
-export function restarts(event, texts) {
-  return ['scene', 'world'].includes(partOf(event, texts));
-}
+export function restarts(event, texts) { return ['scene', 'world'].includes(partOf(event, texts)); }
 
 /** Apply an event to a model. */
 export function change(model, event, time) {
@@ -180,6 +174,4 @@ function leaveQueue(model, robot) {
   model.setDock(dock, ({ queue }) => ({ queue: without(queue, robot.name) }));
 }
 
-function without(names, name) {
-  return names.filter((each) => each !== name);
-}
+function without(names, name) { return names.filter((each) => each !== name); }

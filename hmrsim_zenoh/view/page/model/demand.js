@@ -52,9 +52,7 @@ export class Demand {
   }
 
   /** @returns {Order[]} The latest ended orders, oldest first. */
-  get ended() {
-    return this._ended.items;
-  }
+  get ended() { return this._ended.items; }
 
   /** Load the simulator's state. @param {object} demand `_world/demand`. */
   load({ stamp, orders, totals }) {

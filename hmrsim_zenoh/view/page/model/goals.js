@@ -20,9 +20,7 @@ const UNKNOWN = {
 };
 
 /** Return whether a status is that of an active goal. */
-export function isActive(status) {
-  return status >= ACCEPTED && status < SUCCEEDED;
-}
+export function isActive(status) { return status >= ACCEPTED && status < SUCCEEDED; }
 
 /**
  * Return the error of a result, in the fields of Nav2, MoveIt or simulation_interfaces.

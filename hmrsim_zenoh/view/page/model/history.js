@@ -24,9 +24,7 @@ export class Line {
     this.gap *= 2;
   }
 
-  copy() {
-    return new Line(this.gap, this.most, this.points.slice());
-  }
+  copy() { return new Line(this.gap, this.most, this.points.slice()); }
 }
 
 /** The data of charts. */

@@ -3,9 +3,7 @@
 import { partOf } from './changes.js';
 
 /** Return the seconds of a builtin_interfaces/msg/Time or Duration. */
-export function secondsOf(stamp) {
-  return stamp ? (stamp.sec || 0) + (stamp.nanosec || 0) * 1e-9 : 0;
-}
+export function secondsOf(stamp) { return stamp ? (stamp.sec || 0) + (stamp.nanosec || 0) * 1e-9 : 0; }
 
 const number = Number.isFinite;
 const name = (value) => typeof value === 'string';

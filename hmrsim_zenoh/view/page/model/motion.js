@@ -153,9 +153,7 @@ export class Path {
   }
 
   /** @returns {boolean} Whether it goes on after the next point. */
-  get goesOn() {
-    return this._next < this._points.length - 1;
-  }
+  get goesOn() { return this._next < this._points.length - 1; }
 
   /** Return the path at the beginning of a motion. */
   on(motion) {
@@ -186,15 +184,9 @@ export class Path {
 export const NO_PATH = new Path(NONE, NONE, 0, false);
 
 /** Return the point halfway between two points. @returns {Point} */
-export function middle([ax, ay], [bx, by]) {
-  return [(ax + bx) / 2, (ay + by) / 2];
-}
+export function middle([ax, ay], [bx, by]) { return [(ax + bx) / 2, (ay + by) / 2]; }
 
 /** Return whether two points are the same. */
-export function samePlace(a, b) {
-  return Math.abs(a[0] - b[0]) <= SAME_PLACE && Math.abs(a[1] - b[1]) <= SAME_PLACE;
-}
+export function samePlace(a, b) { return Math.abs(a[0] - b[0]) <= SAME_PLACE && Math.abs(a[1] - b[1]) <= SAME_PLACE; }
 
-function apart(a, b) {
-  return Math.hypot(a[0] - b[0], a[1] - b[1]);
-}
+function apart(a, b) { return Math.hypot(a[0] - b[0], a[1] - b[1]); }

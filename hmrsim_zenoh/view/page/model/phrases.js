@@ -34,24 +34,16 @@ export function pointWords(point, units) {
 }
 
 /** Return a share as 87 %. @param {number} share From 0 to 1. */
-export function shareWords(share) {
-  return `${Math.round(share * 100)} %`;
-}
+export function shareWords(share) { return `${Math.round(share * 100)} %`; }
 
 /** Return a number with four digits. */
-export function numberWords(value) {
-  return String(+value.toPrecision(4));
-}
+export function numberWords(value) { return String(+value.toPrecision(4)); }
 
 /** Return a name in words: navigate to pose. */
-export function actionWords(name) {
-  return name.replaceAll('_', ' ');
-}
+export function actionWords(name) { return name.replaceAll('_', ' '); }
 
 /** Return a name as a title: Navigate to pose. */
-export function inWords(name) {
-  return name.charAt(0).toUpperCase() + actionWords(name.slice(1));
-}
+export function inWords(name) { return name.charAt(0).toUpperCase() + actionWords(name.slice(1)); }
 
 /** The verbs of actions that are followed by a destination. */
 const VERBS = { navigate_to_pose: 'go', navigate_through_poses: 'go', dock_robot: 'dock', drive_on_heading: 'drive' };
@@ -112,9 +104,7 @@ function toPose(stamped, world) {
   return `to ${world?.nameAt([x, y]) || `(${number(x)}, ${number(y)})`}`;
 }
 
-function number(value) {
-  return String(+Number(value).toFixed(Math.abs(value) < 100 ? 2 : 1));
-}
+function number(value) { return String(+Number(value).toFixed(Math.abs(value) < 100 ? 2 : 1)); }
 
 const DOCKING = ['waiting for a berth', 'to the staging pose', 'docking', 'docking', 'waiting for charge', 'retrying'];
 

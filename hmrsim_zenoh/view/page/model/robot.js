@@ -73,29 +73,19 @@ export class Robot {
   }
 
   /** Return the remaining length of the path, without rides in lifts. */
-  distanceRemaining(time) {
-    return this._path.remaining(this.poseAt(time));
-  }
+  distanceRemaining(time) { return this._path.remaining(this.poseAt(time)); }
 
   /** @returns {number} The end of the last known motion. */
-  get ends() {
-    return (this._coming.at(-1) ?? this.motion)?.ends ?? -Infinity;
-  }
+  get ends() { return (this._coming.at(-1) ?? this.motion)?.ends ?? -Infinity; }
 
   /** @returns {readonly Point[]} The remaining points of the path; none at rest. */
-  get route() {
-    return this._path.ahead;
-  }
+  get route() { return this._path.ahead; }
 
   /** @returns {[number, number, number][]} The driven trail as x, y and time; oldest first, without the current position. */
-  get driven() {
-    return this._driven.items;
-  }
+  get driven() { return this._driven.items; }
 
   /** @returns {import('./goals.js').Goal|null} The goal that occupies it, or null. */
-  get goal() {
-    return this.goals.findLast(({ action }) => !BESIDE.has(action)) ?? null;
-  }
+  get goal() { return this.goals.findLast(({ action }) => !BESIDE.has(action)) ?? null; }
 
   /** Begin a motion. @param {...Motion} coming The motions after that. */
   begin(motion, ...coming) {
@@ -163,9 +153,7 @@ export class Robot {
   }
 
   /** Return the robots that hold it up, by name: those in its way, or in the dock for which it queues. */
-  heldBy(model) {
-    return this.waiting?.for ?? (this.queue && model.docks.get(this.queue.dock)?.docked) ?? NONE;
-  }
+  heldBy(model) { return this.waiting?.for ?? (this.queue && model.docks.get(this.queue.dock)?.docked) ?? NONE; }
 
   /** Move aside for another robot, along the next path of `take`, and wait there. */
   makeRoom(by) {
@@ -179,23 +167,15 @@ export class Robot {
     this.setAilments(why === null ? others : { ...others, [what]: why });
   }
 
-  setAilments(ailments) {
-    this.ailments = Object.keys(ailments).length ? ailments : WELL;
-  }
+  setAilments(ailments) { this.ailments = Object.keys(ailments).length ? ailments : WELL; }
 
   /** @returns {object} What `restore` takes. */
-  saved() {
-    return { ...this, _driven: this._driven.copy() };
-  }
+  saved() { return { ...this, _driven: this._driven.copy() }; }
 
-  restore(saved) {
-    Object.assign(this, saved, { _driven: saved._driven.copy() });
-  }
+  restore(saved) { Object.assign(this, saved, { _driven: saved._driven.copy() }); }
 
   /** Forget the driven trail. */
-  forgetDriven() {
-    this._driven.clear();
-  }
+  forgetDriven() { this._driven.clear(); }
 
   /** Stand still from a time on. */
   _stand(time, at) {
@@ -211,9 +191,7 @@ export class Robot {
     this._path = NO_PATH;
   }
 
-  _follow(motion) {
-    this._track = motion.after(this._track === NOWHERE ? null : this._track);
-  }
+  _follow(motion) { this._track = motion.after(this._track === NOWHERE ? null : this._track); }
 
   _drivenTo(x, y, time) {
     const { last } = this._driven;

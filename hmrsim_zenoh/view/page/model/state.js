@@ -37,9 +37,7 @@ export class State extends EventTarget {
   _touched = new Set();
 
   /** @returns {object[]} The latest 5,000 events or more with their times `t`, without motions and routes; oldest first. */
-  get events() {
-    return this._events.items;
-  }
+  get events() { return this._events.items; }
 
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
@@ -122,17 +120,11 @@ export class State extends EventTarget {
     this.touch('scene', 'robots');
   }
 
-  setDoor(name, more) {
-    this._change(this.doors, name, (door) => ({ ...door, ...more }));
-  }
+  setDoor(name, more) { this._change(this.doors, name, (door) => ({ ...door, ...more })); }
 
-  setLift(name, more) {
-    this._change(this.lifts, name, (lift) => moved(lift, more));
-  }
+  setLift(name, more) { this._change(this.lifts, name, (lift) => moved(lift, more)); }
 
-  setDock(name, more) {
-    this._change(this.docks, name, (dock) => ({ ...dock, ...more(dock) }));
-  }
+  setDock(name, more) { this._change(this.docks, name, (dock) => ({ ...dock, ...more(dock) })); }
 
   setCharge(robot, time, percentage, charging) {
     robot.battery = { percentage, charging };
@@ -141,9 +133,7 @@ export class State extends EventTarget {
   }
 
   /** Return the reason for which a lane is closed in either direction; undefined if it is open. */
-  closureOf({ key, from, to }) {
-    return this.closedLanes.get(key) ?? this.closedLanes.get(`${to}|${from}`);
-  }
+  closureOf({ key, from, to }) { return this.closedLanes.get(key) ?? this.closedLanes.get(`${to}|${from}`); }
 
   /** @param {string|null} why Null to open it. */
   closeLane(lane, why) {
@@ -225,6 +215,4 @@ export class State extends EventTarget {
   }
 }
 
-function copyOf(map) {
-  return new map.constructor(map);
-}
+function copyOf(map) { return new map.constructor(map); }

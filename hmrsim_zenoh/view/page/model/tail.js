@@ -18,9 +18,7 @@ export class Tail {
   }
 
   /** @returns {T|undefined} The latest item. */
-  get last() {
-    return this._kept[this.length - 1];
-  }
+  get last() { return this._kept[this.length - 1]; }
 
   push(item) {
     if (this.length >= this._most * 1.5) this._kept = this._kept.slice(this.length - this._most + 1, this.length);
@@ -33,7 +31,5 @@ export class Tail {
     this.length = 0;
   }
 
-  copy() {
-    return Object.assign(new Tail(this._most), this);
-  }
+  copy() { return Object.assign(new Tail(this._most), this); }
 }

@@ -44,9 +44,7 @@ export class World {
   }
 
   /** @returns {boolean} Whether there is a world. */
-  get known() {
-    return this.given !== undefined;
-  }
+  get known() { return this.given !== undefined; }
 
   /** Return the index of a robot type, for its color and shape; an unknown type gets the next index. */
   typeIndex(name) {
@@ -55,14 +53,10 @@ export class World {
   }
 
   /** Return the coordinates of a named waypoint, place or dock; null if there is none. */
-  point(name) {
-    return (this.waypoints.get(name) ?? this.places.get(name) ?? this.docks.get(name))?.at ?? null;
-  }
+  point(name) { return (this.waypoints.get(name) ?? this.places.get(name) ?? this.docks.get(name))?.at ?? null; }
 
   /** Return the name of the place, dock or waypoint at a point, or "". */
-  nameAt(at) {
-    return this._named.get(spot(at, this._cell)) ?? '';
-  }
+  nameAt(at) { return this._named.get(spot(at, this._cell)) ?? ''; }
 
   /** Return a text with names instead of the coordinates of named points. */
   withNames(text) {
@@ -112,10 +106,6 @@ export function nearestOn(a, b, x, y) {
 }
 
 /** @template {{name: string}} T */
-function byName(things) {
-  return new Map(things.map((thing) => [thing.name, thing]));
-}
+function byName(things) { return new Map(things.map((thing) => [thing.name, thing])); }
 
-function spot([x, y], size = EXACT) {
-  return `${Math.round(x / size)}|${Math.round(y / size)}`;
-}
+function spot([x, y], size = EXACT) { return `${Math.round(x / size)}|${Math.round(y / size)}`; }

@@ -109,9 +109,7 @@ export function sign(group, word) {
 const SPARE = 4; // rows above and below the visible ones
 
 /** Return a value that the browser remembers for this page; null if there is none, undefined if storage is disabled. */
-export function recall(key) {
-  return ifStored(() => localStorage.getItem(key));
-}
+export function recall(key) { return ifStored(() => localStorage.getItem(key)); }
 
 /** Remember a value in the browser, if its settings allow that. */
 export function remember(key, value) {
@@ -166,9 +164,7 @@ export class Rows {
   }
 
   /** Scroll to the first row. */
-  toTop() {
-    this.element.scrollTop = this.top = 0;
-  }
+  toTop() { this.element.scrollTop = this.top = 0; }
 
   #moved() {
     this.top = this.element.scrollTop;
@@ -223,19 +219,13 @@ export class ListPanel {
   }
 
   /** Put the tools above the list. */
-  place(...tools) {
-    this.element = el('div', { class: 'panel-body' }, ...tools, this.rows.empty, this.rows.element);
-  }
+  place(...tools) { this.element = el('div', { class: 'panel-body' }, ...tools, this.rows.empty, this.rows.element); }
 
   /** Show the list after a change of a tool. */
-  changed() {
-    this.render();
-  }
+  changed() { this.render(); }
 
   /** Return the text to search for, in lower case. */
-  get text() {
-    return this.filter.value.trim().toLowerCase();
-  }
+  get text() { return this.filter.value.trim().toLowerCase(); }
 }
 
 /**

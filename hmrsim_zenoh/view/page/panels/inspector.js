@@ -34,9 +34,7 @@ export class Inspector {
     return el('div', { class: 'actions' }, ...(live ? [this.go, this.act, this.dock, this.cancel, this.fault] : []), this.follow);
   }
 
-  get #robot() {
-    return this.app.model.robots.get(this.app.map.selected);
-  }
+  get #robot() { return this.app.model.robots.get(this.app.map.selected); }
 
   render() {
     const robot = this.#robot;

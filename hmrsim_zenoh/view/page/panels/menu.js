@@ -36,9 +36,7 @@ export class Menu {
     return el('button', { type: 'button', role: 'menuitem', class: 'menu-item', tabindex: '-1', onclick }, icon(picture), el('span', { text }));
   }
 
-  #items() {
-    return [...this.element.querySelectorAll('[role=menuitem]')];
-  }
+  #items() { return [...this.element.querySelectorAll('[role=menuitem]')]; }
 
   #key(event) {
     const items = this.#items();

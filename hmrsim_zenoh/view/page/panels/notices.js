@@ -1,7 +1,7 @@
 // Messages to people: the banner about a lost connection, hints, and toasts.
 
-import { button, el, mark, recall, remember, say } from './dom.js';
 import { lastingWords } from '../model/phrases.js';
+import { button, el, mark, recall, remember, say } from './dom.js';
 
 const TEXTS = {
   connecting: 'Connecting to the simulator…',
@@ -23,12 +23,9 @@ export class Banner {
 
   #changed() {
     const { state } = this.app.live;
-    if (state === 'live') {
-      if (this.missed) this.app.toasts.show('good', 'Reconnected to the simulator.');
-      this.missed = false;
-    } else if (!this.missed) {
-      this.began = performance.now();
-    }
+    if (state === 'live' && this.missed) this.app.toasts.show('good', 'Reconnected to the simulator.');
+    if (state === 'live') this.missed = false;
+    else if (!this.missed) this.began = performance.now();
     if (state === 'lost' || state === 'no server') this.missed = this.app.shown;
     this.render();
   }
@@ -40,7 +37,7 @@ export class Banner {
     this.element.hidden = state === 'live' || (state === 'connecting' && lasted < PATIENCE);
     if (this.element.hidden) return;
     mark(this.element, 'data-state', state);
-    say(this.text, this.missed && state === 'connecting' ? TEXTS.lost : TEXTS[state]);
+    say(this.text, TEXTS[this.missed && state === 'connecting' ? 'lost' : state]);
     say(this.since, `for ${lastingWords(Math.floor(lasted / 1000)).replace('.0', '')}`);
   }
 }
@@ -64,7 +61,7 @@ export class Hint {
     say(this.text, text);
     say(this.key, key);
     this.key.hidden = key === '';
-    this.close.hidden = true;
+    this.close.hidden = !this.welcomes;
     this.element.hidden = text === '';
     if (lasts) this.timer = setTimeout(() => (this.element.hidden = true), lasts);
   }
@@ -72,11 +69,10 @@ export class Hint {
   /** Show how to begin, once in each browser. */
   welcome() {
     if (!this.app.live || recall(KEY) !== null) return;
-    this.welcomes = true;
     const touch = matchMedia('(pointer: coarse)').matches;
     const more = touch ? ' Hold for more.' : innerWidth > WIDE ? ' Right click for more.' : '';
+    this.welcomes = true;
     this.show(`${touch ? 'Tap' : 'Click'} a robot, then its goal.${more}`);
-    this.close.hidden = false;
   }
 
   /** Hide the welcome after a click. */

@@ -20,9 +20,7 @@ export class OrdersPanel extends ListPanel {
   }
 
   /** @param {boolean} seen Whether the panel is open; only then are orders requested. */
-  seen(seen) {
-    this.app.live?.watchDemand(seen);
-  }
+  seen(seen) { this.app.live?.watchDemand(seen); }
 
   render() {
     const { demand, world } = this.app.model;

@@ -47,9 +47,7 @@ export class Side {
     this.tabs = el('div', { class: 'tabs', role: 'group', 'aria-label': 'Panels' }, ...this.buttons.values());
   }
 
-  toggle(name) {
-    this.show(this.open === name ? null : name);
-  }
+  toggle(name) { this.show(this.open === name ? null : name); }
 
   show(name) {
     const next = this.panels[name] ? name : null;
@@ -134,9 +132,7 @@ export class Theme {
     DARK.addEventListener('change', () => this.begin());
   }
 
-  begin() {
-    this.set(this.app.asked.get('theme') ?? recall(KEY) ?? (DARK.matches ? 'dark' : 'light'));
-  }
+  begin() { this.set(this.app.asked.get('theme') ?? recall(KEY) ?? (DARK.matches ? 'dark' : 'light')); }
 
   toggle() {
     this.set(this.name === 'dark' ? 'light' : 'dark');

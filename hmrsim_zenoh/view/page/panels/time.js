@@ -24,9 +24,7 @@ class Scrubber {
     this.element = el('div', { class: 'track' }, this.marks, this.range);
   }
 
-  get #length() {
-    return Math.max(this.timeline.end - this.timeline.begin, 1e-9);
-  }
+  get #length() { return Math.max(this.timeline.end - this.timeline.begin, 1e-9); }
 
   /** @param {number} time The time of the thumb. */
   render(time) {
@@ -75,13 +73,9 @@ class Bar {
     else this.timeline.play();
   }
 
-  stepOnce() {
-    this.#move(STEP);
-  }
+  stepOnce() { this.#move(STEP); }
 
-  back() {
-    this.#move(-BACK);
-  }
+  back() { this.#move(-BACK); }
 
   #move(seconds) {
     this.timeline.pause();
@@ -116,9 +110,7 @@ export class Player extends Bar {
     this.element.append(previous, this.play, next, this.words, this.scrubber.element, this.pace);
   }
 
-  render() {
-    this.show(this.timeline.time, !this.timeline.playing, 'Play');
-  }
+  render() { this.show(this.timeline.time, !this.timeline.playing, 'Play'); }
 }
 
 export class TimeBar extends Bar {

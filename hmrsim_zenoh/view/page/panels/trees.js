@@ -19,9 +19,7 @@ export class TreesPanel {
   }
 
   /** @param {boolean} seen Whether the panel is open; only then are trees requested. */
-  seen(seen) {
-    this.app.live?.watchTrees(seen);
-  }
+  seen(seen) { this.app.live?.watchTrees(seen); }
 
   render() {
     const { trees } = this.app.model;

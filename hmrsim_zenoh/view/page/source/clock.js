@@ -33,14 +33,10 @@ export class SimClock {
   #began = 0;
 
   /** Return the simulated seconds that the page shows. */
-  now(wallMs = performance.now()) {
-    return this.#held ?? this.live(wallMs);
-  }
+  now(wallMs = performance.now()) { return this.#held ?? this.live(wallMs); }
 
   /** Show a past time; null for the present. */
-  hold(seconds) {
-    this.#held = seconds;
-  }
+  hold(seconds) { this.#held = seconds; }
 
   /** Return the simulated seconds of the present. */
   live(wallMs = performance.now()) {
@@ -100,9 +96,7 @@ export class SimClock {
     this.#backSince = null;
   }
 
-  get #flows() {
-    return this.factor > 0 && !this.paused;
-  }
+  get #flows() { return this.factor > 0 && !this.paused; }
 
   /** Advance at the known rate, slightly faster or slower to correct an error. */
   #flow(wallMs, elapsed) {

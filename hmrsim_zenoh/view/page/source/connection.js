@@ -79,9 +79,7 @@ export class Connection extends EventTarget {
    * @param {{timeout?: number}} [options] seconds
    * @returns {Promise<[string, any][]>} The keys and payloads of all replies.
    */
-  getAll(key, options = {}) {
-    return this.#request(key, undefined, options);
-  }
+  getAll(key, options = {}) { return this.#request(key, undefined, options); }
 
   #request(key, payload, { timeout = 5 }) {
     if (!this.connected) return Promise.reject(new RequestError('the server of this page is not there'));
@@ -113,13 +111,9 @@ export class Connection extends EventTarget {
     if (was) this.dispatchEvent(new Event('close'));
   }
 
-  #send(message) {
-    this.#socket?.send(JSON.stringify(message));
-  }
+  #send(message) { this.#socket?.send(JSON.stringify(message)); }
 
-  #ask(id, { key, latest, every }) {
-    this.#send({ op: 'subscribe', id, key, latest, every });
-  }
+  #ask(id, { key, latest, every }) { this.#send({ op: 'subscribe', id, key, latest, every }); }
 
   #take(message) {
     switch (message.op) {

@@ -87,9 +87,7 @@ export class Live extends EventTarget {
   }
 
   /** Follow the behavior trees, or stop following them. */
-  watchTrees(on) {
-    this.#watch('trees', on ? '*/_tree' : null, 0.2);
-  }
+  watchTrees(on) { this.#watch('trees', on ? '*/_tree' : null, 0.2); }
 
   /** Follow the orders of the world, or stop following them. */
   watchDemand(on) {
@@ -97,14 +95,10 @@ export class Live extends EventTarget {
   }
 
   /** Follow the detections of one robot, or of none. */
-  watchDetections(robot) {
-    this.#watch('detections', robot && `${robot}/detections`, 0.1);
-  }
+  watchDetections(robot) { this.#watch('detections', robot && `${robot}/detections`, 0.1); }
 
   /** Follow the feedback of one robot's goals, or of none. */
-  watchFeedback(robot) {
-    this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1);
-  }
+  watchFeedback(robot) { this.#watch('feedback', robot && `${robot}/*/_action/feedback`, 0.1); }
 
   /** Follow a key in place of the previous one of *name*: first its latest value, then what is published. */
   #watch(name, key, every, take = (from, payload) => this.#change(from, payload)) {
@@ -159,9 +153,7 @@ export class Live extends EventTarget {
     this.dispatchEvent(new CustomEvent('time', { detail: state }));
   }
 
-  async #getTime() {
-    this.#receiveTime(valid('_world/time/state', await this.#connection.get('_world/time/state')));
-  }
+  async #getTime() { this.#receiveTime(valid('_world/time/state', await this.#connection.get('_world/time/state'))); }
 
   /** Start again after a loss of events. */
   #loseAll() {

@@ -38,9 +38,7 @@ export class Timeline extends EventTarget {
   }
 
   /** @returns {number} Seconds of the samples per wall second. */
-  get speed() {
-    return this._speed;
-  }
+  get speed() { return this._speed; }
 
   set speed(speed) {
     if (!(speed > 0)) throw new RangeError(`speed must be positive, got ${speed}`);
@@ -96,9 +94,7 @@ export class Timeline extends EventTarget {
   }
 
   /** Return the offset of simulated time at a sample. */
-  offsetAt(_sample, before) {
-    return before;
-  }
+  offsetAt(_sample, before) { return before; }
 
   /** Bring the model to the current time. */
   _show(wallMs = performance.now()) {
@@ -155,9 +151,7 @@ export class Playback extends Timeline {
   }
 
   /** @returns {[number, string, any][]} The seconds, key and payload of all samples. */
-  samples() {
-    return this._samples;
-  }
+  samples() { return this._samples; }
 
   offsetAt([time, key, payload], before) {
     if (key !== '_world/events' && key !== '_world/scene') return before;

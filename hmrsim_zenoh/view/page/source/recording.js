@@ -14,9 +14,7 @@ async function answerOf(address) {
  * and may be truncated.
  * @param {string} address Of `/source`, with any token.
  */
-export async function fetchSource(address) {
-  return (await answerOf(address)).json();
-}
+export async function fetchSource(address) { return (await answerOf(address)).json(); }
 
 /**
  * Fetch a recording; if the transfer breaks off, the recording is truncated.

@@ -25,33 +25,21 @@ export class Rewind extends Timeline {
   }
 
   /** @returns {boolean} Whether the page shows the past. */
-  get active() {
-    return this.#hidden !== null;
-  }
+  get active() { return this.#hidden !== null; }
 
   /** @returns {Model} The model of the present. */
-  get head() {
-    return this.#hidden ?? this._model;
-  }
+  get head() { return this.#hidden ?? this._model; }
 
   /** @returns {number} The present. */
-  get end() {
-    return this.#live.live();
-  }
+  get end() { return this.#live.live(); }
 
   /** @returns {number} The time that is shown. */
-  get time() {
-    return this.active ? this._past : this.end;
-  }
+  get time() { return this.active ? this._past : this.end; }
 
-  set time(seconds) {
-    this._past = seconds;
-  }
+  set time(seconds) { this._past = seconds; }
 
   /** @returns {number} The time of the latest sample; infinite before there is any. */
-  get latest() {
-    return this._keyframes.length ? (this._samples.at(-1)?.[0] ?? this.begin) : Infinity;
-  }
+  get latest() { return this._keyframes.length ? (this._samples.at(-1)?.[0] ?? this.begin) : Infinity; }
 
   /** Keep the state of the present, from which the past begins. */
   start(time) {
