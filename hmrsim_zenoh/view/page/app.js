@@ -51,15 +51,14 @@ export class App {
   }
 
   #place() {
-    const corner = el('div', { class: 'card corner-tools' }, this.theme.button,
-      button('help', 'Keyboard shortcuts', () => this.keyboard.help(), { key: '?' }));
+    const help = button('help', 'Keyboard shortcuts', () => this.keyboard.help(), { key: '?' });
     const zoom = el('div', { class: 'card zoom', role: 'group', 'aria-label': 'Map' },
       button('plus', 'Zoom in', () => this.zoom(1.35), { key: '+' }), button('minus', 'Zoom out', () => this.zoom(1 / 1.35), { key: '-' }),
       button('fit', 'Show all', () => this.fit(), { key: '0' }), this.legendButton);
     this.panels.tabs.classList.add('card');
     document.getElementById('shell').append(
       el('div', { class: 'top' }, el('div', { class: 'card brand' }, this.summary.element, this.search.element),
-        this.hint.element, el('div', { class: 'top-right' }, this.panels.tabs, corner)),
+        this.hint.element, el('div', { class: 'top-right' }, this.panels.tabs, el('div', { class: 'card corner-tools' }, this.theme.button, help))),
       el('div', { class: 'right' }, this.inspector.element, this.panels.element), zoom, this.legend.element,
       el('div', { class: 'bottom' }, this.toasts.element, this.time.element),
       this.banner.element, this.menu.element, this.form.element, this.keyboard.element);
@@ -74,18 +73,13 @@ export class App {
     });
     map.addEventListener('follow', () => this.render());
     this.model.addEventListener('world', () => this.layout());
-    this.model.addEventListener('unreadable', ({ detail }) => this.#tellUnreadable(`on ${detail} `));
     if (this.model.unreadable) this.#tellUnreadable('in this recording ');
+    else this.model.addEventListener('unreadable', ({ detail }) => this.#tellUnreadable(`on ${detail} `), { once: true });
     PHONE.addEventListener('change', () => this.layout());
     addEventListener('resize', () => this.layout());
   }
 
-  /** Report once that some messages are invalid. */
-  #tellUnreadable(where) {
-    if (this.toldUnreadable) return;
-    this.toldUnreadable = true;
-    this.toasts.show('error', `A message ${where}can't be read and is ignored.`, 'Further ones are ignored without notice.');
-  }
+  #tellUnreadable(where) { this.toasts.show('error', `A message ${where}can't be read and is ignored.`, 'Further ones are ignored without notice.'); }
 
   /** Start when the first world has arrived. */
   begin() {

@@ -22,16 +22,11 @@ const WAITING = {
 const asked = new URLSearchParams(location.search);
 
 /** Return an address of this server, with the page's token. */
-function address(path) {
+function address(path, protocol = location.protocol) {
   const url = new URL(path, location.href);
+  url.protocol = protocol;
   const token = asked.get('token');
   if (token) url.searchParams.set('token', token);
-  return url;
-}
-
-function socketAddress() {
-  const url = address('ws');
-  url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
   return url.href;
 }
 
@@ -42,7 +37,7 @@ const say = (text) => (loading.lastElementChild.textContent = text);
 async function sourceOf() {
   for (;;) {
     try {
-      return await fetchSource(address('source').href);
+      return await fetchSource(address('source'));
     } catch (error) {
       say(`${error.message}. Trying again…`);
       await new Promise((resolve) => setTimeout(resolve, RETRY));
@@ -53,50 +48,47 @@ async function sourceOf() {
 async function begin() {
   const palette = await (await fetch(address('palette.json'))).json();
   const source = await sourceOf();
-  const model = new Model();
-  const clock = new SimClock();
+  const [model, clock] = [new Model(), new SimClock()];
   const parts = { model, clock, palette, asked };
   if (source.kind === 'recording') {
     const onProgress = (share) => say(`Loading ${source.name}, ${Math.round(share * 100)} %`);
-    const recording = await fetchRecording(source, address('recording').href, onProgress);
-    parts.playback = new Playback(recording, model, clock);
+    parts.playback = new Playback(await fetchRecording(source, address('recording'), onProgress), model, clock);
   } else {
-    parts.connection = new Connection(socketAddress());
+    parts.connection = new Connection(address('ws', location.protocol === 'https:' ? 'wss:' : 'ws:'));
     parts.commands = new Commands(parts.connection, model, clock);
     parts.live = new Live(parts.connection, model, clock, async () => (await fetch(address('log'))).json());
   }
-  const map = new MapView(document.getElementById('map'), model, clock, palette);
-  run(new App({ ...parts, map }), parts, map);
+  parts.map = new MapView(document.getElementById('map'), model, clock, palette);
+  run(new App(parts), parts);
 }
 
-function run(app, parts, map) {
+function run(app, { model, map, clock, live, playback, connection, commands }) {
   let next = 0;
   const frame = (wallMs) => {
     requestAnimationFrame(frame);
     guarded(map.element, () => map.draw(wallMs));
     if (wallMs < next) return;
     next = wallMs + PANELS;
-    parts.live?.flush();
+    live?.flush();
     app.render();
   };
   requestAnimationFrame(frame);
   const root = document.documentElement;
   const tell = () => {
-    root.dataset.state = parts.live?.state ?? 'recording';
-    if (!app.shown) say(WAITING[parts.live?.state] ?? WAITING.connecting);
+    root.dataset.state = live?.state ?? 'recording';
+    if (!app.shown) say(WAITING[live?.state] ?? WAITING.connecting);
   };
-  parts.live?.addEventListener('state', tell);
+  live?.addEventListener('state', tell);
   tell();
   const ready = () => {
-    if (app.shown || !parts.model.world.known) return;
+    if (app.shown || !model.world.known) return;
     loading.remove();
     root.dataset.ready = 'true';
     app.begin();
-    const { model, clock, live, playback, connection, commands } = parts;
     window.hmrsim = { model, map, clock, live, playback, connection, commands, version: model.info?.hmrsim ?? '' };
   };
-  parts.model.addEventListener('scene', ready);
-  if (parts.model.robots.size) ready();
+  model.addEventListener('scene', ready);
+  if (model.robots.size) ready();
 }
 
 begin().catch((error) => {

@@ -13,14 +13,13 @@ const PATIENCE = {
 };
 
 export class Orders {
-  constructor(app, patience = PATIENCE) {
+  constructor(app) {
     this.app = app;
-    this.patience = patience;
   }
 
   /** Send a robot to a picked object: into a dock, or to the point. */
   send(robot, pick) {
-    if (pick.kind === 'dock' && this.#may(robot, 'dock_robot')) this.sendToDock(robot, pick.name);
+    if (pick.kind === 'dock' && this.#robot(robot)?.actions.includes('dock_robot')) this.sendToDock(robot, pick.name);
     else this.sendToPoint(robot, pick);
   }
 
@@ -34,26 +33,26 @@ export class Orders {
   sendToPoint(robot, pick) {
     this.app.aim(null);
     const to = this.#nameOf(pick);
-    this.ask(`send ${robot} to ${to}`, async () => this.#begun(await this.app.commands.goTo(robot, pick.point)), `${robot} is driving to ${to}.`);
+    this.#drive(`send ${robot} to ${to}`, () => this.app.commands.goTo(robot, pick.point), `${robot} is driving to ${to}.`);
   }
 
   /** Return the name of a picked object, or of the object at its point, or else the coordinates. */
   #nameOf({ kind, name, point }) {
     const { world } = this.app.model;
     if (kind === 'door') return `door ${name}`;
-    const named = ['floor', 'lane'].includes(kind) ? world.nameAt(point) : name;
-    return named || pointWords(point, world.units);
+    return (['floor', 'lane'].includes(kind) ? world.nameAt(point) : name) || pointWords(point, world.units);
   }
 
   /** @param {string} [dock] By default the nearest free one. */
   sendToDock(robot, dock = this.#nearestDock(robot)) {
     this.app.aim(null);
-    this.ask(`dock ${robot} at ${dock}`, async () => this.#begun(await this.app.commands.dock(robot, dock)), `${robot} is driving to ${dock}.`);
+    this.#drive(`dock ${robot} at ${dock}`, () => this.app.commands.dock(robot, dock), `${robot} is driving to ${dock}.`);
   }
 
-  undock(robot) {
-    this.ask(`undock ${robot}`, async () => this.#begun(await this.app.commands.undock(robot)), `${robot} is undocking.`);
-  }
+  undock(robot) { this.#drive(`undock ${robot}`, () => this.app.commands.undock(robot), `${robot} is undocking.`); }
+
+  /** Send a goal, and report whether it has begun. */
+  #drive(what, send, done) { this.ask(what, async () => this.#begun(await send()), done); }
 
   /**
    * Open the form for a goal of any action that a robot serves.
@@ -61,21 +60,21 @@ export class Orders {
    * @param {Record<string, any>} [values] Initial values by dotted path.
    */
   fillInGoal(robot, chosen = 'navigate_to_pose', values = {}) {
-    const { actions } = this.app.model.forms;
-    const serves = this.app.model.robots.get(robot)?.actions ?? [];
-    const forms = Object.fromEntries(Object.entries(actions).filter(([name]) => serves.includes(name)));
-    if (!Object.keys(forms).length) return this.app.toasts.show('error', `${robot} serves no actions`);
+    const { model, commands, toasts, form } = this.app;
+    const serves = this.#robot(robot)?.actions ?? [];
+    const forms = Object.fromEntries(Object.entries(model.forms.actions).filter(([name]) => serves.includes(name)));
+    if (!Object.keys(forms).length) return toasts.show('error', `${robot} serves no actions`);
     const send = async (action, goal) => {
-      await this.#begun(await this.app.commands.sendGoal(robot, action, goal).catch(pointToFields));
-      this.app.toasts.show('good', `${robot}: ${forms[action].title} accepted.`);
+      await this.#begun(await commands.sendGoal(robot, action, goal).catch(pointToFields));
+      toasts.show('good', `${robot}: ${forms[action].title} accepted.`);
     };
-    return this.app.form.open({ title: `Send a goal to ${robot}`, label: 'Action', verb: 'Send', forms, chosen, values, robot, send });
+    return form.open({ title: `Send a goal to ${robot}`, label: 'Action', verb: 'Send', forms, chosen, values, robot, send });
   }
 
   /** Open the form for a fault. */
   fillInFault(target) {
     const [kind, name] = Object.entries(target)[0];
-    const carries = this.app.model.robots.get(target.robot)?.components ?? [];
+    const carries = this.#robot(target.robot)?.components ?? [];
     const forms = Object.fromEntries(Object.entries(this.app.model.forms.faults).filter(([, { subject, component }]) =>
       subject === kind && (component === undefined || carries.includes(component))));
     const send = (type, values) => this.#inject({ type, ...target, settings: JSON.stringify(values) }, target);
@@ -92,15 +91,14 @@ export class Orders {
 
   /** Wait until a goal has begun; throw the reason if it is aborted at once. */
   async #begun(id) {
-    const { model } = this.app;
-    const known = () => model.goals.get(id);
+    const known = () => this.app.model.goals.get(id);
     let [stage, looks] = ['', 0];
-    for (let waited = 0; waited < this.patience.sent; waited += 1) {
+    for (let waited = 0; waited < PATIENCE.sent; waited += 1) {
       const before = stage;
       stage = stageOf(known());
       if (stage === 'ended') break;
       looks = stage !== before || this.#isFirstInstant(known()) ? 0 : looks + 1;
-      if (looks >= this.patience[stage]) break;
+      if (looks >= PATIENCE[stage]) break;
       await new Promise((resolve) => setTimeout(resolve, LOOK));
     }
     if (known()?.status === ABORTED) throw new Error(known().errorMsg || `aborted, code ${known().errorCode}`);
@@ -127,14 +125,14 @@ export class Orders {
     }
   }
 
-  #may(robot, action) { return this.app.model.robots.get(robot)?.actions.includes(action) ?? false; }
+  #robot(name) { return this.app.model.robots.get(name); }
 
   #nearestDock(name) {
-    const [x, y] = this.app.model.robots.get(name)?.poseAt(this.app.now()) ?? [0, 0];
+    const robot = this.#robot(name);
+    const [x, y] = robot?.poseAt(this.app.now()) ?? [0, 0];
     const far = ({ at, docked, capacity }) => Math.hypot(at[0] - x, at[1] - y) + (docked.length < capacity ? 0 : 1e9);
-    const suited = [...this.app.model.docks.values()].filter(({ reserved_for: only }) =>
-      !only || only.includes(name) || only.includes(this.app.model.robots.get(name)?.type));
-    return suited.reduce((best, dock) => (best === null || far(dock) < far(best) ? dock : best), null)?.name ?? '';
+    const suited = [...this.app.model.docks.values()].filter(({ reserved_for: only }) => !only || only.includes(name) || only.includes(robot?.type));
+    return suited.sort((one, other) => far(one) - far(other))[0]?.name ?? '';
   }
 }
 

@@ -40,7 +40,7 @@ function roundLength(least) {
   return power * [1, 2, 5, 10].find((step) => step * power >= least * (1 - 1e-9));
 }
 
-export function drawGrid(c, { camera, measures, colors }) {
+function drawGrid(c, { camera, measures, colors }) {
   if (camera.scale * measures.meter < MIN_SCALE) return;
   const gap = roundLength(MIN_GAP / camera.scale);
   const [x0, y0, x1, y1] = measures.box;

@@ -6,7 +6,7 @@ const PART = /\[([^\]]*)\]|\{[^}]*\}|[^[{]+/g;
 const FIELD = /\{(\w+)(?:([:=])([^}]*))?\}/g;
 
 /** Formats by name: each returns a field's text, or "" for a value that counts as missing. */
-export const FORMATS = {
+const FORMATS = {
   '': plain,
   and: (names) => [names.slice(0, -1).map(plain).join(', '), ...names.slice(-1).map(plain)].filter(Boolean).join(' and '),
   point: ([x, y]) => `(${plain(x)}, ${plain(y)})`,

@@ -132,7 +132,7 @@ export function showPlayButton(element, playing, label, hint = ' (space)') {
 }
 
 /** A list of any length of which only visible rows exist. @template T */
-export class Rows {
+class Rows {
   /**
    * @param {number} options.height The height of a row in css pixels.
    * @param {() => HTMLElement & {fill: (item: T) => void}} options.make Returns a new row, which is filled repeatedly.

@@ -13,15 +13,6 @@ export class RequestError extends Error {
 }
 
 /**
- * @typedef {object} Subscription
- * @property {string} key
- * @property {(payload: any, key: string) => void} onSample
- * @property {boolean} latest
- * @property {number} every
- * @property {(() => void) | undefined} onLost
- */
-
-/**
  * A connection to the server of this page, kept open.
  *
  * Events: `open` and `close` for the server, `alive` and `gone` for the simulator. After `open` one of the latter
@@ -29,15 +20,14 @@ export class RequestError extends Error {
  */
 export class Connection extends EventTarget {
   /** @type {WebSocket | null} */ #socket = null;
-  /** @type {Map<number, Subscription>} */ #subscriptions = new Map();
-  #gets = new Map();
+  #subscriptions = new Map(); // the subscriptions by number
+  #gets = new Map(); // how to settle the open requests, by number
   #lastId = 0;
   #pause = FIRST_PAUSE;
   /** @type {ReturnType<typeof setTimeout> | undefined} */ #timer;
 
   connected = false; // whether the server is connected
   alive = false; // whether the simulator is alive
-  hello = {}; // the server's first frame, with prefix and version
 
   /** @param {string} url The server's WebSocket. */
   constructor(url) {
@@ -69,16 +59,9 @@ export class Connection extends EventTarget {
    * @param {{timeout?: number}} [options] seconds
    * @returns {Promise<any>} The payload of the first reply.
    */
-  async get(key, payload = undefined, options = {}) {
-    const replies = await this.#request(key, payload, options);
-    return replies[0][1];
-  }
+  async get(key, payload = undefined, options = {}) { return (await this.#request(key, payload, options))[0][1]; }
 
-  /**
-   * Query a key expression.
-   * @param {{timeout?: number}} [options] seconds
-   * @returns {Promise<[string, any][]>} The keys and payloads of all replies.
-   */
+  /** Query a key expression. @returns {Promise<[string, any][]>} The keys and payloads of all replies. */
   getAll(key, options = {}) { return this.#request(key, undefined, options); }
 
   #request(key, payload, { timeout = 5 }) {
@@ -116,38 +99,23 @@ export class Connection extends EventTarget {
   #ask(id, { key, latest, every }) { this.#send({ op: 'subscribe', id, key, latest, every }); }
 
   #take(message) {
-    switch (message.op) {
-      case 'samples':
-        for (const [id, key, payload] of message.samples) {
-          // It may have ended while the sample was on its way.
-          const subscription = this.#subscriptions.get(id);
-          if (subscription) guarded(() => subscription.onSample(payload, key));
-        }
-        break;
-      case 'reply':
-        this.#answer(message);
-        break;
-      case 'lost':
-        guarded(() => this.#subscriptions.get(message.id)?.onLost?.());
-        break;
-      case 'alive':
-        this.#tell(message.alive);
-        break;
-      case 'hello':
-        this.#opened(message);
-        break;
-      default:
-        console.error(`the server: ${message.error ?? JSON.stringify(message)}`);
-    }
+    const { op, id, samples, alive, error } = message;
+    if (op === 'samples') {
+      // A subscription may have ended while a sample was on its way.
+      for (const [from, key, payload] of samples) guarded(() => this.#subscriptions.get(from)?.onSample(payload, key));
+    } else if (op === 'reply') this.#answer(message);
+    else if (op === 'lost') guarded(() => this.#subscriptions.get(id)?.onLost?.());
+    else if (op === 'alive') this.#tell(alive);
+    else if (op === 'hello') this.#opened(alive);
+    else console.error(`the server: ${error ?? JSON.stringify(message)}`);
   }
 
-  #opened(hello) {
-    this.hello = hello;
+  #opened(alive) {
     this.connected = true;
     this.#pause = FIRST_PAUSE;
     for (const [id, subscription] of this.#subscriptions) this.#ask(id, subscription);
     this.dispatchEvent(new Event('open'));
-    this.#tell(hello.alive);
+    this.#tell(alive);
   }
 
   #tell(alive) {

@@ -6,23 +6,10 @@ import { RequestError } from './connection.js';
 import { Rewind } from './rewind.js';
 
 /** Return a message if it has the shape of its key, else throw a RequestError. */
-export function valid(key, payload) {
+function valid(key, payload) {
   if (!isValid(key, payload)) throw new RequestError(`what is on ${key} can't be read`);
   return payload;
 }
-
-/** Log an error of the page; requests that failed are repeated. */
-export function complain(error) {
-  if (error.name !== 'RequestError') console.error(error);
-}
-
-/**
- * @typedef {import('./connection.js').Connection} Connection
- * @typedef {import('./clock.js').SimClock} SimClock
- * @typedef {import('../model/model.js').Model} Model
- * @typedef {{now: number, clock: string, real_time_factor: number, paused: boolean, epoch: number,
- *   participants: string[], waiting_for: string[], lag: number}} TimeState
- */
 
 const RETRY = 1000; // ms
 const BETWEEN = 750; // ms between two requests of the scene after entities have changed
@@ -32,12 +19,12 @@ const MAX_WAITING = 20000; // events, beyond which they are all applied at once
 /**
  * The live source of a model.
  *
- * Events: `state` when `state` changes; `time` with the TimeState as detail when the rate of time changes.
+ * Events: `state` when `state` changes; `time` when the rate of time may have changed.
  */
 export class Live extends EventTarget {
-  /** @type {Connection} */ #connection;
-  /** @type {SimClock} */ #clock;
-  /** @type {() => Promise<any[]>} */ #getLog;
+  #connection;
+  #clock;
+  #getLog;
   /** Messages that are not shown yet, in order of time. @type {{at: number, key: string, payload: any}[]} */ #queue = [];
   #buffering = true; // whether there is no scene yet to apply events to
   /** What to request again. @type {'scene' | 'all' | null} */ #wanted = null;
@@ -52,9 +39,13 @@ export class Live extends EventTarget {
 
   /** @type {'connecting' | 'live' | 'lost' | 'no server'} */
   state = 'connecting';
-  timeState = null;
+  timeState = null; // the latest `_world/time/state`
 
-  /** @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened. */
+  /**
+   * @param {import('./connection.js').Connection} connection
+   * @param {import('./clock.js').SimClock} clock
+   * @param {() => Promise<any[]>} [getLog] Gets events from before this page was opened.
+   */
   constructor(connection, model, clock, getLog = async () => []) {
     super();
     this.#connection = connection;
@@ -66,15 +57,10 @@ export class Live extends EventTarget {
     const info = (payload) => this.#change('_world/info', payload);
     connection.subscribe('_world/events', readable((event) => this.#receive(event)), { onLost: () => this.#loseAll() });
     connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.receive(secondsOf(stamp))), latest);
-    connection.subscribe('_world/time/state', readable((state) => this.#receiveTime(state)), {
-      latest: true,
-      every: 0.2,
-      onLost: () => this.#getTime().catch(() => {}),
-    });
-    connection.subscribe('_world/info', info, {
-      latest: true,
-      onLost: () => connection.get('_world/info').then(info).catch(() => {}),
-    });
+    const lostTime = () => this.#getTime().catch(() => {});
+    connection.subscribe('_world/time/state', readable((state) => this.#receiveTime(state)), { ...latest, every: 0.2, onLost: lostTime });
+    const lostInfo = () => connection.get('_world/info').then(info).catch(() => {});
+    connection.subscribe('_world/info', info, { ...latest, onLost: lostInfo });
     connection.subscribe('*/battery_state', (battery, key) => this.#change(key, battery), { latest: true, every: 1 });
     connection.addEventListener('open', () => this.#become('connecting'));
     connection.addEventListener('close', () => this.#leave('no server'));
@@ -107,21 +93,17 @@ export class Live extends EventTarget {
     if (!key) return;
     const received = new Set();
     const connection = this.#connection;
-    const end = connection.subscribe(key, (payload, from) => (received.add(from), take(from, payload)), {
-      latest: true,
-      every,
-      onLost: () => begin(),
-    });
-    const getLatest = async () => {
+    const begin = async () => {
+      received.clear();
       // Feedback has no latest value, and neither has a robot without sensors or a tree.
       const replies = await connection.getAll(key).catch(() => []);
       if (this.#watches[name] !== watch) return;
       for (const [from, payload] of replies) if (!received.has(from)) take(from, payload);
     };
-    const begin = () => (received.clear(), void getLatest());
-    const watch = { begin, stop: end };
+    const onSample = (payload, from) => (received.add(from), take(from, payload));
+    const watch = { begin, stop: connection.subscribe(key, onSample, { latest: true, every, onLost: begin }) };
     this.#watches[name] = watch;
-    if (!this.#buffering) begin();
+    if (!this.#buffering) void begin();
   }
 
   #receive(event) {
@@ -150,7 +132,7 @@ export class Live extends EventTarget {
     // In lockstep, and as fast as possible, time advances in bursts.
     this.#clock.setRate(state.clock === 'lockstep' ? 0 : state.real_time_factor, state.paused);
     this.#clock.receive(state.now);
-    this.dispatchEvent(new CustomEvent('time', { detail: state }));
+    this.dispatchEvent(new Event('time'));
   }
 
   async #getTime() { this.#receiveTime(valid('_world/time/state', await this.#connection.get('_world/time/state'))); }
@@ -185,7 +167,7 @@ export class Live extends EventTarget {
     while (turn === this.#turn && this.#wanted) {
       const wanted = this.#wanted;
       this.#wanted = null;
-      const got = await this.#ask(wanted === 'all').catch(complain);
+      const got = await this.#ask(wanted === 'all').catch((error) => error.name !== 'RequestError' && console.error(error));
       if (turn !== this.#turn) return;
       this.#answered = performance.now();
       // A reply from before everything was requested does not count.
@@ -226,7 +208,7 @@ export class Live extends EventTarget {
     this.#clock.receive(at);
     this.#buffering = false;
     const begins = view && at < this.rewind.latest;
-    if (view) for (const { begin } of Object.values(this.#watches)) begin();
+    if (view) for (const { begin } of Object.values(this.#watches)) void begin();
     this.#play(this.#clock.live());
     if (begins) this.rewind.start(at);
     this.#schedule();
