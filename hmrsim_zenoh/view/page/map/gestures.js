@@ -5,15 +5,9 @@ const LONG_PRESS = 550; // ms
 const DOUBLE = 320; // ms
 
 /**
- * @typedef {object} Handler
- * @property {(dx: number, dy: number) => void} pan
- * @property {(px: number, py: number, factor: number, smooth: boolean) => void} zoom
- * @property {(px: number, py: number) => void} click
- * @property {(px: number, py: number) => void} menu
- * @property {(px: number|null, py: number|null) => void} hover
- * @property {(px: number, py: number) => boolean} zoomsOnDouble whether a double click there zooms
+ * Tells a handler what pointers do: pan(dx, dy), zoom(px, py, factor, smooth), click(px, py), menu(px, py) and hover(px, py),
+ * with nulls after the pointer has left; zoomsOnDouble(px, py) returns whether a double click there zooms.
  */
-
 export class Gestures {
   constructor(element, handler) {
     this.element = element;

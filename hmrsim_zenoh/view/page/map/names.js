@@ -46,7 +46,8 @@ export class Room {
 const ROOM = 7000; // square css pixels per robot below which only chosen and blocked robots have names
 const CROWD = 400; // robots in sight above which names may cover robots
 const ITEMS_NAMED = 34; // css pixels per meter
-const AROUND = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]];
+/** The directions around an object, best first. */
+export const AROUND = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]];
 /** The spots of a name, best first: direction, and css pixels away; a line leads to names that are away. */
 const SPOTS = [0, 24, 48, 72].flatMap((away) => AROUND.map(([x, y]) => [x, y, away]));
 const NEXT_TO = AROUND.length; // the number of spots without a line

@@ -4,15 +4,22 @@ const SHARPEST = 2; // device pixels per css pixel
 const SLOW = 45; // ms between frames from which the resolution is reduced
 const DEAR = 12; // ms of script per frame from which every other frame is skipped
 const LEARNED = 40; // frames to average
+const KEPT = 60;
 
-/** Adapts resolution and frame rate to the browser's speed. */
+/** Adapts resolution and frame rate to the browser's speed, and measures frames for benchmarks. */
 export class Pace {
   constructor() {
     this.sharpest = SHARPEST; // the largest number of device pixels per css pixel
     this.halved = false; // whether only every other frame is drawn
     this.skipped = false;
+    this.frames = 0; // the number of drawn frames
+    this.drawn = 0; // robots in sight
+    this._last = []; // the milliseconds of script of the latest frames
     this.forget();
   }
+
+  /** Mean milliseconds of script per frame, over the last 60. */
+  get scriptMs() { return this._last.reduce((sum, took) => sum + took, 0) / (this._last.length || 1); }
 
   /** Return whether to skip this frame. */
   skips() {
@@ -24,7 +31,10 @@ export class Pace {
   rest() { this.before = NaN; }
 
   /** Note a drawn frame. @param {number} took ms of script */
-  add(wallMs, took, ratio) {
+  add(wallMs, took, ratio, drawn) {
+    this._last[this.frames % KEPT] = took;
+    this.frames += 1;
+    this.drawn = drawn;
     const gap = wallMs - this.before;
     this.before = wallMs;
     // A hidden page is not slow.
@@ -44,28 +54,6 @@ export class Pace {
   }
 }
 
-const KEPT = 60;
-
-/** The duration of frames, for benchmarks. */
-export class Stats {
-  constructor() {
-    this.frames = 0; // the number of drawn frames
-    this.drawn = 0; // robots in sight
-    this.scriptMs = 0; // mean milliseconds of script per frame, over the last 60
-    this._last = new Float64Array(KEPT);
-  }
-
-  add(milliseconds, drawn) {
-    this._last[this.frames % KEPT] = milliseconds;
-    this.frames += 1;
-    this.drawn = drawn;
-    const count = Math.min(KEPT, this.frames);
-    let sum = 0;
-    for (let i = 0; i < count; i++) sum += this._last[i];
-    this.scriptMs = sum / count;
-  }
-}
-
 /** Requests redraws for changes of a model. */
 export class Watch {
   constructor(model, view) {
@@ -74,34 +62,16 @@ export class Watch {
     this.fixtures = []; // the fixtures as drawn; their values are replaced and never changed
     this.closed = '';
     model.addEventListener('world', () => view.worldChanged());
-    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => this.look());
+    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => view.changed(this.stillChanged()));
   }
 
-  look() {
-    this.view.changed(false);
-    if (this.fixturesChanged() || this.closuresChanged()) this.view.changed(true);
-  }
-
-  fixturesChanged() {
-    let count = 0;
-    let changed = false;
-    for (const fixtures of [this.model.docks, this.model.doors, this.model.lifts]) {
-      for (const fixture of fixtures.values()) {
-        if (this.fixtures[count] !== fixture) {
-          this.fixtures[count] = fixture;
-          changed = true;
-        }
-        count += 1;
-      }
-    }
-    this.fixtures.length = count;
-    return changed;
-  }
-
-  closuresChanged() {
-    const closed = this.model.closedLanes.size ? [...this.model.closedLanes.keys()].join() : '';
-    const changed = closed !== this.closed;
-    this.closed = closed;
-    return changed;
+  /** Return whether a fixture or the closed lanes have changed since the last look. */
+  stillChanged() {
+    const { docks, doors, lifts, closedLanes } = this.model;
+    const fixtures = [...docks.values(), ...doors.values(), ...lifts.values()];
+    const closed = [...closedLanes.keys()].join();
+    const same = closed === this.closed && fixtures.length === this.fixtures.length && fixtures.every((each, i) => each === this.fixtures[i]);
+    Object.assign(this, { fixtures, closed });
+    return !same;
   }
 }

@@ -5,13 +5,6 @@
  */
 
 /**
- * @typedef {{types: string[], bodies: {types: string[], nose: string, small: string,
- *   rotors: {at: number, radius: number, body: number}}}} Palette
- * @typedef {{index: number, color: string, shape: Path2D, nose: Path2D, small: Path2D,
- *   rotors: {at: number, radius: number, body: number}}} Look
- */
-
-/**
  * Return the look of a robot type; the first type is a yellow cart.
  * @param {number} index The index of the type in the world.
  */

@@ -2,7 +2,7 @@
 
 import { middle } from '../model/motion.js';
 import { dockSize } from './fixtures.js';
-import { Room } from './names.js';
+import { AROUND, Room } from './names.js';
 import { faint, fill, polygon, stroke } from './shapes.js';
 
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
@@ -115,15 +115,16 @@ export class Signs {
       const width = this.width(c, font, name);
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
+      // Directions become distances from the object; names further away than close by move most along the shorter one.
+      const around = (away) => AROUND.map(([x, y]) => [x * (beside + (y ? 0 : away)), y * (below + away)]);
       const nudged = row ? [[NUDGE, below], [-NUDGE, below], [NUDGE, -below], [-NUDGE, -below]] : [];
-      const direct = [[0, below], [0, -below], ...nudged, [beside, 0], [-beside, 0]];
-      const apart = row ? [] : [[beside, below], [-beside, below], [beside, -below], [-beside, -below],
-        ...(close ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
+      const [under, over, ...sides] = around(0);
+      const direct = [under, over, ...nudged, ...sides.splice(0, 2)];
+      const apart = row ? [] : [...sides, ...(close ? [[0, below + HEIGHT], [0, -below - HEIGHT]] : [])];
+      const far = leads ? AWAY.flatMap(around) : [];
       const [left, right] = this.seen;
       const sight = px >= left && px <= right;
       const near = ([dx]) => !sight || (px + dx - width / 2 >= left && px + dx + width / 2 <= right);
-      const far = leads ? AWAY.flatMap((away) => [[0, below + away], [0, -below - away], [beside + away, 0], [-beside - away, 0],
-        [beside, below + away], [-beside, below + away], [beside, -below - away], [-beside, -below - away]]) : [];
       const find = (spots, ...rooms) => spots.find((spot) => near(spot) && this.fits(px + spot[0], py + spot[1], width, rooms));
       const spot = find(direct, this.walls, this.lanes) ?? find(direct, this.walls) ??
         find(apart, this.walls, this.lanes) ?? find(apart, this.walls) ?? find(far, this.walls) ??

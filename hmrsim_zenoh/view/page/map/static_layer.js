@@ -14,15 +14,9 @@ const METER = { m: 1, px: 80 }; // units of the world per meter
 const ROAD = { m: 0.5, px: 18 }; // the width of a lane
 const BODY = { m: 0.25, px: 12 }; // the radius of a robot without a footprint
 
-/**
- * @typedef {{meter: number, road: number, body: number, box: number[]}} Measures
- * @param {import('../model/world.js').World} world
- * @returns {Measures}
- */
-export function measuresOf(world) {
-  const { units } = world;
-  const box = world.bounds ?? around(world.extent, METER[units]);
-  return { meter: METER[units], road: ROAD[units], body: BODY[units], box };
+/** Return the sizes of a world, in its unit, and its box. */
+export function measuresOf({ units, bounds, extent }) {
+  return { meter: METER[units], road: ROAD[units], body: BODY[units], box: bounds ?? around(extent, METER[units]) };
 }
 
 /** Return a box with a margin. */

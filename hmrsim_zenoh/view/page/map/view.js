@@ -5,7 +5,7 @@ import { drawCauses, drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
 import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
-import { Pace, Stats, Watch } from './redraw.js';
+import { Pace, Watch } from './redraw.js';
 import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
 import { SOFTWARE } from './software.js';
 import { Sprites } from './sprites.js';
@@ -16,24 +16,9 @@ const RESTING = 200; // ms between two checks of what is below a resting pointer
 const LAYERS = { lanes: true, names: true, routes: true, driven: true, sensors: true, walls: true };
 
 /**
- * The view as its layers see it.
+ * The map; its layers draw it as a `frame`: camera, model, world, `measures`, the `colors` of the theme, the whole `palette`,
+ * the shown `layers`, `ratio` device pixels per css pixel, and what is selected, followed, hovered and previewed.
  *
- * @typedef {object} Frame
- * @property {Camera} camera
- * @property {import('../model/model.js').Model} model
- * @property {import('../model/world.js').World|null} world
- * @property {import('./static_layer.js').Measures} measures
- * @property {Record<string, string>} colors The colors of the theme.
- * @property {Record<string, any>} palette All colors and pictures.
- * @property {Record<string, boolean>} layers
- * @property {number} ratio Device pixels per css pixel.
- * @property {string|null} selected
- * @property {string|null} follow
- * @property {string|null} hovered
- * @property {number[]|null} goalPreview
- */
-
-/**
  * Dispatches 'pick' (a click or tap), 'menu' (a right click or long press) and 'hover', whose `detail` is a `Pick` with
  * `px` and `py` (null when the pointer has left); 'follow' when a drag has ended following.
  */
@@ -62,10 +47,8 @@ export class MapView extends EventTarget {
     this._cameraMoved = false;
     this.camera = new Camera(() => (this._cameraMoved = true));
     this.layers = new Proxy({ ...LAYERS }, { set: (layers, key, on) => this._set(layers, key, on) });
-    this.stats = new Stats();
     this.ratio = 1;
-    this.world = null;
-    this.hovered = null;
+    this.world = this.hovered = null;
     this._state = { theme: 'light', follow: null, selected: null, goalPreview: null };
     this.theme = 'light';
     this._gestures = new Gestures(element, this._handler());
@@ -73,6 +56,9 @@ export class MapView extends EventTarget {
     new ResizeObserver(() => (this._stillDirty = true)).observe(element);
     if (model.world.known) this.worldChanged();
   }
+
+  /** The frames so far, for benchmarks. */
+  get stats() { return this._pace; }
 
   get theme() { return this._state.theme; }
 
@@ -126,9 +112,7 @@ export class MapView extends EventTarget {
     this._drawMoving(time, wallMs);
     this._stillDirty = this._movingDirty = this._cameraMoved = false;
     this._lastTime = time;
-    const took = performance.now() - began;
-    this.stats.add(took, this._poses.count);
-    this._pace.add(wallMs, took, this.ratio);
+    this._pace.add(wallMs, performance.now() - began, this.ratio, this._poses.count);
   }
 
   /** Follow a change of the world. */
@@ -148,15 +132,12 @@ export class MapView extends EventTarget {
   /** Request a redraw. @param {boolean} still Whether a static object has changed. */
   changed(still) {
     if (still) this._stillDirty = true;
-    else this._movingDirty = true;
+    this._movingDirty = true;
   }
 
   _set(target, key, value) {
-    if (target[key] !== value) {
-      target[key] = value;
-      if (target === this._state) this._movingDirty = true;
-      else this._stillDirty = true;
-    }
+    if (target[key] !== value) this.changed(target !== this._state);
+    target[key] = value;
     return true;
   }
 
