@@ -2,7 +2,7 @@
 
 import { middle } from '../model/motion.js';
 import { isChosen } from './robot_layer.js';
-import { GLYPHS, drawBadge, drawWarning, faint, fill, stroke, within } from './shapes.js';
+import { GLYPHS, drawBadge, drawWarning, faint, fill, stroke, trace, within } from './shapes.js';
 
 export function drawFixtures(c, frame) {
   const { model } = frame;
@@ -79,7 +79,7 @@ function drawDoor(c, { camera, measures, colors }, door) {
 function drawLift(c, { camera, measures, colors }, lift) {
   const size = Math.min(30, Math.max(4, 0.55 * measures.meter * camera.scale));
   c.beginPath();
-  for (const at of lift.points) c.lineTo(...camera.toScreen(at));
+  trace(c, camera, lift.points);
   stroke(c, colors.lift, 1.5, [2, 4]);
   for (const [i, stop] of lift.stops.entries()) {
     const [px, py] = camera.toScreen(lift.points[i]);
@@ -114,7 +114,6 @@ function spotOf(fault, { camera, world, model }, where) {
   return lane ? camera.toScreen(middle(lane.a, lane.b)) : null;
 }
 
-/** Link the robots of each deadlock, each to the one that it waits for. */
 const CROWD = 60; // robots in sight above which only the causes of chosen robots are shown
 
 /** Draw an arrow from each robot that is held up to each robot that holds it up, thick for a chosen robot's causes. */
@@ -122,7 +121,7 @@ export function drawCauses(c, frame, poses, where) {
   const { model, palette } = frame;
   const color = palette.states.waiting;
   const traced = new Set();
-  for (const robot of poses.robots) if (isChosen(frame, robot)) trace(robot, model, traced);
+  for (const robot of poses.robots) if (isChosen(frame, robot)) addCauses(robot, model, traced);
   for (const thick of [false, true]) {
     c.beginPath();
     for (const robot of thick ? traced : poses.count <= CROWD ? poses.robots : []) {
@@ -138,12 +137,13 @@ export function drawCauses(c, frame, poses, where) {
 }
 
 /** Add a robot and all robots that hold it up, directly or not, to a set. */
-function trace(robot, model, traced) {
+function addCauses(robot, model, traced) {
   if (!robot || traced.has(robot)) return;
   traced.add(robot);
-  for (const name of robot.heldBy(model)) trace(model.robots.get(name), model, traced);
+  for (const name of robot.heldBy(model)) addCauses(model.robots.get(name), model, traced);
 }
 
+/** Link the robots of each deadlock, each to the one that it waits for. */
 export function drawDeadlocks(c, frame, where) {
   const { colors, model } = frame;
   if (!model.deadlocks.length) return;

@@ -1,7 +1,7 @@
 /** Lanes and waypoints: as wide as their capacity, with arrows if one-way, crossed if closed. */
 
 import { middle } from '../model/motion.js';
-import { faint, fill, mixed, stroke } from './shapes.js';
+import { faint, fill, mixed, stroke, trace } from './shapes.js';
 
 const ARROW_EVERY = 64; // css pixels
 
@@ -12,12 +12,9 @@ function laneWidth(lane, { camera, measures }) {
 }
 
 function seen(lane, camera, margin) {
-  const [ax, ay] = camera.toScreen(lane.a);
-  const [bx, by] = camera.toScreen(lane.b);
-  return (
-    Math.max(ax, bx) > -margin && Math.min(ax, bx) < camera.width + margin &&
-    Math.max(ay, by) > -margin && Math.min(ay, by) < camera.height + margin
-  );
+  const [[ax, ay], [bx, by]] = [camera.toScreen(lane.a), camera.toScreen(lane.b)];
+  return Math.max(ax, bx) > -margin && Math.min(ax, bx) < camera.width + margin &&
+    Math.max(ay, by) > -margin && Math.min(ay, by) < camera.height + margin;
 }
 
 export function drawLanes(c, frame) {
@@ -49,10 +46,7 @@ export function drawLanes(c, frame) {
 
 function strokeLanes(c, camera, lanes) {
   c.beginPath();
-  for (const lane of lanes) {
-    c.moveTo(...camera.toScreen(lane.a));
-    c.lineTo(...camera.toScreen(lane.b));
-  }
+  for (const { a, b } of lanes) trace(c, camera, [a, b]);
   c.stroke();
 }
 
@@ -96,10 +90,7 @@ function drawClosed(c, frame, lanes) {
       if (locked.has(lane)) continue;
       const [x, y] = camera.toScreen(middle(lane.a, lane.b));
       const size = Math.min(7, Math.max(3, lane.length * camera.scale * 0.3));
-      c.moveTo(x - size, y - size);
-      c.lineTo(x + size, y + size);
-      c.moveTo(x - size, y + size);
-      c.lineTo(x + size, y - size);
+      for (const s of [-size, size]) c.moveTo(x - size, y - s), c.lineTo(x + size, y + s);
     }
     stroke(c, color, width);
   }

@@ -29,6 +29,12 @@ export function fill(c, color) {
   c.fill();
 }
 
+/** Add a line through points of the world to the current path. */
+export function trace(c, camera, points, closed = false) {
+  points.forEach((at, i) => (i ? c.lineTo(...camera.toScreen(at)) : c.moveTo(...camera.toScreen(at))));
+  if (closed) c.closePath();
+}
+
 /** Begin a path with a circle. */
 export function circle(c, x, y, radius) {
   c.beginPath();

@@ -115,7 +115,7 @@ export class Signs {
       const width = this.width(c, font, name);
       const beside = gap + width / 2 + 1;
       const below = gap + HEIGHT / 2;
-      // Directions become distances from the object; names further away than close by move most along the shorter one.
+      // Names at corners are not further away sideways.
       const around = (away) => AROUND.map(([x, y]) => [x * (beside + (y ? 0 : away)), y * (below + away)]);
       const nudged = row ? [[NUDGE, below], [-NUDGE, below], [NUDGE, -below], [-NUDGE, -below]] : [];
       const [under, over, ...sides] = around(0);

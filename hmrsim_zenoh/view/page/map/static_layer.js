@@ -5,7 +5,7 @@
 
 import { drawFixtures } from './fixtures.js';
 import { drawLanes } from './lanes.js';
-import { faint, fill, stroke } from './shapes.js';
+import { faint, fill, stroke, trace } from './shapes.js';
 import { SOFTWARE } from './software.js';
 import { Signs } from './signs.js';
 import { NAME_FONT } from './sprites.js';
@@ -38,11 +38,9 @@ function drawGrid(c, { camera, measures, colors }) {
   if (camera.scale * measures.meter < MIN_SCALE) return;
   const gap = roundLength(MIN_GAP / camera.scale);
   const [x0, y0, x1, y1] = measures.box;
-  const left = Math.max(x0, camera.worldX(0));
-  const right = Math.min(x1, camera.worldX(camera.width));
+  const [left, right] = [Math.max(x0, camera.worldX(0)), Math.min(x1, camera.worldX(camera.width))];
   const [a, b] = [camera.worldY(0), camera.worldY(camera.height)];
-  const bottom = Math.max(y0, Math.min(a, b));
-  const top = Math.min(y1, Math.max(a, b));
+  const [bottom, top] = [Math.max(y0, Math.min(a, b)), Math.min(y1, Math.max(a, b))];
   c.beginPath();
   for (let x = Math.ceil(left / gap) * gap; x <= right; x += gap) {
     const px = Math.round(camera.screenX(x)) + 0.5;
@@ -67,12 +65,9 @@ export function drawScaleBar(c, { camera, world, colors }) {
   c.roundRect(left - 8, bottom - 20, width + 16, 28, 5);
   fill(c, faint(colors.background, 0.8));
   c.beginPath();
-  c.moveTo(left, bottom - 4);
-  c.lineTo(left, bottom);
-  c.lineTo(left + width, bottom);
-  c.lineTo(left + width, bottom - 4);
-  Object.assign(c, { lineWidth: 1.5, lineCap: 'butt', lineJoin: 'miter', strokeStyle: colors.muted });
-  c.stroke();
+  for (const [x, y] of [[left, bottom - 4], [left, bottom], [left + width, bottom], [left + width, bottom - 4]]) c.lineTo(x, y);
+  Object.assign(c, { lineCap: 'butt', lineJoin: 'miter' });
+  stroke(c, colors.muted, 1.5);
   Object.assign(c, { font: NAME_FONT, textAlign: 'center', textBaseline: 'alphabetic', fillStyle: colors.muted });
   c.fillText(text, left + width / 2, bottom - 6);
 }
@@ -128,17 +123,13 @@ export class StaticLayer {
 
 function drawFloor(c, { camera, world, measures, colors }) {
   const [x0, y0, x1, y1] = measures.box;
-  const left = camera.screenX(x0);
-  const top = Math.min(camera.screenY(y0), camera.screenY(y1));
-  const width = (x1 - x0) * camera.scale;
-  const height = (y1 - y0) * camera.scale;
+  const box = [camera.screenX(x0), Math.min(camera.screenY(y0), camera.screenY(y1)), (x1 - x0) * camera.scale, (y1 - y0) * camera.scale];
   c.fillStyle = colors.floor;
-  c.fillRect(left, top, width, height);
-  c.strokeStyle = colors.line;
-  c.lineWidth = 1;
-  c.setLineDash(world.bounds ? [] : [4, 4]);
-  c.strokeRect(Math.round(left) - 0.5, Math.round(top) - 0.5, Math.round(width) + 1, Math.round(height) + 1);
-  c.setLineDash([]);
+  c.fillRect(...box);
+  const [left, top, width, height] = box.map(Math.round);
+  c.beginPath();
+  c.rect(left - 0.5, top - 0.5, width + 1, height + 1);
+  stroke(c, colors.line, 1, world.bounds ? [] : [4, 4]);
 }
 
 /** Walls and obstacles, in world coordinates so that one path holds all of them. */
@@ -151,12 +142,6 @@ function drawWalls(c, { camera, world, measures, colors }) {
   fill(c, colors.solid);
   stroke(c, colors.wall, Math.max(1, thick * 0.5));
   c.beginPath();
-  for (const { points, solid } of world.walls) if (!solid) trace(c, camera, points, false);
-  c.lineWidth = thick;
-  c.stroke();
-}
-
-function trace(c, camera, points, closed) {
-  points.forEach((at, i) => (i ? c.lineTo(...camera.toScreen(at)) : c.moveTo(...camera.toScreen(at))));
-  if (closed) c.closePath();
+  for (const { points, solid } of world.walls) if (!solid) trace(c, camera, points);
+  stroke(c, colors.wall, thick);
 }

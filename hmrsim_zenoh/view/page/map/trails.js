@@ -59,14 +59,11 @@ export function drawAhead(c, frame, poses) {
     }
     c.stroke();
   }
-  c.setLineDash(DASHES);
-  c.strokeStyle = colors.ahead;
-  c.lineWidth = 3;
   for (let i = 0; i < poses.count; i++) {
     if (!isChosen(frame, poses.robots[i])) continue;
     c.beginPath();
     traceRoute(c, frame, poses, i, ALL);
-    c.stroke();
+    stroke(c, colors.ahead, 3, DASHES);
   }
   c.setLineDash([]);
   for (let i = 0; i < poses.count; i++) {
@@ -87,16 +84,11 @@ function traceRoute(c, { camera }, poses, i, most) {
 function drawFlag(c, { camera, colors }, at, color, size = 13) {
   const [px, py] = camera.toScreen(at);
   c.beginPath();
-  c.moveTo(px, py);
-  c.lineTo(px, py - size * 1.25);
-  c.lineTo(px + size * 0.8, py - size * 0.92);
-  c.lineTo(px, py - size * 0.55);
+  for (const [x, y] of [[0, 0], [0, 1.25], [0.8, 0.92], [0, 0.55]]) c.lineTo(px + size * x, py - size * y);
   c.lineJoin = 'round';
   stroke(c, colors.floor, 4);
-  c.fillStyle = c.strokeStyle = color;
-  c.lineWidth = 1.6;
-  c.stroke();
-  c.fill();
+  stroke(c, color, 1.6);
+  fill(c, color);
   circle(c, px, py, 2.4);
   c.fill();
 }
@@ -105,18 +97,14 @@ function drawFlag(c, { camera, colors }, at, color, size = 13) {
 export function drawPreview(c, frame, from) {
   const { camera, colors, goalPreview } = frame;
   const [px, py] = camera.toScreen(goalPreview);
-  c.strokeStyle = colors.selected;
-  c.lineWidth = 1.5;
   if (from) {
-    c.setLineDash([3, 4]);
     c.beginPath();
     c.moveTo(from[0], from[1]);
     c.lineTo(px, py);
-    c.stroke();
-    c.setLineDash([]);
+    stroke(c, colors.selected, 1.5, [3, 4]);
   }
   circle(c, px, py, 11);
   fill(c, faint(colors.selected, 0.18));
-  c.stroke();
+  stroke(c, colors.selected, 1.5);
   drawFlag(c, frame, goalPreview, colors.selected, 18);
 }
