@@ -1,7 +1,7 @@
 // Robots by state, their batteries and chosen numbers over time, drawn by uPlot.
 
 import { STATES, countStates } from '../model/robot.js';
-import { el, mark, say, sign } from './dom.js';
+import { dash, el, mark, say, sign } from './dom.js';
 import { clockWords, numberWords, shareWords } from '../model/phrases.js';
 import { Plots } from './plots.js';
 import uPlot from '../vendor/uplot/uPlot.esm.js';
@@ -45,12 +45,7 @@ export class ChartsPanel {
     this.#drawStates(now);
     this.#drawBatteries(now);
     for (const plot of this.topics.all) this.#drawTopic(plot, now);
-    for (const element of this.plots.keys()) if (!element.isConnected) this.#forget(element);
-  }
-
-  #forget(element) {
-    this.plots.get(element).plot.destroy();
-    this.plots.delete(element);
+    for (const [element, { plot }] of this.plots) if (!element.isConnected) plot.destroy(), this.plots.delete(element);
   }
 
   #drawStates(now) {
@@ -82,9 +77,9 @@ export class ChartsPanel {
       return { name, points: past.length ? [...past, [now, past.at(-1)[1]]] : [] };
     }).filter(({ points }) => points.length);
     const values = lines.flatMap(({ points }) => points.map(([, value]) => value));
-    const [least, most] = values.reduce(([min, max], value) => [Math.min(min, value), Math.max(max, value)], [Infinity, -Infinity]);
-    const margin = (most - least) * 0.05 || Math.abs(most) * 0.05 || 1;
-    this.#drawLines(chart, legend, lines, now, { min: values.length ? least - margin : 0, max: values.length ? most + margin : 1, words: numberWords });
+    const [least, most] = values.length ? [Math.min(...values), Math.max(...values)] : [0, 1];
+    const margin = values.length && ((most - least) * 0.05 || Math.abs(most) * 0.05 || 1);
+    this.#drawLines(chart, legend, lines, now, { min: least - margin, max: most + margin, words: numberWords });
   }
 
   /** Draw a line for each robot, and a legend with the last values. */
@@ -95,10 +90,8 @@ export class ChartsPanel {
     if (legend.dataset.lines !== lasts.join('|')) {
       legend.dataset.lines = lasts.join('|');
       legend.replaceChildren(...lines.map(({ name, points }, i) => {
-        const dash = el('span', { class: 'dash', 'aria-hidden': 'true' });
-        dash.style.background = colors[i];
         const link = name && el('button', { type: 'button', class: 'link', text: name, onclick: () => this.app.select(name, { center: true }) });
-        return el('li', {}, dash, link, el('b', { text: ` ${words(points.at(-1)[1])}` }));
+        return el('li', {}, dash(colors[i]), link, el('b', { text: ` ${words(points.at(-1)[1])}` }));
       }));
     }
     const tables = lines.map(({ points }) => [points.map(([time]) => time), points.map(([, value]) => value)]);

@@ -106,6 +106,13 @@ export function sign(group, word) {
   return el('span', { class: `sign ${group}`, data: { is: word }, 'aria-hidden': 'true' });
 }
 
+/** Return a dash of a color, for legends. */
+export function dash(color) {
+  const element = el('span', { class: 'dash', 'aria-hidden': 'true' });
+  element.style.background = color;
+  return element;
+}
+
 const SPARE = 4; // rows above and below the visible ones
 
 /** Return a value that the browser remembers for this page; null if there is none, undefined if storage is disabled. */

@@ -1,20 +1,17 @@
 // The frame of the page: summary, side panel, legend and theme.
 
 import { STATES, countStates } from '../model/robot.js';
-import { TypeSign, button, el, icon, mark, recall, remember, say, sign } from './dom.js';
+import { TypeSign, button, dash, el, icon, mark, recall, remember, say, sign } from './dom.js';
 
 export class Summary {
   constructor(app) {
     this.app = app;
     this.world = el('h1', { text: 'hmrsim' });
-    this.counts = new Map();
-    const list = el('ul', { class: 'counts', 'aria-label': 'Robots by state' });
-    for (const state of STATES) {
+    this.counts = STATES.map((state) => {
       const count = el('span');
-      const item = el('li', { title: state }, sign('state', state), count, el('span', { class: 'unseen', text: state }));
-      this.counts.set(state, { count, item });
-      list.append(item);
-    }
+      return { state, count, item: el('li', {}, sign('state', state), count, el('span', { class: 'unseen', text: state })) };
+    });
+    const list = el('ul', { class: 'counts', 'aria-label': 'Robots by state' }, ...this.counts.map(({ item }) => item));
     this.element = el('div', { class: 'summary' }, this.world, list);
   }
 
@@ -23,11 +20,11 @@ export class Summary {
     const name = playback?.name ? `${model.world.name} · ${playback.name}` : model.world.name;
     say(this.world, name);
     if (document.title !== `${name} · hmrsim`) document.title = `${name} · hmrsim`;
-    for (const [state, number] of Object.entries(countStates(model.robots, this.app.now()))) {
-      const { count, item } = this.counts.get(state);
-      say(count, String(number));
-      item.hidden = number === 0;
-      mark(item, 'title', `${number} ${state}`);
+    const numbers = countStates(model.robots, this.app.now());
+    for (const { state, count, item } of this.counts) {
+      say(count, String(numbers[state]));
+      item.hidden = numbers[state] === 0;
+      mark(item, 'title', `${numbers[state]} ${state}`);
     }
   }
 }
@@ -79,15 +76,13 @@ const LINES = [['ahead', 'path ahead'], ['driven', 'path driven'], ['lane_closed
 export class Legend {
   constructor(app) {
     this.app = app;
-    const layers = el('fieldset', {}, el('legend', { text: 'Show' }));
-    for (const [layer, label] of Object.entries(LAYERS)) {
-      layers.append(el('label', {}, el('input', {
-        type: 'checkbox', checked: app.map.layers[layer] !== false, onchange: (event) => (app.map.layers[layer] = event.target.checked),
-      }), label));
-    }
-    this.types = el('ul');
-    this.lines = el('ul');
-    this.element = el('section', { class: 'card legend', id: 'legend', 'aria-label': 'Legend and layers', hidden: true }, layers,
+    const { layers } = app.map;
+    const shown = Object.entries(LAYERS).map(([layer, label]) => el('label', {}, el('input', {
+      type: 'checkbox', checked: layers[layer], onchange: ({ target }) => (layers[layer] = target.checked),
+    }), label));
+    [this.types, this.lines] = [el('ul'), el('ul')];
+    this.element = el('section', { class: 'card legend', id: 'legend', 'aria-label': 'Legend and layers', hidden: true },
+      el('fieldset', {}, el('legend', { text: 'Show' }), ...shown),
       el('h3', { text: 'Robot states' }), el('ul', {}, ...STATES.map((state) => el('li', {}, sign('state', state), state))),
       el('h3', { text: 'Robot types' }), this.types, el('h3', { text: 'Map' }), this.lines);
     app.model.addEventListener('world', () => this.render());
@@ -101,19 +96,14 @@ export class Legend {
   render() {
     mark(this.app.legendButton, 'aria-expanded', String(!this.element.hidden));
     if (this.element.hidden) return;
-    const dot = (color, kind, text) => {
-      const shape = el('span', { class: kind, 'aria-hidden': 'true' });
-      shape.style.background = color;
-      return el('li', {}, shape, text);
-    };
-    const { app } = this;
-    const used = new Set(Array.from(app.model.robots.values(), ({ type }) => type));
-    this.types.replaceChildren(...[...app.model.world.types.keys()].filter((type) => used.has(type)).map((type) => {
-      const shape = new TypeSign(app);
+    const { model: { robots, world }, palette, theme } = this.app;
+    const used = new Set(Array.from(robots.values(), ({ type }) => type));
+    this.types.replaceChildren(...[...world.types.keys()].filter((type) => used.has(type)).map((type) => {
+      const shape = new TypeSign(this.app);
       shape.show(type);
       return el('li', {}, shape.element, type);
     }));
-    this.lines.replaceChildren(...LINES.map(([color, text]) => dot(app.palette[app.theme.name][color], 'dash', text)));
+    this.lines.replaceChildren(...LINES.map(([color, text]) => el('li', {}, dash(palette[theme.name][color]), text)));
   }
 }
 
