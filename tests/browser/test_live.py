@@ -194,6 +194,7 @@ def test_a_part_that_fails_to_render_leaves_the_others(viewed, open_page):
     page = open_page(f"{url}?panel=goals")
     page.evaluate("""() => {
       console.error = () => {};
+      window.goals = hmrsim.model.goals;
       Object.defineProperty(hmrsim.model, 'goals', {get() { throw new Error('no goals'); }, configurable: true});
     }""")
 
@@ -201,7 +202,7 @@ def test_a_part_that_fails_to_render_leaves_the_others(viewed, open_page):
     shown_then = page.evaluate("hmrsim.clock.now()")
     until(page, "(then) => hmrsim.clock.now() > then + 0.5", shown_then)
     until(page, "(then) => document.querySelector('.time').textContent > then", page.locator(".time").text_content())
-    page.evaluate("delete hmrsim.model.goals")
+    page.evaluate("Object.defineProperty(hmrsim.model, 'goals', {value: window.goals, writable: true})")
     until(page, "document.querySelector('.side').dataset.failed === undefined")
 
 
