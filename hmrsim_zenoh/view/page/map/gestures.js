@@ -30,8 +30,8 @@ export class Gestures {
   }
 
   at(event) {
-    const box = this.element.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
+    const { left, top } = this.element.getBoundingClientRect();
+    return [event.clientX - left, event.clientY - top];
   }
 
   wheel(event) {
@@ -81,8 +81,7 @@ export class Gestures {
 
   pinch(id, px, py) {
     const pointer = this.pointers.get(id);
-    let other = pointer;
-    for (const [key, value] of this.pointers) if (key !== id) other = value;
+    const other = [...this.pointers.values()].find((each) => each !== pointer);
     const before = Math.hypot(pointer.px - other.px, pointer.py - other.py);
     const after = Math.hypot(px - other.px, py - other.py);
     this.handler.pan((px - pointer.px) / 2, (py - pointer.py) / 2);

@@ -1,5 +1,6 @@
 /** The map: one canvas for static and one for moving objects, and pointer interaction. */
 
+import { el } from '../panels/dom.js';
 import { Camera } from './camera.js';
 import { drawCauses, drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
@@ -26,10 +27,9 @@ export class MapView extends EventTarget {
   constructor(element, model, clock, palette) {
     super();
     Object.assign(this, { element, model, clock, palette });
-    this._still = addCanvas(element, 'map-still');
-    this._moving = addCanvas(element, 'map-moving');
-    this._moving.setAttribute('role', 'img');
-    this._moving.setAttribute('aria-label', 'map with robots');
+    this._still = el('canvas');
+    this._moving = el('canvas', { class: 'map-moving', role: 'img', 'aria-label': 'map with robots' });
+    element.append(this._still, this._moving);
     this._c = this._moving.getContext('2d', { willReadFrequently: SOFTWARE });
     this._sprites = new Sprites(palette);
     this._stillLayer = new StaticLayer(this._still);
@@ -196,7 +196,7 @@ export class MapView extends EventTarget {
     if (robot !== this.hovered) this._movingDirty = true;
     this.hovered = robot;
     this.element.style.cursor = pick && pick.kind !== 'floor' && pick.kind !== 'lane' ? 'pointer' : '';
-    this._tooltip.show(pick && this.world ? tooltipOf(pick, this, time) : '', px, py, this.camera.width, this.colors);
+    this._tooltip.show(pick && this.world ? tooltipOf(pick, this, time) : '', px, py, this.camera.width);
     const point = String(pick?.point);
     if (!rests || point !== this._below) this._tell('hover', pick, px, py);
     this._below = point;
@@ -223,13 +223,4 @@ export class MapView extends EventTarget {
       zoomsOnDouble: (px, py) => ['floor', 'lane'].includes(this.pick(px, py).kind),
     };
   }
-}
-
-function addCanvas(element, name) {
-  if (getComputedStyle(element).position === 'static') element.style.position = 'relative';
-  const canvas = document.createElement('canvas');
-  canvas.className = name;
-  canvas.style.cssText = 'position:absolute;inset:0;width:100%;height:100%;display:block;touch-action:none';
-  element.append(canvas);
-  return canvas;
 }

@@ -58,24 +58,18 @@ export class EventsPanel extends ListPanel {
   }
 
   row() {
-    const parts = {
-      time: el('span', { class: 'when' }),
-      shape: sign('level', ''),
-      who: el('b', { class: 'name' }),
-      what: el('span', { class: 'what' }),
-    };
+    const [time, shape, who, what] = [el('span', { class: 'when' }), sign('level', ''), el('b', { class: 'name' }), el('span', { class: 'what' })];
     let event = null;
-    const press = el('button', { type: 'button', class: 'event', onclick: () => this.#show(event) },
-      parts.time, parts.shape, parts.who, parts.what);
+    const press = el('button', { type: 'button', class: 'event', onclick: () => this.#show(event) }, time, shape, who, what);
     const row = el('div', {}, press);
     row.fill = (given) => {
       if (given === event) return;
       event = given;
       const { severity, subject, text } = this.#describe(event);
-      say(parts.time, clockWords(event.t, 1));
-      mark(parts.shape, 'data-is', severity);
-      say(parts.who, subject);
-      say(parts.what, text);
+      say(time, clockWords(event.t, 1));
+      mark(shape, 'data-is', severity);
+      say(who, subject);
+      say(what, text);
       mark(press, 'title', `${subject} ${text}`.trim());
     };
     return row;

@@ -23,14 +23,11 @@ export class TreesPanel {
 
   render() {
     const { trees } = this.app.model;
+    const { selected } = this.app.map;
     this.hint.hidden = trees.size > 0;
-    for (const [robot, view] of this.views) {
-      if (trees.has(robot)) continue;
-      view.element.remove();
-      this.views.delete(robot);
-    }
-    for (const [robot, state] of trees) this.#view(robot).render(state, robot === this.app.map.selected);
-    this.#raise(this.app.map.selected);
+    for (const [robot, { element }] of this.views) if (!trees.has(robot)) element.remove(), this.views.delete(robot);
+    for (const [robot, state] of trees) this.#view(robot).render(state, robot === selected);
+    this.#raise(selected);
   }
 
   /** Put the selected robot's tree first, and open it. */
@@ -45,9 +42,9 @@ export class TreesPanel {
   }
 
   #view(robot) {
-    let view = this.views.get(robot);
-    if (view) return view;
-    view = new TreeView(this.app, robot, this.views.size === 0 || robot === this.app.map.selected);
+    const known = this.views.get(robot);
+    if (known) return known;
+    const view = new TreeView(this.app, robot, this.views.size === 0 || robot === this.app.map.selected);
     this.views.set(robot, view);
     this.list.append(view.element);
     return view;
@@ -93,9 +90,7 @@ class TreeView {
 
   #row(node, index, parent) {
     const shape = sign('tree', '');
-    const message = el('span', { class: 'message' });
-    const status = el('span', { class: 'unseen' });
-    const covered = el('span', { class: 'covered' });
+    const [message, status, covered] = ['message', 'unseen', 'covered'].map((name) => el('span', { class: name }));
     const fold = el('span', { class: 'fold', 'aria-hidden': 'true' }, parent ? icon('down') : '');
     const element = el('div', {
       role: 'treeitem', class: 'node', 'aria-level': node.depth + 1, tabindex: index ? '-1' : '0',
@@ -108,8 +103,7 @@ class TreeView {
   }
 
   #fill(row, node) {
-    mark(row.shape, 'data-is', node.status);
-    mark(row.element, 'data-is', node.status);
+    for (const element of [row.shape, row.element]) mark(element, 'data-is', node.status);
     say(row.status, node.status.toLowerCase());
     say(row.message, node.message);
     if (node.coverage) this.#count(row, node.coverage);

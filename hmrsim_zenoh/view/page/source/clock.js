@@ -51,10 +51,7 @@ export class SimClock {
 
   /** Process a received simulated time. */
   receive(simSeconds, wallMs = performance.now()) {
-    if (this.received === null) {
-      this.reset(simSeconds, wallMs);
-      return;
-    }
+    if (this.received === null) return this.reset(simSeconds, wallMs);
     if (simSeconds < this.received) {
       // Messages may be slightly out of order. After this long, time has really gone back.
       this.#backSince ??= wallMs;
