@@ -27,7 +27,7 @@ export class MapView extends EventTarget {
   constructor(element, model, clock, palette) {
     super();
     Object.assign(this, { element, model, clock, palette });
-    this._still = el('canvas');
+    this._still = el('canvas', { class: 'map-still' });
     this._moving = el('canvas', { class: 'map-moving', role: 'img', 'aria-label': 'map with robots' });
     element.append(this._still, this._moving);
     this._c = this._moving.getContext('2d', { willReadFrequently: SOFTWARE });
