@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
@@ -18,16 +17,14 @@ from hmrsim.cli.output import show_json, warn
 from hmrsim.cli.robot_table import Column, RobotTable
 from hmrsim.events import Severity
 from hmrsim.events.goals import GoalStatusChanged
-from hmrsim.events.robots import ItemPicked, ItemPlaced, MotionBegan, Stopped
+from hmrsim.events.robots import ItemPicked, ItemPlaced
+from hmrsim.history.occurrence import Occurrence
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.story import Story as RunStory
 
 if TYPE_CHECKING:
     from hmrsim.events import Event
-    from hmrsim.geometry import Point
-
-
-_INSTANT: Final = 1e-6
-"""Maximum error of a rounded time, in seconds."""
 
 _MARKS: Final = {"SUCCESS": "done", "FAILURE": "failed", "RUNNING": "begun"}
 
@@ -67,11 +64,10 @@ class RobotSummary:
     Attributes:
         succeeded: Goals that succeeded.
         failed: Goals that ended otherwise.
-        distance: The driven distance, in the world's unit.
+        distance: The driven distance up to the current motion, in the world's unit.
         moved: The items that the robot has put down.
         carries: The item that the robot holds; empty for none.
         does: The running behavior of the robot's tree, or else the last one.
-        segments: The current motion: each segment's end in simulated seconds, and the points that it connects.
     """
 
     type: str
@@ -81,7 +77,6 @@ class RobotSummary:
     moved: list[str] = field(default_factory=list)
     carries: str = ""
     does: str = ""
-    segments: Sequence[tuple[float, Point, Point]] = ()
 
 
 class Story:
@@ -94,15 +89,19 @@ class Story:
     def __init__(self, robots: dict[str, str]) -> None:
         self.robots = {name: RobotSummary(kind) for name, kind in robots.items()}
         self.sim_time = 0.0
+        self._run = RunStory()
         self._trees: dict[str, dict[str, str]] = {name: {} for name in robots}
 
     def on_event(self, at: float, event: Event) -> Iterator[Line]:
         """Process an event of the simulation; yield the lines to show."""
         self.sim_time = at
+        self._run.take(Occurrence(round(at * NANOSECONDS), event))
         name = event.subject
         ended = False
         if (robot := self.robots.get(name)) is not None:
-            ended = _follow(robot, event, at)
+            ended = _follow(robot, event)
+            if (track := self._run.robot_log.tracks.get(name)) is not None:
+                robot.distance = track.distance
         elif getattr(event, "robot", ""):
             # The robot is not part of the mission.
             return
@@ -144,7 +143,7 @@ class Story:
         }
 
 
-def _follow(robot: RobotSummary, event: Event, time: float) -> bool:
+def _follow(robot: RobotSummary, event: Event) -> bool:
     """Update the summary of a robot; return whether a goal has ended."""
     match event:
         case GoalStatusChanged():
@@ -157,27 +156,7 @@ def _follow(robot: RobotSummary, event: Event, time: float) -> bool:
         case ItemPlaced():
             robot.carries = ""
             robot.moved.append(event.item)
-        case MotionBegan():
-            robot.distance -= _left(robot.segments, time, event.from_[:2])
-            robot.segments = [*_segments(event, time)]
-            robot.distance += math.fsum(math.dist(start, end) for _, start, end in robot.segments)
-        case Stopped():
-            robot.distance -= _left(robot.segments, time, event.at)
-            robot.segments = ()
     return False
-
-
-def _segments(event: MotionBegan, time: float) -> Iterator[tuple[float, Point, Point]]:
-    """Yield the segments of a motion that begins at a time."""
-    yield (time := time + event.duration), event.from_[:2], event.to[:2]
-    for each in event.then:
-        yield (time := time + each["duration"]), tuple(each["from"][:2]), tuple(each["to"][:2])
-
-
-def _left(segments: Sequence[tuple[float, Point, Point]], time: float, at: Point) -> float:
-    """Return the remaining distance of a motion for a robot at a point and a time."""
-    ahead = [(start, end) for ends, start, end in segments if ends > time + _INSTANT]
-    return math.dist(at, ahead[0][1]) + math.fsum(math.dist(*segment) for segment in ahead[1:]) if ahead else 0.0
 
 
 def _leaves(nodes: Sequence[dict[str, Any]]) -> Iterator[dict[str, Any]]:
