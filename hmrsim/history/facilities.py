@@ -162,6 +162,10 @@ class Lanes(_Facilities[tuple[str, str]]):
         """Return whether a lane is closed."""
         return lane in self.uses and self.uses[lane].since is not None
 
+    def closed(self) -> list[tuple[str, str]]:
+        """Return all closed lanes."""
+        return [name for name, use in self.uses.items() if use.since is not None]
+
     def _close(self, at: int, name: tuple[str, str]) -> None:
         self.uses[name].begin(at)
         self.changed(name)

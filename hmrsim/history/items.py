@@ -13,6 +13,8 @@ from hmrsim.history.timeline import Part
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hmrsim.geometry import Point
     from hmrsim.history.timeline import Timeline
     from hmrsim.world.model import World
@@ -49,6 +51,10 @@ class Items(Part):
     def __getitem__(self, name: str) -> Item:
         """Return an item, which may not exist yet."""
         return self._items.setdefault(name, Item())
+
+    def present(self) -> Iterator[tuple[str, Item]]:
+        """Yield the items that exist, with their names."""
+        return ((name, item) for name, item in self._items.items() if item.at is not None or item.carrier)
 
     def begin_anew(self) -> None:
         """Return all items to their initial places."""

@@ -218,9 +218,14 @@ class Timeline:
 
 
 class Part:
-    """A part of the state, such as that of all doors; watchers follow one member of it by name."""
+    """A part of the state, such as that of all doors; watchers follow one member of it by name.
+
+    Attributes:
+        changes: How often a member has changed.
+    """
 
     def __init__(self) -> None:
+        self.changes = 0
         self._watchers: dict[Hashable, list[Callable[[], object]]] = {}
 
     def watch(self, name: Hashable, call: Callable[[], object]) -> None:
@@ -228,7 +233,8 @@ class Part:
         self._watchers.setdefault(name, []).append(call)
 
     def changed(self, name: Hashable) -> None:
-        """Call the watchers of a member."""
+        """Count a change of a member, and call its watchers."""
+        self.changes += 1
         for call in self._watchers.get(name, ()):
             call()
 

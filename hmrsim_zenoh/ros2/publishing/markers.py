@@ -13,9 +13,10 @@ from importlib.resources import files
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.events.facilities import DoorClosed, DoorOpened, DoorOpening
-from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
-from hmrsim.events.traffic import LaneClosed, LaneOpened
+from hmrsim.history.facilities import Doors, Lanes
+from hmrsim.history.items import Items
+from hmrsim.history.occurrence import Occurrence, SceneSeen
+from hmrsim.history.timeline import Timeline
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.visualization_msgs import Marker
 from hmrsim.world.model import World
@@ -148,9 +149,6 @@ _WORLD: Final = "world"
 _UNIT: Final = {"m": 1.0, "px": 40.0}
 """About a meter in the world's unit, for objects without a size."""
 
-_DOORS: Final[Mapping[type[Event], str]] = {DoorOpening: "opening", DoorOpened: "open", DoorClosed: "closed"}
-"""The state of a door after each event."""
-
 
 def static_frames(units: str, time: int) -> list[dict[str, Any]]:
     """Return the transform in which ``map`` is upside down in ``world``; none in a world in meters.
@@ -177,40 +175,30 @@ class WorldMarkers:
     """Makes markers, in two arrays: `markers` for static and `things` for moving objects."""
 
     def __init__(self) -> None:
-        self._world = World()
         self._robots: list[Mapping[str, Any]] = []
-        self._items: dict[str, dict[str, Any]] = {}
-        self._doors: dict[str, str] = {}
-        self._closed: dict[tuple[str, str], str] = {}
+        self.load(World())
 
     def load(self, world: World) -> None:
-        """Draw another world from now on."""
+        """Draw another world from now on; a scene has to follow."""
         self._world = world
+        # Only the order of its events counts.
+        timeline = self._timeline = Timeline()
+        self._items, self._doors, self._lanes = Items(timeline, world), Doors(timeline, world), Lanes(timeline)
 
     def follow(self, scene: Mapping[str, Any]) -> None:
         """Replace the state by a scene."""
         self._robots = scene["robots"]
-        self._items = {item["name"]: dict(item) for item in scene["items"]}
-        doors = (fixture for fixture in scene["fixtures"] if fixture["kind"] == "door")
-        self._doors = {door["name"]: "open" if "open" in door["tags"] else "closed" for door in doors}
-        self._closed = {(lane["lane"][0], lane["lane"][1]): lane["why"] for lane in scene["closed_lanes"]}
+        self._timeline.take(Occurrence(0, SceneSeen(scene)))
 
     def change(self, event: Event) -> bool:
         """Apply an event; return whether `things` has changed."""
-        match event:
-            case ItemPicked(robot, name) if name in self._items:
-                self._items[name]["carrier"] = robot
-            case ItemPlaced(_, name, at) | ItemDropped(_, name, at) if name in self._items:
-                self._items[name].update(carrier=None, at=at)
-            case DoorOpening() | DoorOpened() | DoorClosed() if self._doors.get(event.door) != _DOORS[type(event)]:
-                self._doors[event.door] = _DOORS[type(event)]
-            case LaneClosed(lane, why):
-                self._closed[lane] = why
-            case LaneOpened(lane):
-                self._closed.pop(lane, None)
-            case _:
-                return False
-        return True
+        before = self._changes
+        self._timeline.take(Occurrence(0, event))
+        return self._changes != before
+
+    @property
+    def _changes(self) -> int:
+        return self._items.changes + self._doors.changes + self._lanes.changes
 
     def markers(self, time: int) -> dict[str, Any]:
         """Return the static objects and the robots' bodies."""
@@ -235,17 +223,17 @@ class WorldMarkers:
     def things(self, time: int) -> dict[str, Any]:
         """Return items, doors and closed lanes."""
         builder = self._builder(time)
-        for name, item in self._items.items():
-            carrier = item["carrier"]
-            at, frame = ((0.0, 0.0), f"{carrier}/{BASE}") if carrier else (item["at"], MAP)
-            builder.at("items", Marker.SPHERE, at, 0.25, "item", z=0.5 if carrier else 0.1, frame=frame)
-            if not carrier:
-                builder.text("items", name, at)
+        for name, item in self._items.present():
+            if item.carrier or item.at is None:
+                builder.at("items", Marker.SPHERE, (0.0, 0.0), 0.25, "item", z=0.5, frame=f"{item.carrier}/{BASE}")
+            else:
+                builder.at("items", Marker.SPHERE, item.at, 0.25, "item", z=0.1)
+                builder.text("items", name, item.at)
         for name, door in self._world.doors.items():
-            shut = self._doors.get(name, "closed") != "open"
+            shut = not self._doors.is_(name, "open")
             builder.lines("doors", [door.at], 0.12, "door", alpha=1.0 if shut else 0.25, z=0.1)
         points = self._world.points
-        closed = [(points[a], points[b]) for a, b in self._closed if a in points and b in points]
+        closed = [(points[a], points[b]) for a, b in self._lanes.closed() if a in points and b in points]
         builder.lines("closed lanes", closed, 0.12, "lane_closed", z=0.05)
         return builder.message()
 

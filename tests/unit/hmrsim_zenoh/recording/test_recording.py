@@ -261,7 +261,7 @@ def test_what_changes_at_once_is_drawn_once(tmp_path):
         recorder = Recorder(file, lambda _event: None)
         scene = {"robots": [], "items": items, "fixtures": [], "closed_lanes": [], "stamp": {"sec": 1, "nanosec": 0}}
         recorder.scene(scene)
-        for milliseconds, item in ((2000, "i0"), (2000, "i1"), (2050, "i2"), (2200, "none")):
+        for milliseconds, item in ((2000, "i0"), (2000, "i1"), (2050, "i2"), (2200, "i2")):
             recorder.event(ItemPicked("wall_e", item), b"{}", milliseconds * 1_000_000)
         recorder.settle()
 
