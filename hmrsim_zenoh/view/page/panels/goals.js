@@ -100,5 +100,6 @@ export class GoalsPanel extends ListPanel {
 
 function errorWords({ status, errorCode, errorMsg }, world) {
   if (errorMsg === STATUS_WORDS[status]) return ''; // A canceled goal has the text "canceled".
-  return [world.withNames(errorMsg), errorCode === null ? '' : `code ${errorCode}`].filter(Boolean).join(' · ');
+  const text = errorMsg.replaceAll(/\b([0-9a-f]{8})[0-9a-f]{24}\b/g, '$1…'); // ids of goals
+  return [world.withNames(text), errorCode === null ? '' : `code ${errorCode}`].filter(Boolean).join(' · ');
 }
