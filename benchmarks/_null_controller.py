@@ -6,7 +6,7 @@ import json
 import random
 from typing import TYPE_CHECKING, Any
 
-from benchmarks._wire import ask
+from benchmarks._wire import BARE, ask
 
 if TYPE_CHECKING:
     import zenoh
@@ -46,21 +46,32 @@ class NullController:
         for _ in range(round_trips):
             self._advance()
 
-    def _advance(self) -> None:
+    def pretend(self, round_trips: int) -> None:
+        """Ask a bare query as often, with as many bytes, and write and read as much JSON as for the last advance."""
+        for _ in range(round_trips):
+            request = json.dumps(self._request()).encode()
+            ask(self._session, BARE, request.ljust((len(request) + len(self._reply)) // 2))
+            json.loads(self._reply)
+
+    def _request(self) -> dict[str, Any]:
         commands = [
             {"robot": robot, "action": "navigate_to_pose", "goal": self._chance.choice(self._goals)}
             for robot in self._idle
         ]
-        request = {"participant": _NAME, "epoch": self._epoch, "commands": commands}
+        request: dict[str, Any] = {"participant": _NAME, "epoch": self._epoch, "commands": commands}
         if self._quantum:
             request |= {"until": self.now + self._quantum, "report": ["result"]}
         else:
             request["wake"] = ["result"]
-        granted = self._ask("advance", request)
+        return request
+
+    def _advance(self) -> None:
+        granted = self._ask("advance", self._request())
         self._idle = [event["robot"] for event in granted["events"]]
         self._epoch, self.now = granted["epoch"], granted["now"]
         self.round_trips += 1
 
     def _ask(self, what: str, request: dict[str, Any]) -> dict[str, Any]:
-        answer: dict[str, Any] = json.loads(ask(self._session, f"{_TIME}/{what}", json.dumps(request).encode()))
+        self._reply = ask(self._session, f"{_TIME}/{what}", json.dumps(request).encode())
+        answer: dict[str, Any] = json.loads(self._reply)
         return answer

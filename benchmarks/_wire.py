@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 BARE = "bare/query"
 BARE_PAYLOAD = b"x" * 200
-"""About what a goal or a result has."""
+"""About what a goal or a result has; the queryable sends it back."""
 
 _TIMEOUT = 30.0
 _MADE_AT_ONCE = 1_000
@@ -103,7 +103,7 @@ def _serve(
         written.opened(host.simulator),
     ):
         bare: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(
-            lambda query: query.reply(query.key_expr, BARE_PAYLOAD), indirect=False
+            lambda query: query.reply(query.key_expr, query.payload), indirect=False
         )
         host._session.declare_queryable(BARE, bare)  # noqa: SLF001 - it must share the simulator's session
         if wandering is not None:

@@ -33,6 +33,8 @@ _QUANTUM = 1.0
 """Simulated seconds whose results are taken together: a robot is idle for half of that after each goal, on average."""
 _DEAREST = {100: 1.8}
 """Where the simulator has little to do in a round trip: with ten times as many robots it has ten times as much."""
+_AS_LARGE = {100: 2.0}
+"""As above, against a bare query with as many bytes, whose JSON the client writes and reads, too."""
 _ROUND_TRIPS = 20
 """Of which one measurement consists."""
 
@@ -77,6 +79,7 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
         took = interleaved(
             [
                 Variant("bare", lambda: [ask(plain, BARE, BARE_PAYLOAD) for _ in range(_ROUND_TRIPS)]),
+                Variant("as large", partial(controller.pretend, _ROUND_TRIPS)),
                 Variant("plain", partial(controller.go_on, _ROUND_TRIPS)),
                 Variant("recorded", partial(observed.go_on, _ROUND_TRIPS)),
                 Variant("together", partial(together.go_on, 1)),
@@ -88,10 +91,13 @@ def _null_controller(world: World, rounds: int, folder: Path) -> list[Row]:
     # In a span there is as much to simulate as in the other variants' round trips on average.
     even = Rounds({**took.taken, "alone": [t * simulated * _ROUND_TRIPS / span for t in took.taken["alone"]]})
     robots = len(world.robots)
-    limit = _DEAREST.get(robots)
     return [
         _trip(even, f"{robots:,} robots: bare query", "bare", to="bare"),
-        _trip(even, f"{robots:,} robots: round trip", "plain", to="bare", at_most=limit),
+        _trip(even, f"{robots:,} robots: round trip", "plain", to="bare", at_most=_DEAREST.get(robots)),
+        _trip(even, f"{robots:,} robots: bare query with as much JSON", "as large", to="bare"),
+        _trip(
+            even, f"{robots:,} robots: round trip, against that", "plain", to="as large", at_most=_AS_LARGE.get(robots)
+        ),
         _trip(even, f"{robots:,} robots: as much simulation without a wire", "alone", to="bare"),
         Row(
             f"{robots:,} robots: speed",
