@@ -267,10 +267,10 @@ class Recorder:
     def status(self, event: StatusChanged) -> None:
         """Write the status list of an action's goals, at the time of the latest event."""
         topic = f"/{event.robot}/{event.action}/_action/status"
-        channel, type_ = self._channel(topic, GoalStatusArray)
+        channel, _ = self._channel(topic, GoalStatusArray)
         statuses = self._statuses.get((event.robot, event.action))
         if statuses is None:
-            statuses = self._statuses[event.robot, event.action] = Statuses(type_)
+            statuses = self._statuses[event.robot, event.action] = Statuses()
         goals = event.goals
         if offset := self.time.offset:
             goals = tuple(goal._replace(stamp=goal.stamp + offset) for goal in goals)

@@ -36,6 +36,9 @@ _NODE_CHUNKS, _ENDPOINT_CHUNKS = 9, 13
 _BUFFER_CHUNKS: Final = 14
 """From lyrical on, the tokens of some topics name the memory backends of their messages."""
 
+_SHOWN_OF_ID: Final = 8
+"""Digits that are shown of a client's id."""
+
 
 class Kind(Enum):
     """The kind of entity that a token declares."""
@@ -130,6 +133,11 @@ class Address:
     type: str = ""
     hash: str = ""
 
+    @property
+    def robot(self) -> str:
+        """The name's first part, which is the robot's name if there are several."""
+        return self.name.split("/")[1]
+
 
 def key(domain: int, name: str, type_: str, hash_: str) -> str:
     """Return the key of a topic or a service."""
@@ -203,6 +211,11 @@ def read_token(text: str) -> Token | None:
 def gid(token: str) -> bytes:
     """Return the gid of a token's endpoint in ROS: the token's XXH3 hash, 16 bytes."""
     return xxhash.xxh3_128_intdigest(token.encode()).to_bytes(16, "little")
+
+
+def numbered(gid: str) -> str:
+    """Return the name of a client whose node is unknown, by its gid in hex; empty if it has none."""
+    return f"client {gid[:_SHOWN_OF_ID]}" if gid else "a client without an id"
 
 
 def _head(domain: int, *ids: object) -> Iterable[str]:

@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING, Any, Final
 import zenoh
 
 from hmrsim_zenoh.ros2 import keys
-from hmrsim_zenoh.ros2.keys import Address, Kind
+from hmrsim_zenoh.ros2.keys import Address, Kind, numbered
 from hmrsim_zenoh.ros2.type_compat import difference
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.keys import Endpoint, Token, TypeHash
-    from hmrsim_zenoh.ros2.requests.requests import RejectionLog
+    from hmrsim_zenoh.ros2.rejection_log import RejectionLog
 
 _log = logging.getLogger(__name__)
 
@@ -35,8 +35,6 @@ _MAX_ENDPOINTS: Final = 10_000
 """The largest number of remote endpoints that are remembered."""
 _SHOWN: Final = 200
 """Characters of an unreadable token that are shown."""
-_SHOWN_OF_ID: Final = 8
-"""Digits that are shown of a client's id."""
 
 _CLOCK: Final = "/clock"
 _SESSION: Final = re.compile("[0-9a-f]{1,32}")
@@ -227,8 +225,3 @@ def _end(watch: Any) -> None:
         # RuntimeError: another thread ends it, too.
         with suppress(zenoh.ZError, RuntimeError):
             watch.undeclare()
-
-
-def numbered(who: str) -> str:
-    """Return the name of a client whose node is unknown, by its gid in hex; empty if it has none."""
-    return f"client {who[:_SHOWN_OF_ID]}" if who else "a client without an id"

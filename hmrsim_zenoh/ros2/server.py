@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hmrsim.actions import registry as all_actions
 from hmrsim.errors import SimulationStopped
@@ -17,25 +17,26 @@ from hmrsim.interfaces.rcl_interfaces import Log
 from hmrsim.protocol.commands import CallService, CancelGoal, InterestChanged, SendGoal
 from hmrsim.protocol.goal import WORLD, GoalResponse
 from hmrsim.protocol.outputs import Answered
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.ros2.names import names_of, trim
-from hmrsim_zenoh.ros2.peers import Peers, numbered
-from hmrsim_zenoh.ros2.publishing.publications import Publications
+from hmrsim_zenoh.ros2.peers import Peers
+from hmrsim_zenoh.ros2.publishing.publications import EMITTED, Publications
+from hmrsim_zenoh.ros2.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply, SendGoalHandler
-from hmrsim_zenoh.ros2.requests.requests import PendingResults, RejectionLog, Requests
+from hmrsim_zenoh.ros2.requests.handlers import GetResultHandler, PendingRosReply, SendGoalHandler
+from hmrsim_zenoh.ros2.requests.requests import PendingResults, Requests
 from hmrsim_zenoh.ros2.requests.subscriptions import FromTopic, Subscriptions
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+from hmrsim_zenoh.server.publisher import Publisher
 
 if TYPE_CHECKING:
     import zenoh
 
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.topics import Topic
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim_zenoh.ros2.keys import Address
     from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.external_planner import Planner
@@ -80,7 +81,7 @@ def open_servers(
     ]
 
 
-class Ros2Server:
+class Ros2Server(SelectiveSink):
     """Serves one simulation on one wire.
 
     Args:
@@ -144,11 +145,11 @@ class Ros2Server:
         self._requests = Requests(
             wire,
             self._catalog,
+            Publisher(session, declares=True),
             waiting=self._waiting,
             rejections=rejections,
-            name_of=self._peers.name_of if self._peers else numbered,
+            peers=self._peers,
             reject=lambda node, text: self._publications.log(node, Log.WARN, text),
-            wrong_hash=self._wrong_hash,
             max_payload=max_payload,
         )
         for key_expr in wire.request_keys:
@@ -165,6 +166,7 @@ class Ros2Server:
         names = names_of(simulator)
         if self._publications.follow(names, lost):
             self._catalog.follow(names)
+            self._requests.follow(names.serves)
             trim(len(simulator.robots))
             if self._peers is not None:
                 self._peers.look(self._publications.is_new)
@@ -173,14 +175,18 @@ class Ros2Server:
         """Return whether a topic has a subscriber."""
         return self._publications.wants(topic)
 
-    def emit(self, output: Output) -> None:
-        """Send an event as replies and publications."""
-        if type(output) is not Answered:
-            self._publications.emit(output)
-        elif isinstance(output.reply_to, PendingRosReply) and output.reply_to.wire is self._wire:
-            self._answer(output.reply_to, output.answer)
-        elif isinstance(output.reply_to, FromTopic) and self._peers is not None:
-            output.reply_to.answer(output.answer)
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that replies to queries, or publishes; None for outputs that ROS does not have."""
+        if kind is Answered:
+            return self._emit_answer
+        return self._publications.emit if kind in EMITTED else None
+
+    def _emit_answer(self, output: Answered) -> None:
+        asked = output.reply_to
+        if isinstance(asked, PendingRosReply) and asked.wire is self._wire:
+            self._answer(asked, output.answer)
+        elif isinstance(asked, FromTopic) and self._peers is not None:
+            asked.answer(output.answer)
 
     def close(self) -> None:
         """Stop declaring, before the session is closed; later requests are refused."""
@@ -193,7 +199,8 @@ class Ros2Server:
         self._publications.join()
 
     def _answer(self, pending: PendingRosReply, answer: object) -> None:
-        self._waiting.answered(pending)
+        if isinstance(pending.handler, GetResultHandler):
+            self._waiting.answered(pending)
         if isinstance(answer, GoalResponse) and not answer.accepted:
             self._requests.log_rejection(pending.client, pending.handler.name, f"rejected: {answer.error_msg}")
         pending.answer(answer)
@@ -241,7 +248,3 @@ class Ros2Server:
         with suppress(SimulationStopped):
             for command in self._waiting.gone(gid.hex()):
                 self._inbox.put(command)
-
-    def _wrong_hash(self, address: Address, client: str) -> None:
-        if self._peers is not None:
-            self._peers.wrong_hash(address, client)

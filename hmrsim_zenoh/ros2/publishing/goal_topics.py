@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import compress, count
 from operator import is_not
+from struct import Struct
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.interfaces.builtin_interfaces import values_of
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
-_SECOND_ENTRY: Final = 33
-"""The offset of the second entry of an encoded status list. All entries except the first have the same padding."""
+_ENTRY: Final = Struct("<16s3xiIb")
+"""An entry of an encoded status list: the goal's id, its stamp and its status."""
 _PADDING: Final = slice(16, 19)
 """The padding of an entry, between the goal's id and its stamp; the first entry of a list has none."""
 
@@ -32,8 +33,7 @@ _PADDING: Final = slice(16, 19)
 class Statuses:
     """An encoder of status lists, which caches entries because most of a long list does not change."""
 
-    def __init__(self, type_: MessageType) -> None:
-        self._type = type_
+    def __init__(self) -> None:
         self._goals: list[GoalEntry] = []
         self._encoded: list[bytes] = []
 
@@ -43,8 +43,8 @@ class Statuses:
         # A Python loop over all entries would take most of the time: identical ones are skipped in C.
         for i in compress(count(), map(is_not, goals, self._goals)):
             if self._goals[i] != goals[i]:
-                self._encoded[i] = self._entry(goals[i])
-        self._encoded[len(self._goals) :] = [self._entry(goal) for goal in goals[len(self._goals) :]]
+                self._encoded[i] = _entry(goals[i])
+        self._encoded[len(self._goals) :] = map(_entry, goals[len(self._goals) :])
         del self._encoded[len(goals) :]
         self._goals = list(goals)
         entries = self._encoded
@@ -57,10 +57,10 @@ class Statuses:
         expired = next((i for i, goal in enumerate(self._goals) if goal.goal_id == oldest), len(self._goals))
         del self._goals[:expired], self._encoded[:expired]
 
-    def _entry(self, goal: GoalEntry) -> bytes:
-        """Return the encoded entry of a goal, with padding."""
-        info = {"goal_id": {"uuid": bytes.fromhex(goal.goal_id)}, "stamp": values_of(goal.stamp)}
-        return self._type.encode({"status_list": [{"goal_info": info, "status": int(goal.status)}] * 2})[_SECOND_ENTRY:]
+
+def _entry(goal: GoalEntry) -> bytes:
+    """Return the encoded entry of a goal, with padding."""
+    return _ENTRY.pack(bytes.fromhex(goal.goal_id), *values_of(goal.stamp).values(), goal.status)
 
 
 _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
@@ -121,7 +121,7 @@ class GoalTopics:
         actions = self._robots[robot] = {}
         for action in names.serves[robot]:
             publishers = self._of(names.called(robot, action), "status", type_, LATCHED_QOS)
-            actions[action] = _Goals(Statuses(type_), publishers, [])
+            actions[action] = _Goals(Statuses(), publishers, [])
             for publisher in publishers:
                 publisher.publish(type_.encode({"status_list": []}))
 

@@ -38,6 +38,7 @@ from hmrsim_zenoh.server.interest import SubscriberWatch
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
+    from hmrsim.geometry import Pose
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService
@@ -53,6 +54,9 @@ ROBOT_TF: Final = "robot's tf"
 _PLAIN: Final = {Topic.CLOCK: CLOCK, Topic.BATTERY_STATE: BATTERY_STATE, Topic.DETECTIONS: DETECTIONS}
 OF_ODOM: Final = (ODOM, TF, ROBOT_TF, AMCL_POSE)
 """The topics that derive from odometry."""
+
+EMITTED: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
+"""The outputs that are published."""
 
 _NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
 
@@ -182,6 +186,7 @@ class Publications:
         self.log = self._health.log
         # Referenced here, as latched publishers have to keep their message until they are declared.
         self._poses: dict[str, Publisher] = {}
+        self._published: dict[str, Pose] = {}
         self._poses_wanted = False
         self._parts = Parts(names)
         self._emitters: dict[type, Callable[[Any], None]] = {
@@ -266,13 +271,11 @@ class Publications:
         return any(each.wants(topic) for each in (self._goals, self._topics, self._views, self._health))
 
     def emit(self, output: Output) -> None:
-        """Publish an event that has a ROS topic."""
-        emit = self._emitters.get(type(output))
-        if emit is not None:
-            try:
-                emit(output)
-            except CdrError as error:
-                _log.warning("not published in ROS: %s", error)
+        """Publish an output of one of the types in `EMITTED`."""
+        try:
+            self._emitters[type(output)](output)
+        except CdrError as error:
+            _log.warning("not published in ROS: %s", error)
 
     def _emit_sample(self, sample: Sampled) -> None:
         self._topics.emit(sample)
@@ -288,7 +291,7 @@ class Publications:
         self._health.change(event)
         if event.status.terminal:
             self._goals.forget(event.goal_id)
-            if event.robot in self._poses and self._actions[event.action].holds_base:
+            if event.robot in self._poses and self._actions[event.action].holds_base and self._has_moved(event.robot):
                 self._publish_pose(event.robot)
 
     def _publish_poses(self) -> None:
@@ -298,6 +301,12 @@ class Publications:
             for robot in self._poses:
                 self._publish_pose(robot)
 
-    def _publish_pose(self, robot: str) -> None:
-        simulator = self._simulator
-        self._topics.publish_pose(simulator.readings.odom(simulator.roster.robots[robot]))
+    def _publish_pose(self, name: str) -> None:
+        robot = self._simulator.roster.robots[name]
+        self._published[name] = robot.estimated(robot.pose())
+        self._topics.publish_pose(self._simulator.readings.odom(robot))
+
+    def _has_moved(self, name: str) -> bool:
+        """Return whether a robot is elsewhere than in the last message on its latched topic."""
+        robot = self._simulator.roster.robots[name]
+        return self._interest[AMCL_POSE] or robot.estimated(robot.pose()) != self._published.get(name)

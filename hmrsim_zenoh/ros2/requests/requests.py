@@ -1,4 +1,4 @@
-"""Decoding of ROS clients' queries to commands, and the log of rejected requests.
+"""Decoding of ROS clients' queries to commands, and the requests for results that wait.
 
 An invalid query is answered here at once, never with an error reply, after which a ROS client would wait forever. Any
 other query travels with its command as ``reply_to`` and is answered when the command has been processed. ROS's replies
@@ -9,36 +9,32 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
+import zenoh
 from pydantic import ValidationError
 
-from hmrsim.errors import printable
 from hmrsim.protocol.commands import CallService, GetResult, SendGoal, StopWaiting
 from hmrsim_zenoh.ros2.codec.layout import CdrError
+from hmrsim_zenoh.ros2.keys import numbered
 from hmrsim_zenoh.ros2.requests.handlers import PendingRosReply
 from hmrsim_zenoh.ros2.wires import Attachment, read_attachment
 from hmrsim_zenoh.wire.envelopes import MAX_TEXT, UnreadableError, check_texts_of, unreadable
 
 if TYPE_CHECKING:
-    import zenoh
-
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim_zenoh.ros2.keys import Address, Node
+    from hmrsim_zenoh.ros2.codec.types import ServiceType
+    from hmrsim_zenoh.ros2.keys import Node
+    from hmrsim_zenoh.ros2.peers import Peers
+    from hmrsim_zenoh.ros2.rejection_log import RejectionLog
     from hmrsim_zenoh.ros2.requests.catalog import Catalog
+    from hmrsim_zenoh.ros2.requests.handlers import Handler
     from hmrsim_zenoh.ros2.wires import Wire
+    from hmrsim_zenoh.server.publisher import Publisher
 
 _log = logging.getLogger(__name__)
-
-MAX_PER_MINUTE: Final = 20
-"""The largest number of lines in a wall minute: a client that keeps changing its id could fill the disk."""
-_MINUTE: Final = 60.0
-_REMEMBERED: Final = 1_000
-"""The number of remembered lines, which are not repeated; the oldest are forgotten."""
-
 
 NO_ATTACHMENT: Final = Attachment(0, 0, bytes(16))
 """The substitute for a missing or invalid attachment."""
@@ -49,50 +45,6 @@ MAX_PER_CLIENT: Final = 1_024
 """The largest number of pending requests of one client."""
 MAX_ANONYMOUS: Final = 32
 """The largest number for one goal, of clients without an id: it is unknown when they leave; most gave up long ago."""
-
-
-class RejectionLog:
-    """Logs each line once, and at most `MAX_PER_MINUTE` lines a minute; for any thread.
-
-    Args:
-        clock: Returns the wall time in seconds.
-    """
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
-        self._lock = threading.Lock()
-        self._logged: OrderedDict[Hashable, None] = OrderedDict()
-        self._since = clock()
-        self._count = 0
-
-    def warn(self, text: str, client: str = "") -> None:
-        """Log a line, once for each client."""
-        if self.due((client, text)):
-            _log.warning("%s", printable(text))
-
-    def due(self, line: Hashable) -> bool:
-        """Return whether to log a line now; if so, it counts as logged."""
-        with self._lock:
-            if line in self._logged:
-                self._logged.move_to_end(line)
-                return False
-            self._start_new_minute()
-            self._count += 1
-            if self._count > MAX_PER_MINUTE:
-                return False
-            self._logged[line] = None
-            if len(self._logged) > _REMEMBERED:
-                self._logged.popitem(last=False)
-            return True
-
-    def _start_new_minute(self) -> None:
-        now = self._clock()
-        if now - self._since < _MINUTE:
-            return
-        suppressed = self._count - MAX_PER_MINUTE
-        self._since, self._count = now, 0
-        if suppressed > 0:
-            _log.warning("ROS 2: suppressed %d more warnings in a minute", suppressed)
 
 
 class PendingResults:
@@ -147,11 +99,13 @@ class PendingResults:
 class Requests:
     """Decodes queries of ROS clients to commands.
 
+    A key is parsed, and its handler looked up, for the first query on it.
+
     Args:
+        keys: Declares the keys that are served, each for the first query on it.
         waiting: The pending get_result requests.
-        name_of: Returns the name of a client for messages, by its gid in hex.
+        peers: Name clients in messages, and warn of those with unknown layouts; None on a wire without tokens.
         reject: Called with the node and the reason when a request is rejected here; from any thread.
-        wrong_hash: Called with the address and the client of a request in an unknown layout.
         max_payload: The largest request in bytes.
     """
 
@@ -159,22 +113,28 @@ class Requests:
         self,
         wire: Wire,
         catalog: Catalog,
+        keys: Publisher,
         *,
         waiting: PendingResults,
         rejections: RejectionLog,
-        name_of: Callable[[str], str],
+        peers: Peers | None,
         reject: Callable[[Node, str], None],
-        wrong_hash: Callable[[Address, str], None],
         max_payload: int,
     ) -> None:
         self._wire = wire
         self._catalog = catalog
+        self._keys = keys
+        self._routes: dict[str, tuple[Handler, ServiceType]] = {}
         self._waiting = waiting
         self._warn = rejections.warn
-        self._name_of = name_of
+        self._peers = peers
         self._reject = reject
-        self._wrong_hash = wrong_hash
         self._max_payload = max_payload
+
+    def follow(self, robots: Collection[str]) -> None:
+        """Look up handlers anew after the served names have changed, and undeclare the keys of other robots."""
+        self._routes.clear()
+        self._keys.forget(lambda key: (address := self._wire.read(key)) is None or address.robot not in robots)
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
         """Return the commands of a query; an invalid query is answered here."""
@@ -206,32 +166,45 @@ class Requests:
             service: The requested service.
             text: The error and the remedy.
         """
-        self._warn(f"ROS 2: {self._name_of(client)}: {service}: {text}", client)
+        name = (self._peers.name_of if self._peers else numbered)(client)
+        self._warn(f"ROS 2: {name}: {service}: {text}", client)
 
     def _pending_reply(self, query: zenoh.Query) -> PendingRosReply | None:
         """Return a query with its handler and layout; drop a query to an unknown name."""
-        address = self._wire.read(str(query.key_expr))
-        handler = self._catalog.find(address.name) if address else None
-        if address is None or handler is None:
+        key = str(query.key_expr)
+        if key in self._routes:
+            handler, layout = self._routes[key]
+            return PendingRosReply(query, self._wire, handler, layout, self._attachment_of(query, handler))
+        address = self._wire.read(key)
+        found = self._catalog.find(address.name) if address else None
+        if address is None or found is None:
             query.drop()
             return None
-        layout = handler.layouts.of(address)
-        attached = None
-        if self._wire.has_types:
-            try:
-                attached = _attached_to(query)
-            except ValueError as error:
-                self.log_rejection("", handler.name, str(error))
-                attached = NO_ATTACHMENT
-        pending = PendingRosReply(query, self._wire, handler, layout or handler.layouts.nearest(address), attached)
-        if layout is None:
-            self._wrong_hash(address, pending.client)
+        known = found.layouts.of(address)
+        attached = self._attachment_of(query, found)
+        pending = PendingRosReply(query, self._wire, found, known or found.layouts.nearest(address), attached)
+        if known is None:
+            if self._peers is not None:
+                self._peers.wrong_hash(address, pending.client)
             pending.refuse("the request has another type or layout than the service")
             return None
-        if handler.lost:
+        if found.lost:
             self._refuse(pending, "no longer served: its robot is gone")
             return None
+        self._routes[key] = found, known
+        with suppress(zenoh.ZError):
+            self._keys.declare(key)
         return pending
+
+    def _attachment_of(self, query: zenoh.Query, handler: Handler) -> Attachment | None:
+        """Return the attachment of a query; None on a wire without attachments."""
+        if not self._wire.has_types:
+            return None
+        try:
+            return _attached_to(query)
+        except ValueError as error:
+            self.log_rejection("", handler.name, str(error))
+            return NO_ATTACHMENT
 
     def _commands(self, pending: PendingRosReply) -> list[AnyCommand]:
         payload = pending.query.payload
@@ -241,11 +214,11 @@ class Requests:
             return []
         commands = pending.handler.commands(pending.type.request.decode(payload.to_bytes()), pending)
         for command in commands:
+            if isinstance(command, GetResult):
+                return [*self._waiting.add(pending, command), command]
             if size > MAX_TEXT and isinstance(command, (SendGoal, CallService)):
                 check_texts_of(command.goal if isinstance(command, SendGoal) else command.request)
-        requests = [command for command in commands if isinstance(command, GetResult)]
-        dropped = [stop for request in requests for stop in self._waiting.add(pending, request)]
-        return [*dropped, *commands]
+        return commands
 
     def _refuse(self, pending: PendingRosReply, text: str) -> None:
         self.log_rejection(pending.client, pending.handler.name, text)

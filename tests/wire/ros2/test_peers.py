@@ -11,7 +11,7 @@ import pytest
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import NO_HASH, Address, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.peers import Peers
-from hmrsim_zenoh.ros2.requests.requests import RejectionLog
+from hmrsim_zenoh.ros2.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.type_compat import difference, distros_of, known, ros_name
 from hmrsim_zenoh.wire.session import SessionOptions, open_client, open_server
 from tests.patience import PATIENCE

@@ -11,8 +11,9 @@ import zenoh
 from zenoh.ext import HistoryConfig, RecoveryConfig, declare_advanced_subscriber
 
 from hmrsim.actions import registry as actions
+from hmrsim.geometry import Pose
 from hmrsim.protocol.goal import GoalEntry, GoalStatus, made_goal_id
-from hmrsim.protocol.outputs import FeedbackSent, Sampled, StatusChanged
+from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
 from hmrsim.simulation.simulator import Simulator
@@ -188,6 +189,18 @@ def test_a_late_subscriber_gets_the_first_pose(stage):
     pose = stage.hear_latched("/eve/amcl_pose", stage.endpoints.message_type("amcl_pose")).next()
 
     assert {"x": 9.0, "y": 2.0, "z": 0.0} == pose["pose"]["pose"]["position"]
+
+
+def test_the_pose_is_published_after_a_goal_only_if_the_robot_has_moved(stage, monkeypatch):
+    stage.start()
+    published = []
+    monkeypatch.setattr(stage.publications._topics, "publish_pose", published.append)
+    for action in ("wait", "navigate_to_pose"):
+        stage.publications.emit(GoalChanged(10**9, "eve", action, GOAL, GoalStatus.SUCCEEDED))
+        if action == "wait":
+            stage.simulator.robots["eve"].move_to(Pose(3.0, 4.0))
+
+    assert [3.0] == [sample.message.pose.pose.position.x for sample in published]
 
 
 def test_a_subscriber_of_the_pose_turns_on_odometry(stage):

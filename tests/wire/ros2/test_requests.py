@@ -6,6 +6,7 @@ import itertools
 import logging
 import struct
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import pytest
 import zenoh
@@ -22,10 +23,11 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.codec.types import DISTROS, action_type, service_type
 from hmrsim_zenoh.ros2.names import Names
+from hmrsim_zenoh.ros2.rejection_log import RejectionLog
 from hmrsim_zenoh.ros2.requests import catalog as catalog_module
 from hmrsim_zenoh.ros2.requests import requests as requests_module
 from hmrsim_zenoh.ros2.requests.catalog import Catalog
-from hmrsim_zenoh.ros2.requests.requests import PendingResults, RejectionLog, Requests
+from hmrsim_zenoh.ros2.requests.requests import PendingResults, Requests
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
 
 from tests.simulation import SMALL_WORLD  # isort: skip
@@ -77,6 +79,15 @@ def query(key_, payload=b"", attachment=None):
     return Query(key_, zenoh.ZBytes(payload), zenoh.ZBytes(signed) if signed else None)
 
 
+class DeclaredKeys(list):
+    """The keys that are declared, in place of a publisher's."""
+
+    declare = list.append
+
+    def forget(self, is_unused):
+        self[:] = [key_ for key_ in self if not is_unused(key_)]
+
+
 class Desk:
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
         self.waiting = PendingResults()
@@ -84,14 +95,18 @@ class Desk:
         simulator = Simulator(World.model_validate(SMALL_WORLD))
         catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services(), simulator=simulator)
         self.catalog = catalog
+        self.keys = DeclaredKeys()
         self.requests = Requests(
             wire,
             catalog,
+            self.keys,
             waiting=self.waiting,
             rejections=RejectionLog(),
-            name_of=lambda who: f"client {who[:4]}",
+            peers=SimpleNamespace(
+                name_of=lambda who: f"client {who[:4]}",
+                wrong_hash=lambda address, who: self.wrong.append((address, who)),
+            ),
             reject=lambda _node, _text: None,
-            wrong_hash=lambda address, who: self.wrong.append((address, who)),
             max_payload=1000,
         )
 
@@ -433,6 +448,23 @@ class TestNames:
         assert [] == found
         assert expected.items() <= reply_of(asked, getattr(wait_type(), verb)).items()
         assert caplog.messages[0].endswith(f"/wall_e/wait/_action/{verb}: no longer served: its robot is gone")
+
+    def test_keys_are_declared_for_the_first_request_until_their_robot_is_lost(self):
+        """Zenoh compares an undeclared key with all others."""
+        desk = Desk(names=Names({"wall_e": ["wait"], "eve": ["wait"]}))
+        lost = query(key("send_goal"), SEND)
+        kept = f"0/eve/wait/_action/send_goal/{key('send_goal').partition('send_goal/')[2]}"
+        for _ in range(2):
+            desk.requests.decode(query(key("send_goal"), SEND))
+            desk.requests.decode(query(kept, SEND))
+        declared = list(desk.keys)
+        desk.catalog.follow(Names({"eve": ["wait"]}))
+        desk.requests.follow({"eve"})
+        desk.requests.decode(lost)
+
+        assert [key("send_goal"), kept] == declared
+        assert [kept] == desk.keys
+        assert not reply_of(lost, wait_type().send_goal)["accepted"]
 
     def test_the_node_of_a_lost_robot_has_state_0(self):
         desk = Desk()

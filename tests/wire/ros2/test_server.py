@@ -243,7 +243,8 @@ def test_requests_after_the_end_are_answered():
 def test_no_thread_is_left():
     """A Zenoh thread that outlives Python's end would abort the process."""
     before = set(threading.enumerate())
-    with serving() as host:
+    with serving() as host, RosClient(host.endpoints[0]) as client:
+        client.action(WAIT).wait().do({"time": {"sec": 0}})
         during = {thread.name for thread in set(threading.enumerate()) - before}
     left = {thread.name for thread in set(threading.enumerate()) - before}
 

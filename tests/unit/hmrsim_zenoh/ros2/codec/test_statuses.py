@@ -31,7 +31,7 @@ def test_two_goals() -> None:
         "00000000000000000000000000000001" "02000000" "03000000" "04"
         "00000000000000000000000000000004" "000000" "05000000" "06000000" "02"
     )  # fmt: skip
-    assert expected == Statuses(TYPE).encode((first, second)).hex()
+    assert expected == Statuses().encode((first, second)).hex()
 
 
 # The goals that are listed, and the status of each: goals come, change, and go from anywhere.
@@ -41,7 +41,7 @@ LISTS = st.lists(st.dictionaries(st.sampled_from(range(6)), st.sampled_from(list
 @given(LISTS)
 def test_any_sequence_of_lists(lists: list[dict[int, GoalStatus]]) -> None:
     """The encoding of a list does not depend on earlier lists."""
-    statuses = Statuses(TYPE)
+    statuses = Statuses()
     for listed in lists:
         goals = [GoalEntry(GOALS[number], 10**9 * number + 7, status) for number, status in sorted(listed.items())]
 
