@@ -1,7 +1,7 @@
-"""Admission of vehicles to lanes: closed lanes, barriers such as doors, and the traffic policy.
+"""The admission of vehicles to lanes: it asks closed lanes, barriers such as doors, and the traffic policy.
 
-A vehicle asks before it begins a leg. If it is not admitted it waits where it is, and asks again when that may have
-changed. Where nothing can block a vehicle, no vehicle asks.
+A vehicle requests each leg before it begins it. If it is not admitted, it waits where it is, and requests again when
+the answer may have changed. In a world where nothing can block a vehicle, vehicles request nothing.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ if TYPE_CHECKING:
 
 
 class Admission:
-    """The lanes of one world, and the vehicles and obstructions on them.
+    """Decides which vehicles may drive which lanes of a world, and resumes those that had to wait.
 
     Args:
         world: The world.
-        rules_of: Returns the rules of the traffic policy; None where no vehicle can block another.
-        patience: How long a vehicle waits before its goal is aborted, in seconds; None for any time.
+        rules_of: Returns the rules of the traffic policy; None if no vehicle can block another.
+        patience: The seconds that a vehicle waits before its goal is aborted; None for no limit.
         ways_changed: Called when lanes have been closed or opened; see `LaneClosures.publish`.
 
     Attributes:
-        causes: What holds up each vehicle.
+        causes: Finds the causes for which vehicles make no progress.
         closures: The lanes that are closed now.
         needed: Whether a lane, a barrier or another vehicle can block a vehicle.
-        by_legs: Whether a vehicle asks before each leg, as rules say who may drive.
-        grace: For how many simulated seconds a vehicle lingers where a goal has ended, if its next one takes time.
-        waits: The vehicles that wait, in the order in which they began to.
+        by_legs: Whether a vehicle requests each leg separately, since the policy has rules.
+        grace: The simulated seconds for which a vehicle lingers after a goal, if its next goal may take time to come.
+        waits: The vehicles that wait, in the order in which they began to wait.
     """
 
     def __init__(
@@ -85,16 +85,16 @@ class Admission:
         return self._env.now
 
     def reset(self) -> None:
-        """Forget what the traffic policy knows of the past; no vehicle may be on its way."""
+        """Clear the history of the traffic policy; no vehicle may be driving."""
         self._stopped.clear()
         if self._rules is not None:
             self._rules.reset()
 
     def plan(self, robot: Vehicle, start: Point, goal: Point, avoid: Collection[Lane] = ()) -> Route:
-        """Return the quickest route for a vehicle, without lanes that it can never pass or is to *avoid*.
+        """Return the quickest route for a vehicle, without lanes to *avoid* and those that it can never pass.
 
         Raises:
-            NoRoute: As `WaypointGraph.plan` says; the text names the lanes that are closed.
+            NoRoute: There is none, as for `WaypointGraph.plan`; the text names the closed lanes.
         """
         kept_off = self._barriers.kept_off(robot)
         try:
@@ -118,7 +118,7 @@ class Admission:
         self._update_needed()
 
     def lanes_change(self) -> Event:
-        """Return the event that lanes are next closed or opened."""
+        """Return the event of the next time that lanes are closed or opened."""
         if self._lanes_change is None:
             self._lanes_change = Event(self._env)
         return self._lanes_change
@@ -140,7 +140,7 @@ class Admission:
         self.needed = self._rules is not None or self._obstructed
 
     def place(self, robot: Vehicle) -> None:
-        """Record that a vehicle is new, or was put where it now stands."""
+        """Record that a vehicle is new, or was moved to where it stands now."""
         self._vehicles[robot] = None
         self.forget(robot)
         self._barriers.leave(robot)
@@ -148,10 +148,10 @@ class Admission:
             self._rules.stand(robot, self._slots_at(robot.pose().point))
 
     def full_at(self, point: Point, radius: float, name: str = "") -> str | None:
-        """Return what a vehicle of this radius can't have at a point since another one has it; None if it can.
+        """Return why a vehicle of this radius can't stand at a point, because another holds it; None if it can.
 
-        That is the waypoint or lane there, or one so near that the two would touch. The vehicle of this *name* does
-        not count.
+        The other vehicle holds the waypoint or lane at the point, or one so near that both would touch. The vehicle of
+        this *name* does not count.
         """
         if self._rules is None:
             return None
@@ -165,7 +165,7 @@ class Admission:
         return None
 
     def _called(self, slot: int, robot: Vehicle) -> str:
-        """Return the name of a slot that a vehicle has."""
+        """Return the name of a slot that a vehicle holds."""
         lanes = self.graph.lanes
         track = slot - len(lanes.names)
         if track < 0:
@@ -197,7 +197,7 @@ class Admission:
             self._rules.stand(robot, self._rules.held(robot)[-1:])
 
     def stopped(self, robot: Vehicle, leg: Leg | None) -> None:
-        """Record that a vehicle stops on its leg, which is None if it had not begun one."""
+        """Record that a vehicle stops on its leg; the leg is None if it had not begun one."""
         if robot in self.waits:
             self._stopped[robot] = self._env.now, self.waits[robot]
         self.forget(robot)
@@ -212,7 +212,7 @@ class Admission:
             self._rules.stand(robot, leg.slots[:1] if leg.lane else self._slots_at(robot.pose().point))
 
     def _stand_back(self, robot: Vehicle, rules: Rules) -> None:
-        """Put a vehicle back where it was before this instant; vehicles that set out for that place step back."""
+        """Put a vehicle back to where it was before this instant, and vehicles that set out for that place, too."""
         slots = self._slots_at(robot.pose().point)
         for slot in slots:
             inside = [*rules.inside(slot)] if rules.full(slot) else []
@@ -226,7 +226,7 @@ class Admission:
         rules.stand(robot, slots)
 
     def _slots_at(self, point: Point) -> tuple[int, ...]:
-        """Return the slots of a vehicle that stands at a point: the waypoint, the lane, or a spot beside the lanes."""
+        """Return the slots of a vehicle that stands at a point: a waypoint, a lane, or a spot beside the lanes."""
         lanes = self.graph.lanes
         at = lanes.at.get(point)
         if at is not None:
@@ -241,9 +241,9 @@ class Admission:
         return edge.leg.slots[:1]
 
     def admit(self, robot: Vehicle, leg: Leg) -> bool:
-        """Return whether a vehicle may begin a leg now; if not, it waits, and goes on when it is released."""
+        """Return whether a vehicle may begin a leg now; if not, it waits until it is released."""
         if self.waits and robot in self.waits:
-            # It has taken another route.
+            # The vehicle has taken another route meanwhile.
             self.forget(robot)
         why = self._in_the_way(robot, leg) if self._obstructed else ""
         if not why and (self._rules is None or self._rules.take(robot, leg)):
@@ -254,9 +254,9 @@ class Admission:
         return False
 
     def sure_up_to(self, robot: Vehicle, legs: Sequence[Leg | None], number: int) -> int:
-        """Return up to which of a drive's pieces a vehicle need not ask, from one that it may begin now.
+        """Return the index of the last piece of a drive up to which a vehicle need not request again.
 
-        It asks again behind a barrier, and where there is one, or a closed lane.
+        The vehicle may begin the piece *number* now. It requests again at and behind a barrier, and at a closed lane.
         """
         if robot in self._barriers.inside:
             return number
@@ -267,17 +267,17 @@ class Admission:
         return len(legs) - 1
 
     def _is_in_doubt(self, leg: Leg) -> bool:
-        """Return whether something other than vehicles may be in the way on a leg."""
+        """Return whether something other than a vehicle may block a leg."""
         lane = leg.lane
         return bool(self._barriers) if lane is None else lane in self.closures.lanes or lane in self._barriers.on_lanes
 
     @property
     def asking(self) -> Iterable[Vehicle]:
-        """The vehicles that are about to ask again at this instant, in order."""
+        """The vehicles that will request their legs again at this instant, in order."""
         return self._asking
 
     def soon(self, call: Callable[[], None]) -> None:
-        """Call a function at this instant but after what happens now."""
+        """Call a function at this instant, after the events that happen now."""
         self._env.call_soon(call)
 
     def look_again(self, robots: Sequence[Vehicle]) -> None:
@@ -285,7 +285,7 @@ class Admission:
         if not robots:
             return
         if not self._asking:
-            # Now, a vehicle that yields has not left yet.
+            # Not now: a vehicle that makes room has not left its slots yet.
             self._env.call_soon(self._ask)
         self._asking.update(dict.fromkeys(robots))
 
@@ -320,7 +320,7 @@ class Admission:
             self._tell(wait)
 
     def _in_the_way(self, robot: Vehicle, leg: Leg) -> str:
-        """Return what blocks a leg, other than vehicles; empty if nothing does."""
+        """Return the obstacle on a leg other than vehicles, in words; empty if there is none."""
         lane = leg.lane
         closed = self.closures.why(leg) if lane in self.closures.lanes else ""
         if closed or (lane and leg.joins is None and lane not in self._barriers.on_lanes):
@@ -328,7 +328,7 @@ class Admission:
         return self._barriers.why_not(robot, leg)
 
     def kept_off(self, robot: Vehicle) -> Collection[Lane]:
-        """Return the lanes that a vehicle can never pass, such as those with a door that is not for it."""
+        """Return the lanes that a vehicle can never pass, for instance because of a door that does not open for it."""
         return self._barriers.kept_off(robot)
 
     def shut_to(self, robot: Vehicle) -> Collection[Lane]:
@@ -337,7 +337,7 @@ class Admission:
         return {*kept_off, *closed} if kept_off and closed else kept_off or closed
 
     def lets(self, robot: Vehicle, legs: Sequence[Leg]) -> bool:
-        """Return whether only traffic can be in a vehicle's way on legs now; if not, what is there begins to open."""
+        """Return whether only vehicles can block some legs now; otherwise the barriers on them begin to open."""
         if not self._obstructed:
             return True
         hindered = [leg for leg in legs if self._in_the_way(robot, leg)]
@@ -354,7 +354,7 @@ class Admission:
         self.look_again([wait.robot for wait in waits if not wait.leg.lane or wait.leg.lane in lanes])
 
     def push(self, robot: Vehicle, legs: Sequence[Leg], by: Vehicle, *, rerouted: bool = False) -> None:
-        """Make a vehicle yield to another by driving legs whose slots it already holds."""
+        """Make a vehicle make room for another by driving legs whose slots it already holds."""
         self.forget(robot)
         self._barriers.enter(robot, legs[0])
         start, wanted_by = robot.pose().point, "" if by is robot else by.name
@@ -383,16 +383,16 @@ class Admission:
             self._env.call_soon(robot.ask_again)
 
     def became_idle(self, robot: Vehicle) -> None:
-        """Record that a vehicle can yield from now on where it stands."""
+        """Record that a vehicle can make room from now on."""
         if self._rules is not None and not robot.flies:
             self._rules.stand(robot, self._rules.held(robot))
 
     def yielded(self, robot: Vehicle) -> None:
-        """Record that a vehicle has yielded; it goes on if the traffic policy lets it."""
+        """Record that a vehicle has made room; it continues if the traffic policy allows that."""
         if self._rules is not None and self._rules.stays_aside(robot):
             return
         if self._asking:
-            # Those for which it has made room go first.
+            # The vehicles for which it has made room go first.
             self._env.call_soon(robot.ask_again)
         else:
             robot.ask_again()
@@ -400,7 +400,7 @@ class Admission:
     def queue(self, robot: Vehicle, dock: str, holders: Callable[[], Sequence[Vehicle]]) -> None:
         """Record that a vehicle queues for a dock until one of the *holders* leaves; see `Causes.unqueue`."""
         self.causes.queue(robot, dock, self._env.now, holders)
-        # Vehicles that wait for it may do so in vain from now on.
+        # Other vehicles may now wait for one that will not move by itself.
         self.became_idle(robot)
 
     def waits_for_barrier(self, robot: Vehicle) -> bool:
@@ -418,7 +418,7 @@ class Admission:
         self._tell(wait)
 
     def _waits_since(self, robot: Vehicle, leg: Leg) -> float:
-        """Return since when a vehicle waits: one that is sent the same way again at this instant goes on waiting."""
+        """Return when a wait began; a vehicle that was stopped and sent on at this instant has not stopped waiting."""
         when, before = self._stopped.pop(robot, (-1.0, None))
         return before.since if before and when == self._env.now and before.leg == leg else self._env.now
 
@@ -434,22 +434,23 @@ class Admission:
             self._rules.blocked(robot)
 
     def explain(self, robot: Vehicle, why: str) -> None:
-        """Record why a barrier refuses a waiting vehicle, without requesting passage again."""
+        """Record why a barrier refuses a waiting vehicle, and publish that."""
         wait = self.waits.get(robot)
         if wait is not None and wait.why and not self.closures.why(wait.leg):
             wait.why = why
             self._tell(wait)
 
     def _tell(self, wait: Wait) -> None:
-        """Publish what a vehicle waits for, unless that has been published."""
+        """Publish what a vehicle waits for, unless the last event says the same."""
         if self.publisher.interest.events:
             others = self._waits_for(wait)
-            if wait.told is None or wait.told.why != wait.why or wait.told.for_ != others:
-                told = wait.told = self._described(wait, others)
-                self.publisher.publish(lambda: told)
+            last = wait.published
+            if last is None or last.why != wait.why or last.for_ != others:
+                event = wait.published = self._described(wait, others)
+                self.publisher.publish(lambda: event)
 
     def _waits_for(self, wait: Wait) -> tuple[str, ...] | None:
-        """Return the names of the vehicles that one waits for; None if it waits for something else."""
+        """Return the names of the vehicles that a vehicle waits for; None if an obstacle blocks it."""
         return None if wait.why else tuple(sorted([other.name for other in self.causes.blockers(wait.robot)]))
 
     def _described(self, wait: Wait, others: tuple[str, ...] | None) -> Waiting:
@@ -465,18 +466,19 @@ class Admission:
         return self.waits.get(wait.robot) is wait
 
     def _hopeless_since(self, wait: Wait) -> float | None:
-        """Return since when neither those for which a vehicle waits, directly or not, nor those ahead make progress.
+        """Return since when no vehicle on which a wait depends has made progress.
 
         Returns:
-            In simulated seconds, and no sooner than it began to wait; infinite if one of them moves or works now, None
-            if the wait is over.
+            The time in simulated seconds, but not before the wait began; infinite if one of the vehicles moves or works
+            now; None if the wait is over. The vehicles are those for which this one waits, directly or through others,
+            and those whose turn comes before.
         """
         if not self._still_waits(wait):
             return None
         robot = wait.robot
         seen = dict.fromkeys(self._rules.ahead_of(robot) if self._rules and not wait.why else ())
-        for each in (todo := [robot]):
-            for other in self.causes.blockers(each) or self.causes.behind_barrier(each):
+        for vehicle in (todo := [robot]):
+            for other in self.causes.blockers(vehicle) or self.causes.behind_barrier(vehicle):
                 if other not in seen:
                     seen[other] = None
                     todo.append(other)
@@ -492,7 +494,7 @@ class Admission:
         self.abort(robot, GoalAborted(FollowPath.Result.PATIENCE_EXCEEDED, text, Cause.BLOCKED))
 
     def forget(self, robot: Vehicle) -> None:
-        """End the wait of a vehicle; do nothing if it does not wait."""
+        """End the wait of a vehicle, if it waits."""
         wait = self.waits.pop(robot, None)
         if wait is None:
             return

@@ -21,18 +21,18 @@ if TYPE_CHECKING:
 
 
 Activity = Literal["disabled", "docked", "works", "drives", "idle"]
-"""What a vehicle does that nothing holds up: the first of these that applies."""
+"""The activity of a vehicle that nothing holds up: the first of these that applies."""
 
 by_rank: Final = attrgetter("rank")
 """The key by which vehicles are ordered."""
 
 
 class Vehicle(Protocol):
-    """A robot as those see it that admit it to lanes, open for it, or carry it."""
+    """A robot as traffic policies, barriers and lifts see it."""
 
     @property
     def name(self) -> str:
-        """Its name, which is unique."""
+        """The unique name of the robot."""
 
     @property
     def type(self) -> str:
@@ -40,7 +40,7 @@ class Vehicle(Protocol):
 
     @property
     def radius(self) -> float:
-        """Of its footprint; 0 if it has none."""
+        """The radius of the footprint; 0 if there is none."""
 
     @property
     def flies(self) -> bool:
@@ -48,11 +48,11 @@ class Vehicle(Protocol):
 
     @property
     def speed(self) -> float:
-        """The maximum speed that it can go now, in the world's unit a second."""
+        """The maximum speed now, in the world's unit per second."""
 
     @property
     def rank(self) -> tuple[float, str]:
-        """By what vehicles are ordered: by when they set out, those that go nowhere last."""
+        """The key by which vehicles are ordered: by when they set out; those without a destination come last."""
 
     @property
     def rerouted(self) -> int:
@@ -60,7 +60,7 @@ class Vehicle(Protocol):
 
     @property
     def stands(self) -> bool:
-        """Return whether the vehicle stands and has nowhere to go."""
+        """Return whether the vehicle stands and has no destination."""
 
     @property
     def moves(self) -> bool:
@@ -76,11 +76,11 @@ class Vehicle(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Return whether the vehicle stands still for a goal, or lingers where one has just ended."""
+        """Return whether the vehicle stands still for a goal, or lingers after the end of one."""
 
     @property
     def stays_until(self) -> float:
-        """Until when it lingers where its goal has ended, in simulated seconds; the past if it does not."""
+        """The simulated time until which the vehicle lingers after a goal; in the past if it does not linger."""
 
     @property
     def may_yield(self) -> bool:
@@ -88,17 +88,17 @@ class Vehicle(Protocol):
 
     @property
     def will_yield(self) -> bool:
-        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
+        """Return whether the vehicle can make room now, or once it has stopped or ended its work."""
 
     def pose(self) -> Pose:
-        """Return the position of its center and its yaw, now."""
+        """Return the current position of the center, and the yaw."""
 
     def distance_to(self, point: Point) -> float:
-        """Return how far its center is from *point*."""
+        """Return the distance from the center to *point*."""
 
     @property
     def disabled_reasons(self) -> Mapping[str, str]:
-        """Why it is disabled, by cause; empty while it can be used."""
+        """The reasons why the vehicle is disabled, by cause; empty while it can be used."""
 
     @property
     def activity(self) -> tuple[Activity, str, str]:
@@ -106,47 +106,47 @@ class Vehicle(Protocol):
 
     @property
     def still_since(self) -> float:
-        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works."""
+        """The simulated time since which the vehicle has made no progress; infinite while it moves or works."""
 
     @property
     def goal(self) -> Point | None:
-        """The point to which any route may lead; None if it goes nowhere, or its path is given point by point."""
+        """The destination, to which any route may lead; None without one, or if the path is given point by point."""
 
     @property
     def piece(self) -> Piece | None:
-        """The lane or the turn that it drives now; None when it stands, or waits."""
+        """The lane or turn that the vehicle drives now; None while it stands or waits."""
 
     @property
     def next_leg(self) -> Leg | None:
-        """The leg that it drives now, or waits for; None when it stands, or turns."""
+        """The leg that the vehicle drives now or waits for; None while it stands or turns."""
 
     @property
     def legs_ahead(self) -> list[Leg]:
-        """The legs that it has not driven to their ends; none when it stands."""
+        """The legs that the vehicle has not driven to their ends; empty while it stands."""
 
     def look_ahead(self) -> None:
-        """Ask again before each lane on its way that may be closed by now."""
+        """Request each lane on the route again, since a lane may have closed."""
 
     def go_on(self) -> None:
-        """Drive the leg for which it waits: it is admitted now."""
+        """Drive the leg for which the vehicle has waited, and to which it is now admitted."""
 
     def ask_again(self) -> None:
-        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+        """Request the right of way again if the vehicle waits; drive on or keep waiting."""
 
     def step_back(self) -> None:
-        """Lose the right of way at the instant at which it sets out, and wait."""
+        """Give up the right of way at the instant at which the vehicle sets out, and wait."""
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
-        """Take another route from where it waits, without these lanes; return whether there is one."""
+        """Take another route from the current position without these lanes; return whether there is one."""
 
     def take_route(self, route: Route) -> None:
-        """Take a route from where it waits; it asks for the right of way again."""
+        """Take a route from the current position, and request the right of way again."""
 
     def yield_along(self, legs: Sequence[Leg], by: str, *, rerouted: bool = False) -> None:
-        """Yield to the vehicle *by* by driving legs to which it is admitted; it may count as another route."""
+        """Make room for the vehicle *by* by driving legs to which this one is admitted."""
 
     def give_up(self, why: GoalAborted) -> None:
-        """Stop on its way, and fail the drive."""
+        """Stop on the route, and fail the drive."""
 
 
 @dataclass(eq=False)
@@ -154,18 +154,18 @@ class Wait:
     """A vehicle that waits for the right of way.
 
     Attributes:
-        leg: The leg that it is to drive.
-        since: When it began to wait, in simulated seconds.
-        why: The obstacle, in words; empty where other vehicles block it.
-        told: The event that was published of it last, if any.
-        asks: Whether it is to ask again at a time, as a search for a way out was put off.
+        leg: The leg for which the vehicle waits.
+        since: The beginning of the wait, in simulated seconds.
+        why: The obstacle, in words; empty if other vehicles block the leg.
+        published: The last event about this wait; None if there is none yet.
+        asks: Whether a time is set at which the vehicle requests again, because a search for a way out was postponed.
     """
 
     robot: Vehicle
     leg: Leg
     since: float
     why: str = ""
-    told: Waiting | None = None
+    published: Waiting | None = None
     asks: bool = False
 
 
@@ -174,19 +174,19 @@ class Rules(Protocol):
 
     @property
     def grace(self) -> float:
-        """For how long a vehicle is not moved from where a goal has ended, if its next one takes time to come."""
+        """The seconds for which a vehicle is not moved after a goal, if its next goal may take time to come."""
 
     def held(self, robot: Vehicle) -> tuple[int, ...]:
         """Return the slots that a vehicle holds, in the order in which it drives them."""
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
+        """Give a vehicle the slots of a leg, and release all others that it holds; return False if they are taken."""
 
     def reset(self) -> None:
-        """Forget the past; where vehicles stand stays as it is."""
+        """Forget the past, but keep the slots of the vehicles."""
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
+        """Give a standing vehicle these slots, even if they are full, and release all others that it holds."""
 
     def leave(self, robot: Vehicle) -> None:
         """Release all slots of a vehicle."""
@@ -198,28 +198,28 @@ class Rules(Protocol):
         """Return the slot of a point beside the lanes."""
 
     def full(self, slot: int) -> bool:
-        """Return whether no other vehicle may come into a slot now."""
+        """Return whether a slot has no room for another vehicle now."""
 
     def inside(self, slot: int) -> Sequence[Vehicle]:
         """Return the vehicles that hold a slot."""
 
     def near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
-        """Yield the slots so near to one, and who holds them, that a vehicle of this radius there would touch it."""
+        """Yield the slots and their holders that a vehicle of this radius in a slot would touch."""
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need for a leg."""
+        """Return the vehicles that hold slots which a vehicle needs for a leg."""
 
     def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
-        """Return the vehicles whose turn is before that of one that waits, so that its patience does not count yet."""
+        """Return the vehicles whose turn comes before that of a waiting one; its patience does not count before."""
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
-        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
+        """Return why *other* does not make room for *robot*, as the end of a sentence: "it …"."""
 
     def halted(self, robot: Vehicle) -> None:
         """Record that a vehicle was stopped on its leg, so that it will not arrive."""
 
     def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle that has yielded is to stay there; then the policy tells it to go on later."""
+        """Return whether a vehicle that has yielded has to stay there; if so, the policy resumes it later."""
 
     def opened(self) -> None:
         """Record that a door opened, a cabin arrived, or a lane opened or closed."""
@@ -229,7 +229,7 @@ class Rules(Protocol):
 
 
 class WaitTimeout:
-    """Reports waits that have been hopeless for too long; the limit is the same for all, so one timeout serves them.
+    """Reports waits that have been hopeless for too long; one timeout serves all waits, as their limit is the same.
 
     Args:
         seconds: The limit; None for no limit.
@@ -255,7 +255,7 @@ class WaitTimeout:
         self._timeout: Timeout | None = None
 
     def begin(self, wait: Wait) -> None:
-        """Watch a wait that begins."""
+        """Watch a wait that begins now."""
         if self._seconds is None:
             return
         self._add(wait.since, wait)
@@ -266,7 +266,7 @@ class WaitTimeout:
             self._set_timeout()
 
     def stop(self) -> None:
-        """Forget all waits, and the timeout with them, so that simulated time does not go on for its sake."""
+        """Forget all waits, and remove the timeout, which would otherwise keep simulated time going."""
         if self._timeout is not None:
             # It may be the event that is processed now.
             if self._timeout.callbacks is not None:
@@ -295,6 +295,6 @@ class WaitTimeout:
             if since <= looked:
                 self._expired(wait)
             else:
-                # They have made progress meanwhile: the patience begins anew when the last of them stops.
+                # There was progress meanwhile: the time counts from when the last of these vehicles stopped.
                 self._add(min(since, self._env.now), wait)
         self._set_timeout()

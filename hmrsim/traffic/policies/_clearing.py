@@ -1,8 +1,8 @@
-"""Clearing a route: the vehicles on it move aside, and push others on, one after the other.
+"""The clearing of a route: the vehicles on it move aside one after the other, and push others away.
 
-A search of all combinations of places is exact, but too long for many vehicles. Here only what is in the way moves. The
-vehicle that is to go on clears the route from where it is; where that is not possible, because the others have to get
-past it, it gets out of their way first: to each place that it can reach in turn, the nearest first.
+A search of all combinations of places is exact, but takes too long for many vehicles. Here only vehicles that are in
+the way move. The blocked vehicle first tries to clear the route from its own place. If that is impossible because the
+others have to get past it, it moves out of their way first: to each place that it can reach, the nearest first.
 """
 
 from __future__ import annotations
@@ -18,26 +18,26 @@ if TYPE_CHECKING:
     from hmrsim.traffic.policies._ways import Way
 
     Drives = tuple[tuple[int, Way], ...]
-    """Who drives which way, in order; vehicles by their numbers in the group."""
+    """Drives in order, each with the number of the vehicle in the group and its way."""
 
 _MOST_PLACES = 120
-"""Combinations of places from which it is tried to clear the route."""
+"""The maximum number of combinations of places from which the search tries to clear the route."""
 
 _MOST_TRIES = 4_000
-"""Attempts to move one vehicle somewhere, in all."""
+"""The maximum number of attempts to move a vehicle aside, in the whole search."""
 
 _MOST_REFUGES = 6
-"""Places that are tried for one vehicle that is to move aside."""
+"""The maximum number of places that are tried for one vehicle that has to move aside."""
 
 _OCCUPIED = 3
-"""Ways that a place counts as farther away if a vehicle is there, which would have to be moved in turn."""
+"""The additional cost of an occupied place, in ways, since the vehicle there would have to move in turn."""
 
 _BESIDE = 2
-"""Ways that a place beside the lanes counts as farther away: orders may need it."""
+"""The additional cost of a place beside the lanes, in ways, since orders may need it."""
 
 
 def length_of(drives: Drives) -> float:
-    """Return how far vehicles drive in all, in the world's unit."""
+    """Return the total length of drives, in the world's unit."""
     return sum(way.length for _, way in drives)
 
 
@@ -49,7 +49,7 @@ class Clearing:
         self._tries = 0
 
     def find(self) -> Drives | None:
-        """Return who drives which way, in order, so that the first vehicle is at its target; None if none are found."""
+        """Return the drives, in order, that bring the first vehicle to its target; None if none are found."""
         group = self._group
         heap: list[tuple[float, int, Places, Drives]] = [(0.0, 0, group.start, ())]
         seen, number = {group.key(group.start)}, 0
@@ -70,36 +70,36 @@ class Clearing:
                 aside = self._clear(places, [(0, way)])
                 if aside is None:
                     continue
-                there = (way.end, *aside[0][1:])
-                if (key := group.key(there)) not in seen:
+                after = (way.end, *aside[0][1:])
+                if (key := group.key(after)) not in seen:
                     seen.add(key)
                     number += 1
                     moves = (*drives, *aside[1], (0, way))
-                    heapq.heappush(heap, (length_of(moves), number, there, moves))
+                    heapq.heappush(heap, (length_of(moves), number, after, moves))
         return best
 
     def _route(self, places: Places) -> list[Way] | None:
-        """Return the routes by which the first vehicle reaches its target, ignoring the rest of the group."""
+        """Return the ways by which the first vehicle reaches its target, ignoring the rest of the group."""
         group = self._group
-        came: dict[int, tuple[int, Way] | None] = {places[0]: None}
+        predecessors: dict[int, tuple[int, Way] | None] = {places[0]: None}
         todo = deque([places[0]])
-        while todo and group.target not in came:
+        while todo and group.target not in predecessors:
             place = todo.popleft()
             for way in group.ways(0, (place, *places[1:])):
-                if way.end not in came:
-                    came[way.end] = place, way
+                if way.end not in predecessors:
+                    predecessors[way.end] = place, way
                     todo.append(way.end)
-        if group.target not in came:
+        if group.target not in predecessors:
             return None
         route: list[Way] = []
         at = group.target
-        while (step := came[at]) is not None:
+        while (step := predecessors[at]) is not None:
             at, way = step
             route.append(way)
         return route[::-1]
 
     def _clear(self, places: Places, wanted: Sequence[tuple[int, Way]]) -> tuple[Places, Drives] | None:
-        """Return the placement in which no vehicle blocks the first one, and the moves that lead there."""
+        """Return the places after other vehicles have moved out of the first one's way, and their moves."""
         moves: Drives = ()
         for _ in range(2 * len(places)):
             blocker = self._blocker(places, wanted)
@@ -112,7 +112,7 @@ class Clearing:
         return None
 
     def _blocker(self, places: Places, wanted: Sequence[tuple[int, Way]]) -> int | None:
-        """Return the vehicle to which the first one comes first on its drives."""
+        """Return the first vehicle that blocks the drives of the vehicle to clear; None if there is none."""
         at = places
         for _, way in wanted:
             others = self._group.in_the_way(0, way, at)
@@ -124,7 +124,7 @@ class Clearing:
     def _move_aside(
         self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
     ) -> tuple[Places, Drives] | None:
-        """Return the placement after a vehicle has moved to where it blocks no other, and the moves that lead there."""
+        """Return the places after a vehicle has moved to where it blocks no other, and all moves for that."""
         for tried, path in enumerate(self._refuges(places, j, wanted, stay)):
             self._tries += 1
             if tried >= _MOST_REFUGES or self._tries > _MOST_TRIES:
@@ -136,8 +136,8 @@ class Clearing:
                 cleared = self._clear_step(at, j, way, ahead, stay | {j})
                 if cleared is None:
                     break
-                at, made = cleared
-                moves = (*moves, *made, (j, way))
+                at, moves_of_others = cleared
+                moves = (*moves, *moves_of_others, (j, way))
                 at = (*at[:j], way.end, *at[j + 1 :])
             else:
                 return at, moves
@@ -146,7 +146,7 @@ class Clearing:
     def _clear_step(
         self, places: Places, j: int, way: Way, wanted: Sequence[tuple[int, Way]], stay: set[int]
     ) -> tuple[Places, Drives] | None:
-        """Return where all are when a vehicle can drive one way, and the moves for that."""
+        """Return the places after others have moved so that a vehicle can drive a way, and their moves."""
         moves: Drives = ()
         for _ in range(len(places)):
             others = self._group.in_the_way(j, way, places)
@@ -163,7 +163,7 @@ class Clearing:
     def _refuges(
         self, places: Places, j: int, wanted: Sequence[tuple[int, Way]], stay: set[int]
     ) -> Iterator[list[Way]]:
-        """Yield the routes of a vehicle to places where it blocks no other, the shortest first."""
+        """Yield the routes of a vehicle to places where it blocks no other, the cheapest first."""
         group, number = self._group, 0
         heap: list[tuple[int, int, int, list[Way]]] = [(0, 0, places[j], [])]
         done: set[int] = set()

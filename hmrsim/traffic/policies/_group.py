@@ -1,4 +1,4 @@
-"""A group of vehicles that stand, and may be moved: where each can go, and who is in whose way."""
+"""A group of vehicles that may be moved in a search: the ways of each, and the vehicles in the way."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 _NONE: Final = frozenset["Vehicle"]()
 
 Places = tuple[int, ...]
-"""Where each vehicle of a group stands, by its number in the group: a waypoint, a spot, or a lane."""
+"""The place of each vehicle of a group, by its number in the group: a waypoint, a spot or a lane."""
 
 
 class Group:
-    """Vehicles whose places are searched; all others stay where they are.
+    """The vehicles that a search moves; all others stay where they are.
 
     Args:
-        slots: The places of all vehicles.
-        ways: Where vehicles can go.
-        resolutions: The resolutions that need slots.
-        first: The vehicle that is to go on.
-        target: The slot where that one is to be.
+        slots: Know the places of all vehicles.
+        ways: Find the ways from these places.
+        resolutions: The resolutions in progress, which need slots.
+        first: The blocked vehicle for which the others move.
+        target: The slot that the blocked vehicle has to reach.
 
     Attributes:
-        robots: The vehicles, the one that is to go on first.
-        target: As given.
-        start: Where they are.
+        robots: The vehicles, beginning with the blocked one.
+        target: The slot that the blocked vehicle has to reach.
+        start: The places of the vehicles before any move.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class Group:
         self.robots: list[Vehicle] = []
         self.target = target
         self.start: Places = ()
-        # The places in the middle of a lane: a vehicle stands there at first, or the first one is to be there.
+        # The lanes in whose middle a vehicle stands at the start, or in which the target is.
         self._middles = {target} if slots.is_lane(target) else set()
         self._admission = admission
         self._slots = slots
@@ -59,7 +59,7 @@ class Group:
         self._kind_numbers: dict[object, int] = {}
         self._kinds: list[int] = []
         self._occupied: dict[tuple[int, int], tuple[int, ...]] = {}
-        # Ways with the vehicles that are in the way on them, and those on which none is but the group.
+        # All open ways with the vehicles in the way, and those ways on which only members of the group are in the way.
         self._found: dict[tuple[int, int], list[tuple[Way, frozenset[Vehicle]]]] = {}
         self._ways: dict[tuple[int, int], list[Way]] = {}
         self._rooms = Memo[int, float](lambda slot: slots.room(slot, self.robots))
@@ -69,7 +69,7 @@ class Group:
         self._into = self._ways_to_target()
 
     def add(self, robot: Vehicle) -> None:
-        """Search the places of a vehicle, too."""
+        """Add a vehicle to the group."""
         held, kind = self._slots.held(robot), (robot.radius, *self._admission.kept_off(robot))
         place = held[-1]
         if len(held) > 1 and (robot.stands or robot.waits):
@@ -84,12 +84,12 @@ class Group:
         self._rooms.clear()
 
     def gains_ways_from(self, robot: Vehicle) -> bool:
-        """Return whether a way that has been considered is open to the group because this member may be moved."""
+        """Return whether the group can use a way only because this member may be moved."""
         members = self._members
         return any(robot in others and others <= members for found in self._found.values() for _, others in found)
 
     def _ways_to_target(self) -> dict[int, list[Way]]:
-        """Return the ways from waypoints to the first vehicle's target, if that is no waypoint."""
+        """Return the ways from waypoints to the target, if that is a spot or in the middle of a lane."""
         found: dict[int, list[Way]] = {}
         if self.target in self._slots.points:
             into = self._finder.to_spot(self.target)
@@ -103,11 +103,11 @@ class Group:
         return found
 
     def key(self, places: Places) -> object:
-        """Return what tells combinations of places apart: where the first vehicle is, and where each kind is."""
+        """Return a key that is equal for combinations of places which differ only in interchangeable vehicles."""
         return places[0], tuple(sorted(zip(places[1:], self._kinds[1:], strict=True)))
 
     def is_spot(self, place: int) -> bool:
-        """Return whether a place is beside the lanes."""
+        """Return whether a place is a spot, which is beside the lanes."""
         return place in self._slots.points
 
     def occupied(self, i: int, place: int) -> tuple[int, ...]:
@@ -115,7 +115,7 @@ class Group:
         return self._occupied.get((i, place)) or (place,)
 
     def ways(self, i: int, places: Places) -> list[Way]:
-        """Return the ways from where a vehicle is on which only others of the group can be in its way."""
+        """Return the ways of a vehicle from its place on which only other members of the group are in the way."""
         place = places[i]
         # A vehicle in the middle of a lane has individual ways; elsewhere all vehicles of its kind share them.
         key = (-1 - i if place in self._middles else self._kinds[i] if i else -1, place)
@@ -127,7 +127,7 @@ class Group:
         return self._ways[key]
 
     def _find_ways(self, i: int, place: int) -> list[tuple[Way, frozenset[Vehicle]]]:
-        """Return the open ways from a place, and who else is in the way on each."""
+        """Return the open ways of a vehicle from a place, each with the vehicles that are in the way."""
         robot = self.robots[i]
         if place == self.start[i] and place in self._middles:
             found = self._finder.leaving(robot)
@@ -145,14 +145,14 @@ class Group:
         return [(way, self._others_on(robot, way)) for way in ways]
 
     def _others_on(self, robot: Vehicle, way: Way) -> frozenset[Vehicle]:
-        """Return the vehicles that are in the way of one now."""
+        """Return the vehicles that are in the way of a vehicle now."""
         slots, free, near = self._slots, self._slots.free, self._slots.near
         # Most slots are free, and near no other.
         taken = [slot for slot in way.slots if free[slot] < 1 or slot in near]
         return frozenset([other for slot in taken for other in slots.in_the_way(robot, slot)]) if taken else _NONE
 
     def in_the_way(self, i: int, way: Way, places: Places) -> list[int]:
-        """Return the vehicles of the group because of which one can't drive a way, by their numbers."""
+        """Return the numbers of the members because of which another one can't drive a way."""
         hits = self._hits[way.slots]
         found: list[int] = []
         for j, place in enumerate(places):
@@ -175,11 +175,11 @@ class Group:
         return self._touch(away, i, j, places)
 
     def _slots_hit(self, wanted: tuple[int, ...]) -> dict[int, float]:
-        """Return how far away the slots near those of a way are; -1 for those that it needs itself."""
+        """Return the slots that a way needs or is near to, with their distances; -1 for those that it needs."""
         return {**self._near[wanted], **dict.fromkeys(wanted, -1.0)}
 
     def fit(self, drives: Sequence[tuple[int, Way]]) -> bool:
-        """Return whether vehicles that drive at the same time have room for it, and do not touch."""
+        """Return whether vehicles that drive at the same time have room, and do not touch each other."""
         for n, (i, way) in enumerate(drives):
             near = self._near[way.slots]
             for j, other in drives[:n]:
@@ -191,7 +191,7 @@ class Group:
         return True
 
     def blocks(self, j: int, place: int, i: int, way: Way) -> bool:
-        """Return whether a vehicle at a place would block another one, ignoring the rest of the group."""
+        """Return whether a member at a place would block another one's way, ignoring the rest of the group."""
         near = self._near[way.slots]
         for slot in self.occupied(j, place):
             if slot in way.slots and self._rooms[slot] <= 1:
@@ -201,7 +201,7 @@ class Group:
         return False
 
     def _is_full(self, slot: int, i: int, places: Places) -> bool:
-        """Return whether the others of the group leave no room in a slot that one of them is in."""
+        """Return whether the other members leave no room in a slot that one of them occupies."""
         room, occupied = self._rooms[slot], self._occupied
         if room <= 1:
             return True
@@ -212,7 +212,7 @@ class Group:
         return inside >= room
 
     def _slots_near(self, wanted: tuple[int, ...]) -> dict[int, float]:
-        """Return the slots near those of a way, and how far away each is."""
+        """Return the slots near those of a way, with their distances."""
         found: dict[int, float] = {}
         for slot in wanted:
             for at, away in self._slots.near[slot].items() if slot in self._slots.near else ():
@@ -220,7 +220,7 @@ class Group:
         return found
 
     def _touch(self, away: float, i: int, j: int, places: Places) -> bool:
-        """Return whether two vehicles would touch that do not touch already."""
+        """Return whether two members would touch that do not touch already."""
         radii = self.robots[i].radius + self.robots[j].radius
         if not touch(away, radii):
             return False

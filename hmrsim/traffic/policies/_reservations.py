@@ -1,4 +1,4 @@
-"""Reservations: the vehicles that hold each slot, and those that wait for it.
+"""Reservations: the slots of a world, with the vehicles that hold each of them and those that wait for it.
 
 Each waypoint and lane is a slot with a unique number. A vehicle that stands anywhere else, or is about to, holds a
 *spot*: a slot that is added when needed, and is near the waypoints, lanes and spots around it.
@@ -29,7 +29,7 @@ _SPARE_SPOTS = 256
 class Slots:
     """The slots of a world, including the spots of vehicles that stand away from waypoints.
 
-    simpy's resources would take five times as long.
+    This is not built on simpy's resources, which would take five times as long.
 
     Args:
         capacities: The number of vehicles that may hold each slot at once: waypoints first, then lanes.
@@ -41,7 +41,7 @@ class Slots:
         reserved: Returns whether a slot will be needed although no vehicle holds it or waits for it.
 
     Attributes:
-        near: The same with the spots.
+        near: The same as the argument, with the spots added.
         points: The position of each spot, by slot.
         free: The number of vehicles that may still enter each slot, regardless of nearby slots; less than 1 if it is
             full. Read-only; public because policies read it often.
@@ -76,7 +76,7 @@ class Slots:
         self._reserved = reserved
 
     def of(self, leg: Leg) -> tuple[int, ...]:
-        """Return the slots that a vehicle needs for a leg, with the one where it stands at the end last."""
+        """Return the slots that a vehicle needs for a leg; the last one is where it stands at the end."""
         slots = leg.slots
         if not slots:
             return (self.spot(leg.end, shared=leg.shares_end),)
@@ -86,7 +86,7 @@ class Slots:
         return (self.spot(leg.leaves_for, shared=leg.shares_end), *slots)
 
     def destination(self, leg: Leg) -> int:
-        """Return the slot where a vehicle stands after a leg: the spot to which it leaves the lanes, if it does."""
+        """Return the slot where a vehicle stands after a leg."""
         return self.of(leg)[0 if leg.slots and leg.leaves_for is not None else -1]
 
     def is_lane(self, slot: int) -> bool:
@@ -94,7 +94,7 @@ class Slots:
         return self._waypoints <= slot < self._first_spot
 
     def spot(self, point: Point, *, shared: bool = False) -> int:
-        """Return the slot of a point away from waypoints; a *shared* one, such as a dock, holds any number."""
+        """Return the slot of a point away from waypoints; a *shared* one, such as a dock, has room for any number."""
         slot = self._spots.get((point, shared))
         if slot is None:
             slot = self._add_spot(point, shared=shared)
@@ -127,7 +127,7 @@ class Slots:
         return slot
 
     def _drop_spots(self) -> None:
-        """Forget unused spots: clients may send robots to any point, so spots would pile up."""
+        """Drop unused spots, which would accumulate as clients may send robots to any point."""
         for key, slot in [*self._spots.items()]:
             if self.holders[slot] or self._wanted.get(slot) or self._reserved(slot):
                 continue
@@ -151,11 +151,11 @@ class Slots:
         return self._held
 
     def full(self, slot: int) -> bool:
-        """Return whether no more vehicles may enter a slot."""
+        """Return whether a slot has no room for another vehicle."""
         return self.free[slot] < 1
 
     def room(self, slot: int, group: Sequence[Vehicle]) -> float:
-        """Return how many vehicles of a group fit in a slot while all others stay."""
+        """Return the number of vehicles of a group for which a slot has room while all others stay."""
         return self.free[slot] + sum(other in group for other in self.holders[slot])
 
     def inside(self, slot: int) -> list[Vehicle]:
@@ -163,7 +163,7 @@ class Slots:
         return self.holders[slot]
 
     def holders_near(self, slot: int, radius: float) -> Iterator[tuple[int, Vehicle]]:
-        """Yield the vehicles in nearby slots that one of this radius in a slot would touch, each after its slot."""
+        """Yield the vehicles that a vehicle of this radius in a slot would touch, each after its own slot."""
         for at, away in self.near.get(slot, {}).items():
             for other in self.holders[at]:
                 if touch(away, radius + other.radius):
@@ -174,7 +174,7 @@ class Slots:
         return all((other.stands or other.waits) and idle(other) for inside in self.holders for other in inside)
 
     def missing(self, robot: Vehicle, slots: tuple[int, ...]) -> list[int]:
-        """Return the slots, of those given, that a vehicle neither holds nor can take now."""
+        """Return those of some slots that a vehicle neither holds nor can take now."""
         held, free, near = self._held.get(robot, ()), self.free, self.near
         if not near:
             return [slot for slot in slots if free[slot] < 1 and slot not in held]
@@ -185,12 +185,12 @@ class Slots:
         ]
 
     def in_the_way(self, robot: Vehicle, slot: int) -> Sequence[Vehicle]:
-        """Return the vehicles that keep another one from taking a slot now."""
+        """Return the vehicles because of which another can't take a slot now."""
         inside = self.holders[slot] if self.free[slot] < 1 else ()
         return [*inside, *self.beside(robot, slot)] if slot in self.near else inside
 
     def blockers(self, robot: Vehicle, slots: tuple[int, ...]) -> list[Vehicle]:
-        """Return the vehicles that keep another one from taking some slots now, each once."""
+        """Return the vehicles because of which another can't take some slots now, each once."""
         held, free, near = self._held.get(robot, ()), self.free, self.near
         others: list[Vehicle] = []
         for slot in slots:
@@ -199,7 +199,7 @@ class Slots:
         return [*dict.fromkeys(others)] if len(others) > 1 else others
 
     def beside(self, robot: Vehicle, slot: int) -> Iterator[Vehicle]:
-        """Yield the vehicles in nearby slots that a vehicle in a slot would touch, and does not touch already."""
+        """Yield the vehicles that a vehicle in a slot would touch and does not touch already."""
         return (other for _, other in self._beside(robot, slot))
 
     def _beside(
@@ -228,7 +228,7 @@ class Slots:
         return [slot for slot in self.held(robot) if not self.is_lane(slot)]
 
     def touch(self, robot: Vehicle, slots: Iterable[int], other: Vehicle, at: int) -> bool:
-        """Return whether a vehicle in any of *slots* touches another one in the slot *at*, which is not one of them."""
+        """Return whether a vehicle in any of *slots* would touch another one in the slot *at*."""
         radii = robot.radius + other.radius
         return any(at in near and touch(near[at], radii) for slot in slots if (near := self.near.get(slot)))
 
@@ -309,7 +309,7 @@ class Slots:
         return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
 
     def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
-        """Make a waiting vehicle request again when another leaves one of these slots, or comes to rest there."""
+        """Make a waiting vehicle request again as soon as another leaves one of these slots or stops there."""
         self._unwatch(robot)
         if self.near:
             # The blocking vehicle may be in a nearby slot.
@@ -333,7 +333,7 @@ class Slots:
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
         """Give a standing vehicle these slots, even if they are full, and release all others.
 
-        Away from waypoints it also holds a spot.
+        Away from waypoints, the vehicle also holds a spot.
         """
         if not slots or (len(slots) == 1 and self._waypoints <= slots[0] < self._first_spot):
             slots = (self.spot(robot.pose().point), *slots)

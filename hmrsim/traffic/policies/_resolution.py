@@ -1,4 +1,4 @@
-"""Resolutions of deadlocks: steps in which vehicles move, and the places that are reserved or claimed for them."""
+"""Resolutions of deadlocks: steps in which vehicles move, and the slots that are reserved or claimed for these."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Move(NamedTuple):
-    """One vehicle drives one way.
+    """A move of one vehicle along a way.
 
     Attributes:
-        start: The slot where it stands before.
+        start: The slot where the vehicle stands before the move.
     """
 
     robot: Vehicle
@@ -30,22 +30,22 @@ class Move(NamedTuple):
 
 
 Step = Sequence[Move]
-"""One move, or those of a circle of vehicles that move on all at once."""
+"""A single move, or the moves of vehicles in a circle, which move all at once."""
 
 
 @dataclass(eq=False)
 class Resolution:
-    """A deadlock that is being resolved.
+    """A deadlock that is being resolved in steps.
 
-    Steps that have nothing to do with each other are made at the same time: a step begins as soon as its vehicles have
-    made their earlier moves, and none of the earlier steps that are left needs a slot of it.
+    Independent steps are made at the same time: a step begins as soon as its vehicles have made their earlier moves,
+    and no earlier step that is left needs one of its slots.
 
     Attributes:
         first: The vehicle for which the others move.
         steps: The steps that are left, in order.
-        moving: The vehicles that are on their way, and which one drives.
+        moving: The vehicles that are moving, with their ways.
         robots: All vehicles that move, the first one first.
-        held_back: Other vehicles that wait for what the steps that are left need.
+        held_back: Other vehicles that wait for slots which the remaining steps need.
     """
 
     first: Vehicle
@@ -55,22 +55,22 @@ class Resolution:
     held_back: dict[Vehicle, None] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Note the vehicles that move."""
+        """Derive the vehicles from the steps."""
         self.robots = [*dict.fromkeys([self.first, *(move.robot for step in self.steps for move in step)])]
 
     def ready(self, near: Near) -> list[Step]:
-        """Return the steps that need not wait for others, in order."""
-        busy, found = {*self.moving}, list[Step]()
+        """Return the steps that can begin before the others that are left, in order."""
+        busy, ready = {*self.moving}, list[Step]()
         taken = {slot for way in self.moving.values() for slot in way.slots}
         for step in self.steps:
             robots = {move.robot for move in step}
             needed = {slot for move in step for slot in (move.start, *move.way.slots)}
             around = {at for slot in needed for at in near.get(slot, ())}
             if busy.isdisjoint(robots) and taken.isdisjoint(needed) and taken.isdisjoint(around):
-                found.append(step)
+                ready.append(step)
             busy |= robots
             taken |= needed
-        return found
+        return ready
 
     def begin(self, step: Step) -> None:
         """Record that the vehicles of a step set out."""
@@ -79,17 +79,17 @@ class Resolution:
 
 
 class Resolutions:
-    """The deadlocks that are being resolved, and the slots that the steps which are left need.
+    """The deadlocks that are being resolved, with the slots that their remaining steps need.
 
-    Vehicles that set out later don't enter these slots until then.
+    Vehicles that set out later don't enter these slots before the steps are made.
 
     Args:
-        slots: The places of the vehicles.
-        ways: Where they can go.
-        claim: Keeps vehicles out of what one needs that set out before them.
+        slots: Know the places of the vehicles.
+        ways: Find the ways from these places.
+        claim: Keeps vehicles out of the slots that a vehicle which set out earlier needs.
 
     Attributes:
-        by_robot: The resolution of which each vehicle is a part, if any. To be read only.
+        by_robot: The resolution of each vehicle that takes part in one. Read-only.
     """
 
     def __init__(self, admission: Admission, slots: Slots, ways: Ways, claim: Claim) -> None:
@@ -102,15 +102,15 @@ class Resolutions:
         self._awaiting: dict[Resolution, None] = {}
 
     def reset(self) -> None:
-        """Forget which ones wait for a door."""
+        """Forget which resolutions wait for a door or a lift."""
         self._awaiting.clear()
 
     def need(self, slot: int) -> bool:
-        """Return whether one needs a slot."""
+        """Return whether any resolution needs a slot."""
         return slot in self._by_slot
 
     def against(self, robot: Vehicle, slots: Iterable[int], first: Vehicle) -> Resolution | None:
-        """Return a resolution that keeps a vehicle out of some slots, into which it is to go for the *first* one."""
+        """Return a resolution that keeps a vehicle, moved for the *first* one, out of some slots; None if none does."""
         if not self._by_slot:
             return None
         order, by_slot, near = first.rank, self._by_slot, self._slots.near
@@ -122,11 +122,11 @@ class Resolutions:
         return None
 
     def against_leg(self, robot: Vehicle, leg: Leg) -> Resolution | None:
-        """Return the resolution that needs what a vehicle wants for itself, if any."""
+        """Return a resolution that keeps a vehicle out of the slots of a leg; None if none does."""
         return self.against(robot, self._slots.of(leg), robot) if self._by_slot else None
 
     def see_to(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle that waits need only wait for a resolution to go on."""
+        """Return whether a waiting vehicle has only to wait until a resolution moves it or ends."""
         wait = self._admission.waits.get(robot)
         return robot in self.by_robot or (wait is not None and self.against_leg(robot, wait.leg) is not None)
 
@@ -139,13 +139,13 @@ class Resolutions:
         self._go_on(resolution)
 
     def stands(self, robot: Vehicle) -> None:
-        """Go on if a vehicle has come to where it is to move from."""
+        """Continue the resolution of a vehicle that has reached the start of its next move."""
         resolution = self.by_robot.get(robot)
         if resolution is not None and robot not in resolution.moving:
             self._go_on_soon(resolution)
 
     def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle has yielded as a part of one; the next step begins, or all ask again."""
+        """Continue the resolution of a vehicle that has made a move; return False if it has none."""
         resolution = self.by_robot.get(robot)
         if resolution is None:
             return False
@@ -154,12 +154,12 @@ class Resolutions:
         return True
 
     def halted(self, robot: Vehicle) -> None:
-        """Give up the one of which a vehicle is a part that was stopped: the next move would wait for it."""
+        """Give up the resolution of a vehicle that was stopped, since it would never continue."""
         if robot in self.by_robot:
             self._drop(self.by_robot[robot])
 
     def opened(self) -> None:
-        """Go on with moves that waited for a door or a lift."""
+        """Continue the resolutions that waited for a door or a lift."""
         awaiting, self._awaiting = self._awaiting, {}
         for resolution in awaiting:
             if self._is_active(resolution):
@@ -172,10 +172,10 @@ class Resolutions:
         self._admission.soon(lambda: self._go_on(resolution) if self._is_active(resolution) else None)
 
     def _go_on(self, resolution: Resolution) -> None:
-        """Begin the steps that are possible now; when none is left, or another vehicle is in the way, all ask again."""
+        """Begin the steps that are possible now; drop the resolution if it is complete or can't continue."""
         began, waits = True, False
         while began:
-            # Where vehicles leave, the next ones may come.
+            # The slots that vehicles leave may be those that the next step needs.
             began, waits = False, False
             for step in resolution.ready(self._slots.near):
                 if not all(map(self._may_still_move, step)) or self._is_claimed(step, resolution.first):
@@ -194,21 +194,21 @@ class Resolutions:
             self._drop(resolution)
 
     def _is_claimed(self, step: Step, first: Vehicle) -> bool:
-        """Return whether a step leads to where a vehicle keeps others out that set out before the *first*."""
+        """Return whether a vehicle that set out before *first* keeps others out of the slots of a step."""
         return any(self._claim.excludes(move.robot, move.way.slots, first.rank) for move in step)
 
     def _may_begin(self, step: Step, resolution: Resolution) -> bool:
-        """Return whether a step need not wait for its vehicles, at work or on their way to it, nor for a door."""
+        """Return whether all vehicles of a step can move now, and no door or lift has to open first."""
         if not all(move.robot.may_yield for move in step):
             return False
-        # Each is asked, so that each begins to open.
+        # No short circuit: every door and lift on the ways has to begin to open.
         let = [self._admission.lets(move.robot, move.way.legs) for move in step]
         if not all(let):
             self._awaiting[resolution] = None
         return all(let)
 
     def _may_still_move(self, move: Move) -> bool:
-        """Return whether a vehicle is, or comes to, where it is to move from, and nothing is in its way for good."""
+        """Return whether a vehicle is at the start of a move, or will be, and nothing blocks it for good."""
         if not move.robot.will_yield or self._slots.held(move.robot)[-1:] != (move.start,):
             return False
         return self._ways.is_open(move.robot, move.way)
@@ -220,11 +220,11 @@ class Resolutions:
         self._admission.look_again(held_back)
 
     def _free(self, resolution: Resolution, steps: Iterable[Step]) -> None:
-        """Let others enter what some steps of a resolution need no longer."""
+        """Release the slots of some steps, so that other vehicles may enter them."""
         for slot in _needed(steps):
-            there = self._by_slot[slot]
-            there.remove(resolution)
-            if not there:
+            resolutions = self._by_slot[slot]
+            resolutions.remove(resolution)
+            if not resolutions:
                 del self._by_slot[slot]
 
     def _drop(self, resolution: Resolution) -> None:
@@ -242,18 +242,18 @@ def _needed(steps: Iterable[Step]) -> Iterator[int]:
 
 
 AFTER = 20.0
-"""Simulated seconds after which the vehicle that set out first keeps others out of what it needs."""
+"""Simulated seconds of waiting after which the vehicle that set out first claims the slots that it needs."""
 
 
 class Claim:
-    """The slots that one vehicle at a time claims; vehicles that set out later don't enter them.
+    """The slots that one vehicle at a time claims, so that vehicles that set out later don't enter them.
 
     Args:
         slots: The slots of the world.
-        released: Called with the vehicles that were kept out, when the claim is over.
+        released: Called at the end of the claim with the vehicles that were kept out.
 
     Attributes:
-        holder: The vehicle; None if none claims anything.
+        holder: The vehicle that claims slots; None if there is none.
     """
 
     def __init__(self, slots: Slots, released: Callable[[Sequence[Vehicle]], None]) -> None:
@@ -264,14 +264,14 @@ class Claim:
         self._kept_out: dict[Vehicle, None] = {}
 
     def extend(self, robot: Vehicle, slots: Iterable[int]) -> None:
-        """Claim slots for a vehicle, instead of those of the one that claims now if that is another one."""
+        """Claim further slots for a vehicle; this ends the claim of any other vehicle."""
         if robot is not self.holder:
             self.end()
             self.holder = robot
         self._claimed.update(dict.fromkeys(slots))
 
     def end(self) -> None:
-        """Clear the claim."""
+        """End the claim, and release the vehicles that were kept out."""
         self.holder = None
         self._claimed.clear()
         kept_out, self._kept_out = self._kept_out, {}
@@ -279,7 +279,7 @@ class Claim:
             self._released([*kept_out])
 
     def excludes(self, robot: Vehicle, slots: Iterable[int], order: tuple[float, str]) -> bool:
-        """Return whether a vehicle may not enter slots, into which it would go for one of this rank."""
+        """Return whether the claim keeps a vehicle out of slots that it enters for a vehicle of this rank."""
         first = self.holder
         if first is None or robot is first or order <= first.rank:
             return False
@@ -287,7 +287,7 @@ class Claim:
         return any(slot in self._claimed and slot not in held for slot in slots)
 
     def keeps_out(self, robot: Vehicle, slots: Iterable[int]) -> bool:
-        """Return whether a vehicle may not enter slots; then it asks again when the claim is over."""
+        """Return whether the claim keeps a vehicle out of slots; if so, it is released when the claim ends."""
         if not self.excludes(robot, slots, robot.rank):
             return False
         self._kept_out[robot] = None

@@ -1,7 +1,7 @@
-"""Streets: lanes in a row, in one direction of which robots had better drive, so that few meet head on.
+"""Streets: long rows of lanes with a preferred direction, so that few robots meet head-on.
 
-Parallel streets alternate, as one-way streets of a town do. It is advice: what is nearer than the next street is driven
-in either direction.
+The directions of parallel streets alternate, as in a town with one-way streets. A direction is only a preference: a
+robot drives against it if the detour by the next street would be longer.
 """
 
 from __future__ import annotations
@@ -13,21 +13,23 @@ if TYPE_CHECKING:
     from hmrsim.navigation.adjacency import Adjacency
 
 _STRAIGHT = math.cos(math.radians(30))
-"""Lanes that bend less than this are one street."""
+"""The cosine of the largest angle between two lanes of one street."""
 
 _MIN_LANES = 3
+"""The minimum number of lanes of a street."""
+
 _HEADINGS = 4
-"""Into how many headings streets are sorted; two that are parallel have the same."""
+"""The number of headings into which streets are sorted; parallel streets have the same heading."""
 
 
 class _Street(NamedTuple):
-    """A street with its lanes.
+    """A street with its ways in both directions.
 
     Attributes:
         heading: The number of its heading.
-        offset: How far it is to the left of the origin, seen in that heading.
-        ways: Its ways in that heading, by number.
-        back: Those in the opposite one.
+        offset: The distance to the left of the origin, seen in that heading.
+        ways: The numbers of the ways in that heading.
+        back: The numbers of the ways in the opposite heading.
     """
 
     heading: int
@@ -37,7 +39,7 @@ class _Street(NamedTuple):
 
 
 def against(ways: Adjacency) -> list[int]:
-    """Return the ways that lead against their street, by number, in order."""
+    """Return the numbers of the ways that lead against their street, in order."""
     streets = sorted(_streets(ways))
     lengths = [math.dist(ways.points[ways.starts[n]], ways.points[ways.ends[n]]) for s in streets for n in s.ways]
     apart = sum(lengths) / max(1, len(lengths)) / 2
@@ -54,7 +56,7 @@ def against(ways: Adjacency) -> list[int]:
 
 
 def _streets(ways: Adjacency) -> list[_Street]:
-    """Return the streets that are long, and straight on the whole."""
+    """Return the streets that are long enough and straight on the whole."""
     following = _following(ways)
     found = []
     seen = bytearray(len(ways.ends))
@@ -64,7 +66,7 @@ def _streets(ways: Adjacency) -> list[_Street]:
     for first in range(len(ways.ends)):
         back = ways.number(ways.ends[first], ways.starts[first])
         if preceded[first] or seen[first] or back < 0:
-            # It is no end of a street, or one whose other end was the first.
+            # The way does not begin a street, or the street was found from its other end.
             continue
         row, number = [], first
         while number >= 0:
@@ -79,7 +81,7 @@ def _streets(ways: Adjacency) -> list[_Street]:
 
 
 def _following(ways: Adjacency) -> dict[int, int]:
-    """Return by way the one that leads straight on from its end, where both can be driven back; it is one's only."""
+    """Return the way that continues each way straight on, where both can be driven in both directions."""
     best: dict[int, int] = {}
     vectors = _vectors(ways)
     for node in range(len(ways.names)):
@@ -112,7 +114,7 @@ def _cosine(a: tuple[float, float], b: tuple[float, float]) -> float:
 
 
 def _described(ways: Adjacency, row: list[int], other: list[int]) -> list[_Street]:
-    """Return a street of these ways, and those back, if it is straight on the whole."""
+    """Return the street of these ways and those back, if it is straight on the whole."""
     (ax, ay), (bx, by) = ways.points[ways.starts[row[0]]], ways.points[ways.ends[row[-1]]]
     lengths = (math.dist(ways.points[ways.starts[n]], ways.points[ways.ends[n]]) for n in row)
     if math.dist((ax, ay), (bx, by)) < _STRAIGHT * sum(lengths):

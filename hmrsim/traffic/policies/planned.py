@@ -1,13 +1,13 @@
-"""Dense fleets: each robot takes the nearest way that is free now, and the earlier ones have others make room.
+"""The policy ``planned`` for dense fleets: a robot turns off to a free lane, or those that set out later make room.
 
-That is priority inheritance with backtracking (PIBT; Okumura and others, 2019, and for robots that take their own time
-2021), over the same reservations as in `hmrsim.traffic.policies.reserve`. How far it is to each robot's goal is known
-from every waypoint. A robot whose next lane is taken turns off to another one that leads nearer to its goal; where all
-of these are taken, the robots there make room if they set out later, each by the lane that suits its own goal best; a
-cycle of three or more moves on all at once.
+This is priority inheritance with backtracking (PIBT; Okumura and others, 2019, and 2021 for robots that do not move in
+lockstep), over the same reservations as in `hmrsim.traffic.policies.reserve`. The distance to each robot's goal is
+known from every waypoint. A robot whose next lane is taken turns off to another lane that leads nearer to its goal. If
+all of these are taken, the robots there make room if they set out later, each by the lane that suits its own goal best.
+A cycle of three or more robots moves on all at once.
 
-A robot that can't be helped asks again when one that was in the way has left, or stands. Where no robot moves and that
-is not enough, as in dead ends, the robots are moved as under ``priority``.
+A robot for which no room can be made requests again when a robot in the way has left or stopped. If no robot moves and
+that is not enough, as in dead ends, the robots are moved as under ``priority``.
 """
 
 from __future__ import annotations
@@ -35,20 +35,20 @@ if TYPE_CHECKING:
     from hmrsim.traffic.rules import Vehicle
 
 _MAX_PUSHED = 24
-"""Vehicles that are asked to make room for one at once: each more takes time, and moves vehicles far from it."""
+"""The maximum number of vehicles that make room for one at once; more would take time, and move distant vehicles."""
 
 _ORDER: Final = itemgetter(0, 1, 2)
 
 _Chain = list[tuple["Vehicle", Way]]
-"""The vehicles that make room, and by which lanes."""
+"""The vehicles that make room, each with its way."""
 
 
 class PlannedSettings(PrioritySettings):
     """The settings of priorities, and of streets.
 
     Attributes:
-        one_way: How much longer a lane counts against the direction of its street, as a share of the time that it
-            takes; 0 for streets without a direction.
+        one_way: The additional cost of a lane against the direction of its street, as a share of its travel time; 0
+            for streets without a direction.
     """
 
     one_way: Annotated[float, Field(ge=0, le=10)] = 1.0
@@ -56,17 +56,17 @@ class PlannedSettings(PrioritySettings):
 
 @dataclass(slots=True)
 class _Search:
-    """A search for vehicles that make room for one.
+    """A search for vehicles that can make room for one.
 
     Attributes:
-        first: The vehicle.
-        order: Its rank.
-        goes: Whether it leaves its own place at the same time.
-        pushed: The vehicles that have been asked.
-        seen: The slots of what can't make room now.
-        moving: Whether any of that changes by itself: a vehicle moves, works, or is to go on before the first one.
-        most: How many may be asked.
-        cut: Whether more could have been.
+        first: The vehicle that needs room.
+        order: The rank of that vehicle.
+        goes: Whether that vehicle leaves its own place at the same time.
+        pushed: The vehicles that were considered so far.
+        seen: The slots of vehicles that can't make room now.
+        moving: Whether one of those will move by itself: it moves, works, or comes before the first vehicle.
+        most: The maximum number of vehicles to consider.
+        cut: Whether the search has stopped because of *most*.
     """
 
     first: Vehicle
@@ -80,7 +80,7 @@ class _Search:
 
 
 class Planned(Priority):
-    """Plans for a dense fleet at work in one world."""
+    """The rules of the policy ``planned`` in one world."""
 
     def __init__(self, admission: Admission, settings: PlannedSettings) -> None:
         super().__init__(admission, settings)
@@ -100,7 +100,7 @@ class Planned(Priority):
         self._turned_off.clear()
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """As `Priority` does; a vehicle that goes on may turn off again."""
+        """Give a vehicle the slots of a leg, as `Priority.take`; a vehicle that gets them may turn off again later."""
         if not super().take(robot, leg):
             return False
         if self._turned_off:
@@ -108,12 +108,12 @@ class Planned(Priority):
         return True
 
     def leave(self, robot: Vehicle) -> None:
-        """As `Priority.leave`, and forget what it turned off from."""
+        """Release all slots of a vehicle, as `Priority.leave`, and forget that it has turned off."""
         self._turned_off.pop(robot, None)
         super().leave(robot)
 
     def blocked(self, robot: Vehicle) -> None:
-        """Make a vehicle turn off, or others make room for it, unless this is part of a resolution."""
+        """Make a waiting vehicle turn off, or make others give it room, unless a resolution takes care of that."""
         wait = self.admission.waits.get(robot)
         if wait is None or self.resolutions.see_to(robot):
             return
@@ -131,10 +131,14 @@ class Planned(Priority):
     def _goes_on(
         self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], seen: dict[int, None], most: float
     ) -> bool:
-        """Have others make room for a vehicle, or resolve what it is a part of; return whether there is room.
+        """Make others give a vehicle room, or resolve its deadlock; return whether the vehicle drives on.
 
-        *slots* are what it needs, of which it can't have those that are *missing*. At *most* so many others are asked.
-        The slots are added to those *seen* on which that depends.
+        Args:
+            robot: The vehicle.
+            slots: The slots that it needs.
+            missing: Those of the slots that it can't have now.
+            seen: The slots on which the result depends are added here.
+            most: The maximum number of vehicles that make room.
         """
         if self._is_behind(robot, missing):
             return False
@@ -149,14 +153,14 @@ class Planned(Priority):
         return False
 
     def _is_behind(self, robot: Vehicle, missing: Sequence[int]) -> bool:
-        """Return whether only one vehicle is in the way, which goes on first; that is so half of the times."""
+        """Return whether a single vehicle that comes first is in the way, as in half of all waits."""
         inside = self.slots.holders[missing[0]] if missing and not self.slots.near else ()
         return len(inside) == 1 and inside[0].rank < robot.rank
 
     def _take_free_lane(self, robot: Vehicle, leg: Leg, seen: dict[int, None]) -> bool:
         """Make a vehicle take another free lane that leads nearer to its goal, if there is one.
 
-        The slots are added to those *seen* that it can't have now.
+        The slots that it can't have now are added to *seen*.
         """
         if leg.lane is None or robot in self._turned_off:
             return False
@@ -166,7 +170,7 @@ class Planned(Priority):
             return False
         node = held[0]
         here = costs[node]
-        most, found = here + leg.seconds(speed), []
+        most, options = here + leg.seconds(speed), []
         for way in self.ways.from_waypoint(node):
             legs, slots, end, number = way
             left = costs[end]
@@ -176,10 +180,10 @@ class Planned(Priority):
             if missing:
                 seen[missing[0]] = None
             elif self.ways.is_open(robot, way):
-                found.append((takes[number] + left, end, legs[0]))
-        if not found:
+                options.append((takes[number] + left, end, legs[0]))
+        if not options:
             return False
-        _, _, best = min(found, key=lambda each: each[:2])
+        _, _, best = min(options, key=lambda option: option[:2])
         goal = robot.goal
         if (
             goal is None
@@ -196,12 +200,12 @@ class Planned(Priority):
         return True
 
     def _make_room(self, robot: Vehicle, slots: tuple[int, ...], missing: Sequence[int], most: float) -> _Search | None:
-        """Have others make room for a vehicle, and let it go on; return None if they can, or else what was seen."""
+        """Make others give a vehicle room, and let it drive on; return None, or the search if it has failed."""
         # A vehicle that stands on the lane, or beside the way, has to leave before another one enters.
         goes = missing[:1] == [*slots[-1:]] and self.slots.full(slots[-1])
         search = _Search(robot, robot.rank, goes, {robot: None}, most=most)
         if not missing:
-            # It is kept out.
+            # A claim or a resolution keeps the vehicle out.
             search.moving = True
             return search
         slot = missing[0]
@@ -231,9 +235,9 @@ class Planned(Priority):
         return None
 
     def _find_chain(self, slot: int, robot: Vehicle, search: _Search) -> _Chain | None:
-        """Return which vehicles drive where so that there is room in a slot for one; None if they can't make any.
+        """Return the vehicles that have to drive, and their ways, so that a slot has room; None if there are none.
 
-        It is searched depth first: each goes where the next one is to go.
+        The search is depth first: each vehicle takes the place of the next one in the chain.
         """
         chain: _Chain = []
         todo = [self._options(slot, robot, search)]
@@ -253,7 +257,7 @@ class Planned(Priority):
         return None
 
     def _options(self, slot: int, pusher: Vehicle, search: _Search) -> Iterator[tuple[Vehicle, Way]]:
-        """Yield which vehicles could leave a slot by which lanes for another one; no other one can go where that is."""
+        """Yield the vehicles that could leave a slot for *pusher*, each with a way that it could take."""
         slots = self.slots
         inside = slots.holders[slot]
         if len(inside) > 1 or slots.near:
@@ -279,9 +283,9 @@ class Planned(Priority):
             )
 
     def _may_push(self, robot: Vehicle, search: _Search) -> bool:
-        """Return whether a vehicle can be moved for another: it waits, or stands, and set out later or is idle.
+        """Return whether a vehicle may be moved: it set out later or is idle, and it waits or stands.
 
-        One that has yielded turns at its goal first.
+        A vehicle that has just made room first turns towards its goal.
         """
         return (
             robot.rank > search.order
@@ -290,14 +294,14 @@ class Planned(Priority):
         )
 
     def _ways_aside(self, robot: Vehicle, pusher: Vehicle, slot: int, search: _Search) -> list[Way]:
-        """Return the ways by which a vehicle can make room in a slot, the best for its own goal first."""
+        """Return the ways by which a vehicle can make room in a slot, the best one for its own goal first."""
         slots, near, taken = self.slots, self.slots.near, self.slots.held(pusher)
         costs, takes, speed = self.costs.of(robot)
         found: list[tuple[bool, float, int, Way]] = []
         place, free = slots.held(robot)[-1], slots.free
         wait = None if robot.may_yield else self.admission.waits.get(robot)
         if wait is not None:
-            # It can only go on as it is to.
+            # A vehicle that waits can make room only along its own route.
             leg, needed = wait.leg, slots.of(wait.leg)
             ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
         elif place < len(self.admission.graph.lanes.out):
@@ -322,7 +326,7 @@ class Planned(Priority):
         return [way for *_, way in found]
 
     def _is_kept_out(self, robot: Vehicle, way: Way, search: _Search) -> bool:
-        """Return whether something other than vehicles keeps a vehicle from making room by a way."""
+        """Return whether something other than a vehicle prevents another from making room by a way."""
         return (
             not self.ways.is_open(robot, way)
             or self.resolutions.against(robot, way.slots, search.first) is not None
@@ -330,14 +334,14 @@ class Planned(Priority):
         )
 
     def _is_beside(self, robot: Vehicle, way: Way, search: _Search) -> bool:
-        """Return whether a vehicle would touch others before the end of a way; takes note of them."""
+        """Return whether a vehicle would touch others before the end of a way, and note these."""
         beside = [(at, other) for at in way.slots[:-1] for other in self.slots.beside(robot, at)]
         for at, other in beside:
             self._note(other, at, search)
         return bool(beside)
 
     def _may_clear(self, slot: int, search: _Search) -> bool:
-        """Return whether there may be room in a slot, at first sight: most often one vehicle is there that stays."""
+        """Return whether a slot may become free; a cheap test for the usual case of a single vehicle that stays."""
         inside = self.slots.holders[slot]
         if len(inside) != 1 or self.slots.free[slot] >= 1 or self.slots.near:
             return True
@@ -352,7 +356,7 @@ class Planned(Priority):
         return False
 
     def _untie(self, robot: Vehicle) -> None:
-        """Resolve what only vehicles that stand or wait are a part of, if that is possible."""
+        """Resolve a deadlock of vehicles that stand or wait, if that is possible."""
         cycle = waits_for_cycle(self.admission, robot, self.admission.causes.blockers(robot))
         if cycle:
             self._publish(cycle)

@@ -1,14 +1,13 @@
-"""Reservations as in `hmrsim.traffic.policies.reserve`, but other robots yield to the one that set out first.
+"""The policy ``priority``: reservations as under ``reserve``, but other robots yield to the one that set out first.
 
-That is priority inheritance with backtracking (PIBT; Okumura and others, 2019) where robots take their own time: a
-robot that stands in the way of one that set out earlier drives to a free waypoint beside it, or has the robot there
-yield in turn; a cycle of three or more moves on all at once. Robots that are idle, or wait themselves, yield; robots
-that work where they stand do not.
+This is priority inheritance with backtracking (PIBT; Okumura and others, 2019) for robots that do not move in lockstep.
+A robot in the way of one that set out earlier drives to a free neighboring waypoint, or makes the robot there yield in
+turn. A cycle of three or more robots moves on all at once. Robots that are idle or wait yield; robots that work where
+they stand do not.
 
-Where that is not enough, as in dead ends, all robots of the deadlock are moved one by one, as a search over their
-places finds. So the one that set out first goes on, whatever the goals of the others; when it has arrived, the next one
-is the first. Where waypoints are connected in both directions and there is room for two to pass, no robot waits for
-ever.
+If that is not enough, as in dead ends, a search over the places of all robots in the deadlock finds moves for them. So
+the robot that set out first drives on, whatever the goals of the others; once it has arrived, the next one is first. If
+waypoints are connected in both directions and there is room for two to pass, no robot waits forever.
 """
 
 from __future__ import annotations
@@ -38,33 +37,32 @@ if TYPE_CHECKING:
     from hmrsim.traffic.rules import Vehicle, Wait
 
     _Chain = list[tuple[Vehicle, Way]]
-    """The vehicles that yield, and by which ways."""
+    """The vehicles that yield, each with its way."""
 
 
 _PAUSE = 5.0
-"""Simulated seconds between two searches for the same vehicle: one that fails would fail again soon after.
+"""Simulated seconds between two searches for the same vehicle: a search that fails would fail again soon after.
 
-It also waits so long before longer moves are looked for, and before any while others move.
+A vehicle also waits that long before a search for longer moves, and before any search while other vehicles move.
 """
 
 _PAUSES = 4
-"""Pauses that fit into the patience of a vehicle, at least."""
+"""The minimum number of pauses within the patience of a vehicle."""
 
 _FIRST_STATES = 1_000
-_MORE_STATES = 4
-"""Combinations of places at which the first search for a vehicle looks, and how many times as many the next one does.
+"""The number of combinations of places that the first search for a vehicle visits: most vehicles need few moves."""
 
-Most vehicles can be helped by few moves, or go on by themselves before that is worth more.
-"""
+_MORE_STATES = 4
+"""The factor by which each further search visits more combinations."""
 
 
 class PrioritySettings(ReserveSettings):
     """The settings of reservations, and of making room.
 
     Attributes:
-        grace: Simulated seconds for which a robot stays where its goal has ended, if its client sends goals in real
-            time and so needs time to send the next one.
-        most_states: How many combinations of places a search for a way out of a deadlock looks at before it gives up.
+        grace: Simulated seconds for which a robot is not moved after a goal, if its client needs time to send the next
+            goal because time follows the wall clock.
+        most_states: Maximum number of combinations of places that a search for a way out of a deadlock visits.
     """
 
     grace: Annotated[float, Field(strict=True, ge=0, le=1e9)] = 5.0
@@ -76,18 +74,18 @@ _PAIR = 2
 _ORDER: Final = itemgetter(0, 1, 2, 3)
 
 _SHORT = 20.0
-"""Simulated seconds that the moves of a resolution may take, one after the other, without a thought."""
+"""Simulated seconds that the moves of a resolution may take in sequence without being postponed."""
 
 
 @dataclass
 class _Searched:
-    """A search for a way out for a vehicle.
+    """The last search for a way out for a vehicle.
 
     Attributes:
-        wait: The wait that ended.
-        at: When, in simulated seconds.
-        states: How many combinations of places were looked at, at most.
-        again: The leg to request again when the next search is due, if any.
+        wait: The wait that it should end.
+        at: The time of the search, in simulated seconds.
+        states: The maximum number of combinations of places that it visited.
+        again: The wait that will request again when the next search is due; None if that is not scheduled.
     """
 
     wait: Wait
@@ -97,7 +95,7 @@ class _Searched:
 
 
 class Priority(Reserve):
-    """Priorities at work in one world."""
+    """The rules of the policy ``priority`` in one world."""
 
     def __init__(self, admission: Admission, settings: PrioritySettings) -> None:
         super().__init__(admission, settings)
@@ -117,22 +115,23 @@ class Priority(Reserve):
         return self.resolutions.need(slot)
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
-        """End the wait of a vehicle for a leg; others may enter the slots that it claimed."""
+        """End the wait of a vehicle for a leg, and its claim to slots."""
         if robot is self.claim.holder:
             self.claim.end()
         super().forget(robot, leg)
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """As `Reserve.take`, but a vehicle that is part of a resolution moves only when that says so.
+        """Give a vehicle the slots of a leg, as `Reserve.take`, unless a claim or a resolution keeps it out.
 
-        One that is not keeps out of what a resolution needs for a vehicle that set out earlier: it would be in its way,
-        and the next resolution could have it go back there, for ever.
+        A vehicle that takes part in a resolution moves only when the resolution says so. Other vehicles keep out of the
+        slots that a resolution needs for a vehicle which set out earlier. Otherwise they would block it, and the next
+        resolution might move them back there, forever.
         """
         if self.claim.holder is None and not self.resolutions.by_robot:
             return self.slots.take(robot, leg)
         held, wanted = self.slots.held(robot), self.slots.of(leg)
         if len(held) > 1 and all(slot in held for slot in wanted):
-            # The second leg of a move needs nothing that the vehicle does not have.
+            # The vehicle already holds the slots of the second leg of a move.
             return self.slots.take(robot, leg)
         if self.claim.keeps_out(robot, wanted):
             return False
@@ -145,7 +144,7 @@ class Priority(Reserve):
         return self.slots.take(robot, leg)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """As `Reserve.stand`; vehicles that could not be helped before ask again, as soon as a search is due."""
+        """Give a standing vehicle these slots, as `Reserve.stand`, and try again to help stuck vehicles."""
         self.slots.stand(robot, slots)
         if self.resolutions.by_robot:
             self.resolutions.stands(robot)
@@ -154,32 +153,33 @@ class Priority(Reserve):
             self.admission.look_again([other for other in stuck if not self._asks_later(other)])
 
     def leave(self, robot: Vehicle) -> None:
-        """As `Reserve.leave`, and forget its costs."""
+        """Release all slots of a vehicle, as `Reserve.leave`, and forget its costs."""
         self.claim.forget(robot)
         self.costs.forget(robot)
         self.slots.leave(robot)
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need, or the one for which it is moved or has to wait."""
-        found = super().blockers(robot, leg)
-        resolution = None if found else self.resolutions.by_robot.get(robot) or self.resolutions.against_leg(robot, leg)
+        """Return the vehicles that hold slots which a vehicle needs, or else the one for which it has to wait."""
+        if holders := super().blockers(robot, leg):
+            return holders
+        resolution = self.resolutions.by_robot.get(robot) or self.resolutions.against_leg(robot, leg)
         if resolution and resolution.first is not robot:
             return [resolution.first]
-        if not found and self.claim.holder and self.claim.excludes(robot, self.slots.of(leg), robot.rank):
+        if self.claim.holder and self.claim.excludes(robot, self.slots.of(leg), robot.rank):
             return [self.claim.holder]
-        return found
+        return ()
 
     def ahead_of(self, robot: Vehicle) -> Iterable[Vehicle]:
-        """Return the vehicles that are moved for one, and those on their way that set out earlier.
+        """Return the vehicles that are moved for a vehicle, and those with a destination that set out earlier.
 
-        Others are moved for these first.
+        Room is made for these vehicles first.
         """
         resolution = self.resolutions.by_robot.get(robot)
         moved = [other for other in resolution.robots if other is not robot] if resolution else []
         return moved + [other for other in self.slots.vehicles() if not other.stands and other.rank < robot.rank]
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
-        """As `Reserve.why_stays`; vehicles that wait make room, too, if they set out later."""
+        """Return why *other* does not make room for *robot*; a waiting vehicle also makes room if it set out later."""
         if other in self.resolutions.by_robot:
             first = self.resolutions.by_robot[other].first
             return f"makes room for {first.name}" if first is not other else "is about to go on"
@@ -196,7 +196,8 @@ class Priority(Reserve):
         if not all(missing):
             return f"can't make room: no moves were found that let {robot.name} pass"
         ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
-        holders = dict.fromkeys(who.name for at in chain.from_iterable(missing) for who in slots.in_the_way(other, at))
+        blocking = (robot for slot in chain.from_iterable(missing) for robot in slots.in_the_way(other, slot))
+        holders = dict.fromkeys(vehicle.name for vehicle in blocking)
         holders.pop(other.name, None)
         if [*holders] == [robot.name]:
             return f"can't get out past {robot.name}"
@@ -205,7 +206,7 @@ class Priority(Reserve):
         )
 
     def opened(self) -> None:
-        """Go on with moves that waited for a door or a lift; vehicles that could not be helped before ask again."""
+        """Continue moves that waited for a door or a lift, and make stuck vehicles request again."""
         super().opened()
         self.resolutions.opened()
         stuck, self._stuck = {**self._stuck, **self._opening}, {}
@@ -213,7 +214,7 @@ class Priority(Reserve):
         self.admission.look_again([*stuck])
 
     def reset(self) -> None:
-        """Forget which vehicles could not be helped, and when."""
+        """Forget which vehicles are stuck, and the searches for them."""
         super().reset()
         self.claim.end()
         self._stuck.clear()
@@ -223,15 +224,15 @@ class Priority(Reserve):
         self.costs.reset()
 
     def halted(self, robot: Vehicle) -> None:
-        """Give up the resolution of which a vehicle is a part."""
+        """Give up the resolution of a vehicle, if it has one."""
         self.resolutions.halted(robot)
 
     def stays_aside(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle has yielded as a part of a resolution; the next step begins, or all ask again."""
+        """Continue the resolution of a vehicle that has yielded; return False if it has none."""
         return self.resolutions.stays_aside(robot)
 
     def blocked(self, robot: Vehicle) -> None:
-        """Make blocking vehicles yield if they set out later, unless this is part of a resolution."""
+        """Make vehicles yield that block a waiting one and set out later, unless a resolution takes care of that."""
         if self.resolutions.see_to(robot):
             return
         blockers = self.admission.causes.blockers(robot)
@@ -239,7 +240,7 @@ class Priority(Reserve):
         if cycle:
             self._publish(cycle)
             # A vehicle in the queue of a dock waits for no lane, so no other can make room for it.
-            robot = min((each for each in cycle if each in self.admission.waits), key=by_rank)
+            robot = min((vehicle for vehicle in cycle if vehicle in self.admission.waits), key=by_rank)
             if self.resolutions.see_to(robot):
                 return
             blockers = self.admission.causes.blockers(robot)
@@ -257,29 +258,29 @@ class Priority(Reserve):
                 or self._may_go_on_soon(wait, seen)
             ):
                 self._move_others(robot)
-        # Else one of them is on its way, or is to go on first.
+        # Otherwise one of the blockers is driving or comes first, and will leave by itself.
         if self.admission.now - wait.since > AFTER:
             self._claim_for(robot, wait, seen)
         if self.admission.waits.get(robot) is wait and robot not in self.resolutions.by_robot:
             self.slots.watch(robot, seen)
 
     def _claim_for(self, robot: Vehicle, wait: Wait, seen: Iterable[int]) -> None:
-        """Make the waiting vehicle that set out first claim the slots it needs, until it goes on."""
+        """Claim the slots that a waiting vehicle needs, if it set out before all others that wait."""
         if self.admission.waits.get(robot) is not wait or robot in self.resolutions.by_robot:
             return
         if robot is self.claim.holder or not any(other.rank < robot.rank for other in self.admission.waits):
             self.claim.extend(robot, [*self.slots.of(wait.leg), *seen])
 
     def _move_others(self, robot: Vehicle) -> None:
-        """Search for a way out for a vehicle that can't go on, and have others move accordingly."""
+        """Search for moves of other vehicles that let a stuck vehicle drive on, and begin them."""
         self._stuck[robot] = None
         self._resolve(robot)
 
     def _may_go_on_soon(self, wait: Wait, seen: dict[int, None]) -> bool:
-        """Return whether a vehicle moves in one of the slots *seen* to be in the way: it asks again when that stands.
+        """Return whether a vehicle moves in one of the slots *seen*, so that the search can wait until it has stopped.
 
-        A search moves only vehicles that stand, so that it would be in vain in most cases. It is put off for some
-        seconds only, as others may pass by all the time.
+        A search moves only standing vehicles, so it would usually fail now. It is postponed only for some seconds,
+        since other vehicles may pass all the time.
         """
         due = wait.since + self._pause
         if self.admission.now >= due or not any(
@@ -292,7 +293,7 @@ class Priority(Reserve):
         return True
 
     def _asks_later(self, robot: Vehicle) -> bool:
-        """Return whether it is too early for another search for a vehicle; then it asks again when it is not."""
+        """Return whether it is too early for another search for a vehicle; if so, it requests again when it is time."""
         wait, before = self.admission.waits.get(robot), self._searched.get(robot)
         if wait is None or before is None or self.admission.now >= before.at + self._pause:
             return False
@@ -302,16 +303,16 @@ class Priority(Reserve):
         return True
 
     def _is_due(self, robot: Vehicle) -> bool:
-        """Return whether there is going to be another search for a vehicle by itself."""
+        """Return whether a further search for a vehicle is scheduled."""
         wait, before = self.admission.waits.get(robot), self._searched.get(robot)
         if wait is None or before is None or before.again is not wait:
             return False
         return self.admission.now < before.at + self._pause
 
     def _push(self, robot: Vehicle, seen: dict[int, None]) -> bool:
-        """Make the vehicles that block another yield, and resume it; return whether they can.
+        """Make the vehicles that block another yield, and resume it; return whether that is possible.
 
-        The slots are added to those *seen* on which that depends.
+        The slots on which the result depends are added to *seen*.
         """
         wait = self.admission.waits.get(robot)
         if wait is None:
@@ -331,12 +332,12 @@ class Priority(Reserve):
         return moves is not False
 
     def _yield(self, chain: _Chain, robot: Vehicle, own: Sequence[tuple[Vehicle, Sequence[int]]] = ()) -> bool | None:
-        """Make a whole chain yield to a vehicle at once; the vehicle may move, too.
+        """Make all vehicles of a chain yield to a vehicle at once.
 
         Returns:
-            Whether there is room; None if there will be, once doors and lifts on the way have opened.
+            Whether there is room; None if there will be room once doors and lifts have opened.
         """
-        # Each is asked, so that each begins to open.
+        # No short circuit: every door and lift on the ways has to begin to open.
         let = [self.admission.lets(other, way.legs) for other, way in chain]
         if not all(let):
             self._opening[robot] = None
@@ -357,14 +358,14 @@ class Priority(Reserve):
         *,
         goes: bool,
     ) -> _Chain | None:
-        """Return which vehicles drive where so that there is room in a slot; None if they can't make any.
+        """Return the vehicles that have to drive, and their ways, so that a slot has room; None if there are none.
 
         Args:
             slot: The slot.
-            first: The vehicle to which all yield.
-            pusher: The vehicle that needs the slot; no other can go where it is.
-            pushed: The vehicles that have been asked already.
-            seen: The slots on which the answer depends.
+            first: The vehicle to which all others yield.
+            pusher: The vehicle that needs the slot; no other vehicle can take its place.
+            pushed: The vehicles that were considered so far; further ones are added.
+            seen: The slots on which the result depends are added here.
             goes: Whether the first vehicle leaves its own place at the same time.
         """
         seen[slot] = None
@@ -380,9 +381,9 @@ class Priority(Reserve):
                 end = way.end
                 if not occupied or (goes and first in slots.in_the_way(other, end)):
                     return [(other, way)]
-                there = slots.holders[end]
-                if len(there) == 1 and not near and (there[0] in pushed or not self._gives_way(there[0], first)):
-                    # Most often one vehicle is there that stays.
+                holders = slots.holders[end]
+                if len(holders) == 1 and not near and (holders[0] in pushed or not self._gives_way(holders[0], first)):
+                    # Usually the end has one vehicle that stays, which needs no recursion.
                     seen[end] = None
                     continue
                 further = self._chain(end, first, other, pushed, seen, goes=goes)
@@ -396,9 +397,9 @@ class Priority(Reserve):
     def _refuges(
         self, robot: Vehicle, first: Vehicle, pusher: Vehicle, slot: int, seen: dict[int, None]
     ) -> list[tuple[Way, bool]]:
-        """Return the ways by which a vehicle can yield a slot, and whether someone is at their ends.
+        """Return the ways by which a vehicle can leave a slot, each with whether its end is occupied.
 
-        The free ones come first, the best for its own goal.
+        Ways to free places come first; among these, the best one for the vehicle's own goal.
         """
         slots, near, free = self.slots, self.slots.near, self.slots.free
         wait, taken = self.admission.waits.get(robot), slots.held(pusher)
@@ -429,7 +430,7 @@ class Priority(Reserve):
         return [(way, occupied) for occupied, *_, way in found]
 
     def _resolve(self, robot: Vehicle) -> None:
-        """Move the vehicles around one that can't go on so that it can, if that is possible."""
+        """Search for moves that let a vehicle drive on, and begin them; give up if none can ever be found."""
         wait = self.admission.waits.get(robot)
         if wait is None or self._asks_later(robot):
             return
@@ -446,7 +447,7 @@ class Priority(Reserve):
                 return
             cycle = [] if around else waits_for_cycle(self.admission, robot, self.admission.causes.blockers(robot))
             if cycle and not self.resolutions.by_robot and self.slots.at_rest(self._goes_nowhere):
-                # No vehicle moves, and none ever will, but for one that is about to ask, or asks later.
+                # No vehicle will ever move again, except for one that is about to request, or requests later.
                 if any(other.rank < robot.rank for other in self.admission.asking):
                     del self._searched[robot]
                     self.admission.look_again([robot])
@@ -456,34 +457,34 @@ class Priority(Reserve):
                     self.give_up(cycle)
             return
         if not patient and _duration(steps) > _SHORT:
-            # By then, others may have moved to where they block no vehicle.
+            # Until the next search, other vehicles may have moved out of the way.
             self._asks_later(robot)
             return
         self.resolutions.begin(robot, steps)
 
     def _goes_nowhere(self, robot: Vehicle) -> bool:
-        """Return whether a vehicle that stands or waits will do so until another one moves."""
+        """Return whether a vehicle that stands or waits will not move before another one does."""
         if robot in self._opening or self.admission.waits_for_barrier(robot):
             return False
         return self.admission.causes.is_held_up(robot) or not robot.busy
 
     def _movable(self, other: Vehicle, robot: Vehicle, *, soon: bool) -> bool:
-        """Return whether a vehicle may be moved for another now, or *soon*: when it stands, or has done its work."""
+        """Return whether a vehicle may be moved for another now or, if *soon*, once it stands or has ended its work."""
         if other in self.resolutions.by_robot or other.rank <= robot.rank:
             return False
         if soon:
-            # One that lingers makes room by itself, nearer to where it is than a search would have it go.
+            # A lingering vehicle will make room by itself, over a shorter distance than a search would move it.
             return other.will_yield and not other.stays_until
         return other.may_yield
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
-        """Publish a deadlock once, and not each time that it is looked at."""
+        """Publish a deadlock, unless it is being resolved already."""
         if not any(robot in self.resolutions.by_robot for robot in cycle):
             super()._publish(cycle)
 
 
 def _duration(steps: Sequence[Step]) -> float:
-    """Return how long steps take if they are made one after the other, in seconds."""
+    """Return the seconds that steps take if they are made one after the other."""
     return sum(leg.seconds(move.robot.speed) for step in steps for move in step for leg in move.way.legs)
 
 

@@ -1,10 +1,12 @@
-"""A robot reserves its place and the next lane; a robot that comes later waits.
+"""The policy ``reserve``: a robot reserves its place and the next lane, and robots that come later wait.
 
-A slot has room for one robot unless the world or the settings say otherwise. Robots that would touch although they are
-in different slots, as where lanes cross without a waypoint, exclude each other, too. A robot that is blocked by one
-that stands for good is rerouted if there is another route. Robots that wait for each other in a cycle never go on by
-themselves: as soon as the cycle closes, a ``deadlock`` is published; then one of them is rerouted, the one that set out
-last first, or backs off to a free waypoint beside it; where none can, the goal of the one that set out last is aborted.
+A slot has room for one robot unless the world or the settings say otherwise. Robots in different slots also exclude
+each other if they would touch, for example where lanes cross without a waypoint. A robot that is blocked by one that
+stands for good is rerouted if there is another route.
+
+Robots that wait for each other in a cycle are deadlocked. As soon as the cycle closes, the event ``deadlock`` is
+published. Then one of the robots is rerouted, or backs off to a free neighboring waypoint; the robot that set out last
+tries first. If none can, the goal of the robot that set out last is aborted.
 """
 
 from __future__ import annotations
@@ -38,18 +40,18 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 _KEPT_POINTS = 1_024
-"""Points beside the lanes for which it is kept what is around them."""
+"""The number of points beside the lanes whose surroundings are cached."""
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None
 
 
 class ReserveSettings(Settings):
-    """Default capacities, beside what every policy has.
+    """The settings of reservations: default capacities, and the number of reroutes.
 
     Attributes:
-        waypoint_capacity: How many robots may be at a waypoint; None for any number.
-        lane_capacity: How many robots may be on a lane, in either direction; None for any number.
-        reroutes: How often a robot is rerouted on one trip before it only waits.
+        waypoint_capacity: Maximum number of robots at a waypoint; None for no limit.
+        lane_capacity: Maximum number of robots on a lane, in either direction; None for no limit.
+        reroutes: Maximum number of reroutes on one trip of a robot, after which it only waits.
     """
 
     waypoint_capacity: _Capacity = 1
@@ -58,7 +60,7 @@ class ReserveSettings(Settings):
 
 
 class Reserve:
-    """Reservations at work in one world."""
+    """The rules of the policy ``reserve`` in one world."""
 
     def __init__(self, admission: Admission, settings: ReserveSettings) -> None:
         self.admission = admission
@@ -88,15 +90,15 @@ class Reserve:
         self.full, self.near, self.spot = self.slots.full, self.slots.holders_near, self.slots.spot
 
     def is_reserved(self, _slot: int) -> bool:
-        """Return whether a slot is going to be needed for a vehicle that neither holds it nor waits for it."""
+        """Return whether a vehicle will need a slot that it neither holds nor waits for; here never."""
         return False
 
     def take(self, robot: Vehicle, leg: Leg) -> bool:
-        """Give a vehicle the slots of a leg, and release all others that it holds; return whether it may have them."""
+        """Give a vehicle the slots of a leg, and release all others that it holds; return False if they are taken."""
         return self.slots.take(robot, leg)
 
     def stand(self, robot: Vehicle, slots: tuple[int, ...]) -> None:
-        """Give a vehicle that stands these slots, also full ones, and release all others that it holds."""
+        """Give a standing vehicle these slots, even if they are full, and release all others that it holds."""
         self.slots.stand(robot, slots)
 
     def leave(self, robot: Vehicle) -> None:
@@ -104,11 +106,11 @@ class Reserve:
         self.slots.leave(robot)
 
     def freed(self, robots: Sequence[Vehicle]) -> None:
-        """Make vehicles request again the slots that have just become free."""
+        """Make vehicles request slots that have just become free."""
         self.admission.look_again(robots)
 
     def reset(self) -> None:
-        """Forget the deadlocks that were published, and those that wait for a door."""
+        """Forget the published deadlocks, and those that a door or a lift kept from being resolved."""
         self._deadlocks.clear()
         self._unsolved.clear()
 
@@ -120,22 +122,22 @@ class Reserve:
                 del self._deadlocks[circle]
 
     def opened(self) -> None:
-        """Have deadlocks looked at again that a door or a lift was in the way of resolving."""
+        """Try again to resolve deadlocks that a door or a lift kept from being resolved."""
         unsolved, self._unsolved = self._unsolved, {}
         self.admission.look_again([*unsolved])
 
     def blockers(self, robot: Vehicle, leg: Leg) -> Sequence[Vehicle]:
-        """Return the vehicles that hold what one would need for a leg."""
+        """Return the vehicles that hold slots which a vehicle needs for a leg."""
         return self.slots.blockers(robot, self.slots.of(leg))
 
     def ahead_of(self, _robot: Vehicle) -> Iterable[Vehicle]:
-        """Return no vehicle: each has the right of way where it comes first."""
+        """Return no vehicle: under this policy, vehicles have no order."""
         return ()
 
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
-        """Return why a vehicle that is in another one's way makes no room, as the end of a sentence: "it …"."""
+        """Return why *other* does not make room for *robot*, as the end of a sentence: "it …"."""
         if other.waits or self.admission.causes.is_held_up(other):
-            names = sorted(each.name for each in self.admission.causes.blockers(other))
+            names = sorted(vehicle.name for vehicle in self.admission.causes.blockers(other))
             return f"waits for {listed(names)}" if names else "waits itself"
         if other.may_yield:
             return self._why_idle_stays(other, robot)
@@ -144,11 +146,11 @@ class Reserve:
         return "makes no room meanwhile" if other.stands else "is on its way"
 
     def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:
-        """Return why a vehicle that could be moved is not."""
+        """Return why an idle vehicle that could be moved is not moved."""
         return f"makes no room under the policy {self.admission.world.policy!r}"
 
     def blocked(self, robot: Vehicle) -> None:
-        """Resolve the deadlock if this closes a cycle; else reroute around vehicles that stand for good."""
+        """Resolve the deadlock if the wait closes a cycle; otherwise reroute around vehicles that stand for good."""
         blockers = self.admission.causes.blockers(robot)
         cycle = waits_for_cycle(self.admission, robot, blockers)
         if cycle:
@@ -158,10 +160,10 @@ class Reserve:
             self.go_around(robot)
 
     def halted(self, robot: Vehicle) -> None:
-        """Do nothing: no other vehicle counts on its arrival."""
+        """Do nothing: no other vehicle depends on the arrival."""
 
     def stays_aside(self, _robot: Vehicle) -> bool:
-        """Return False: a vehicle that has yielded goes on when it can."""
+        """Return False: a vehicle that has yielded continues as soon as it can."""
         return False
 
     def resolve(self, cycle: Sequence[Vehicle]) -> None:
@@ -186,7 +188,7 @@ class Reserve:
         return robot.rerouted < self.settings.reroutes and robot.reroute([*self._not_now(robot)])
 
     def _back_off(self, robot: Vehicle, cycle: Sequence[Vehicle]) -> bool:
-        """Make a vehicle yield to a free waypoint beside it that no other one of the cycle will need, if any."""
+        """Make a vehicle yield to a free neighboring waypoint that no other vehicle of the cycle needs."""
         if robot.rerouted >= self.settings.reroutes or not robot.may_yield:
             return False
         ahead = [leg for other in cycle if other is not robot for leg in other.legs_ahead]
@@ -204,27 +206,27 @@ class Reserve:
         return False
 
     def go_around(self, robot: Vehicle) -> bool:
-        """Reroute a vehicle that waits around those in its way, if there is a route."""
+        """Reroute a waiting vehicle around the vehicles in its way, if there is a route."""
         wait = self.admission.waits.get(robot)
         if wait is None or robot.rerouted >= self.settings.reroutes:
             return False
         return robot.reroute([*self._lanes_into(robot, wait.leg), *self._not_now(robot)])
 
     def _lanes_into(self, robot: Vehicle, leg: Leg) -> Iterator[Lane]:
-        """Yield the lanes that lead to what a vehicle waits for."""
+        """Yield the lanes that lead to the slots for which a vehicle waits."""
         for slot in self.slots.missing(robot, self.slots.of(leg)):
             for edge in () if slot in self.slots.points else self.admission.graph.lanes.leading_to(slot):
                 if edge.leg.lane:
                     yield edge.leg.lane
 
     def _not_now(self, robot: Vehicle) -> Iterator[Lane]:
-        """Yield the lanes on which a vehicle can't set out from where it stands."""
+        """Yield the lanes on which a vehicle can't set out now."""
         for way in self.ways.leaving(robot):
             if self.slots.missing(robot, way.slots):
                 yield from (leg.lane for leg in way.legs if leg.lane)
 
     def _publish(self, cycle: Sequence[Vehicle]) -> None:
-        """Publish a deadlock once, whichever of its vehicles it is found by, until it is dissolved."""
+        """Publish a deadlock once, no matter which vehicle discovers it, until it dissolves."""
         circle = frozenset(cycle)
         if circle in self._deadlocks:
             return
@@ -234,11 +236,11 @@ class Reserve:
 
 
 def waits_for_cycle(admission: Admission, robot: Vehicle, blockers: Sequence[Vehicle]) -> list[Vehicle]:
-    """Return the vehicles of a cycle in which each waits for the next, *robot* first; none if it is in no such cycle.
+    """Return the vehicles of a cycle, beginning with *robot*, in which each waits for the next; empty if there is none.
 
-    A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only where all
-    vehicles for which *robot* waits, directly or not, have to wait themselves. *blockers* are those for which it waits
-    directly.
+    A slot with room for several vehicles becomes free when any of them leaves. So there is a cycle only if all vehicles
+    for which *robot* waits, directly or through others, have to wait themselves. *blockers* are those for which it
+    waits directly.
     """
     waits_for: dict[Vehicle, Vehicle] = {}
     todo = [robot]
@@ -260,12 +262,12 @@ def waits_for_cycle(admission: Admission, robot: Vehicle, blockers: Sequence[Veh
 
 
 class _Layout(NamedTuple):
-    """The room that vehicles have.
+    """The capacities of a world's slots.
 
     Attributes:
         reach: The greatest sum of two vehicles' radii, in the world's unit.
-        capacities: How many vehicles may hold each slot.
-        compared: The slots with room for so many; of those with room for any number, no vehicle has a place.
+        capacities: The number of vehicles that may hold each slot.
+        compared: The slots with a limited capacity; in the others, the positions of vehicles do not matter.
     """
 
     reach: float
@@ -284,11 +286,11 @@ def _no_layouts(_world: World) -> dict[tuple[int | None, int | None], _Layout]:
 
 
 _LAYOUTS: Final = Derived(_no_layouts, "waypoints", "lanes", "lifts", "docks", "places", "robots", "robot_types")
-"""The layouts of a world, by the capacities of waypoints and lanes that state none."""
+"""The layouts of a world, by the default capacities of waypoints and lanes."""
 
 
 def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[float]:
-    """Return how many vehicles may hold each slot."""
+    """Return the number of vehicles that may hold each slot."""
     rooms = rooms_of_waypoints(world, settings.waypoint_capacity)
     of_lanes = {frozenset((lane.from_, lane.to)): lane.capacity for lane in world.lanes}
     # A lift counts its riders itself.
@@ -301,7 +303,7 @@ def _capacities(world: World, lanes: Lanes, settings: ReserveSettings) -> list[f
 
 
 def _near_among(lanes: Lanes, compared: Sequence[int], reach: float) -> Near:
-    """Return which of these slots are too near each other."""
+    """Return which of these slots are so near each other that vehicles in them may touch."""
     at = {name: slot for slot, name in enumerate(lanes.names)}
     ends = [*((slot, slot) for slot in at.values()), *((at[a], at[b]) for a, b in lanes.tracks)]
     return near_slots(lanes.points, {slot: ends[slot] for slot in compared}, reach)
