@@ -133,6 +133,7 @@ class FakeConnection(Connection):
         script: The answers to other requests by their types; the last one is repeated. A function is called with the
             request, and None is a lost reply.
         latest: The messages of later subscribers with history, by key.
+        listeners: The listeners to feedback, by robot and action.
         later: The deferred calls of clients, with their delays.
         now: The time of the next grant.
     """
@@ -156,7 +157,7 @@ class FakeConnection(Connection):
         self._answers = []
         self._alive = True
         self._followers = []
-        self._listeners = {}
+        self.listeners = {}
         self._subscribers = {}
         self.latest = {}
 
@@ -186,7 +187,7 @@ class FakeConnection(Connection):
     def report(self, kind, event):
         """Report an event: with the next grant, or feedback to its listener."""
         self._events.append((kind, 0, event))
-        if kind == "feedback" and (listener := self._listeners.get((event.robot, event.action))):
+        if kind == "feedback" and (listener := self.listeners.get((event.robot, event.action))):
             listener.take(event.goal_id, event.feedback)
 
     def grant(self, advance):
@@ -208,10 +209,10 @@ class FakeConnection(Connection):
         self._take(GetResult(command.robot, command.action, command.goal_id), on_answer)
 
     def listen(self, target, listener):
-        self._listeners[target.robot, target.action.name] = listener
+        self.listeners[target.robot, target.action.name] = listener
 
     def unlisten(self):
-        self._listeners.clear()
+        self.listeners.clear()
 
     def call(self, command, **_options):
         self.requests.append(command)

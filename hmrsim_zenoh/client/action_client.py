@@ -15,7 +15,7 @@ from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.goal import parse_goal_id
 from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
-from hmrsim_zenoh.client.goal_exchange import GoalExchange
+from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
 from hmrsim_zenoh.wire import encoding
@@ -24,7 +24,6 @@ from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, Unr
 if TYPE_CHECKING:
     from hmrsim.actions import Action, AnyAction
     from hmrsim.interfaces.geometry_msgs import PoseStamped
-    from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.places import NamedPlaces
@@ -54,7 +53,7 @@ class ActionClient(Generic[G, R, F]):
         self._link = link
         self._target = ActionTarget(robot, action)
         self._lock = threading.Lock()
-        self._listening: dict[str, GoalExchange[R, F]] = {}
+        self._listening: dict[str, GoalHandle[R, F]] = {}
         self._listens = False
         self._places: NamedPlaces | None = None
 
@@ -92,9 +91,9 @@ class ActionClient(Generic[G, R, F]):
             SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: The lookup of a place has no answer.
             TypeError: *goal* is of another action.
         """
-        exchange = self._exchange(self._client.lockstep, goal, goal_id, on_feedback, on_change)
-        exchange.start(adopt=adopt, read_result=read_result)
-        return exchange
+        handle = self._handle(self._client.lockstep, goal, goal_id, on_feedback, on_change)
+        handle.start(adopt=adopt, read_result=read_result)
+        return handle
 
     def execute(
         self,
@@ -114,21 +113,18 @@ class ActionClient(Generic[G, R, F]):
             ClientClosed, Dropped, RequestError, ValueError, TypeError: As `send_goal`.
         """
         lockstep = self._client.lockstep
-        exchange = self._exchange(lockstep, goal, goal_id, on_feedback, on_change)
-        if lockstep:
-            exchange.start(read_result=read_result)
-        else:
-            exchange.execute(read_result=read_result)
-        return exchange
+        handle = self._handle(lockstep, goal, goal_id, on_feedback, on_change)
+        handle.start(read_result=read_result, execute=lockstep is None)
+        return handle
 
-    def _exchange(
+    def _handle(
         self,
         lockstep: Lockstep | None,
         goal: G | Mapping[str, Any],
         goal_id: str | None,
         on_feedback: Callable[[F], object] | None,
         on_change: Callable[[GoalHandle[R, F]], None] | None,
-    ) -> GoalExchange[R, F]:
+    ) -> GoalHandle[R, F]:
         """Return a goal's handle, which is to be started."""
         # Plain values become a message where they enter the simulator.
         sent: Any = goal
@@ -138,7 +134,7 @@ class ActionClient(Generic[G, R, F]):
             sent = with_poses(goal, self.action.goal, self._pose_of)
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         next_id = (lockstep or self._link).next_goal_id()
-        exchange: GoalExchange[R, F] = GoalExchange(
+        handle: GoalHandle[R, F] = GoalHandle(
             self._link,
             lockstep,
             self._target,
@@ -147,10 +143,10 @@ class ActionClient(Generic[G, R, F]):
             on_change=on_change,
             on_done=self._forget,
         )
-        self._link.enter(exchange)
+        self._link.enter(handle)
         if on_feedback is not None:
-            self._listen(exchange, lockstep)
-        return exchange
+            self._listen(handle, lockstep)
+        return handle
 
     def _pose_of(self, place: str) -> PoseStamped:
         if self._places is None:
@@ -191,13 +187,13 @@ class ActionClient(Generic[G, R, F]):
         if isinstance(answer, RequestError):
             _log.warning("%s: goals can't be canceled: %s", self._target.name, answer)
 
-    def _forget(self, exchange: GoalExchange[R, F]) -> None:
-        self._link.leave(exchange)
+    def _forget(self, handle: GoalHandle[R, F]) -> None:
+        self._link.leave(handle)
         if self._listening:
-            self._listening.pop(exchange.goal_id, None)
+            self._listening.pop(handle.goal_id, None)
 
-    def _listen(self, exchange: GoalExchange[R, F], lockstep: Lockstep | None) -> None:
-        self._listening[exchange.goal_id] = exchange
+    def _listen(self, handle: GoalHandle[R, F], lockstep: Lockstep | None) -> None:
+        self._listening[handle.goal_id] = handle
         with self._lock:
             if not self._listens:
                 (lockstep or self._link.connection).listen(self._target, self)
@@ -210,9 +206,9 @@ class ActionClient(Generic[G, R, F]):
 
     def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
         """Take a sample of feedback."""
-        if exchange := self._listening.get(goal_id):
+        if handle := self._listening.get(goal_id):
             try:
-                exchange.take_feedback(message_of(self.action.feedback, feedback))
+                handle.take_feedback(message_of(self.action.feedback, feedback))
             except UnreadableError as error:
                 _log.warning("%s: feedback that can't be read: %s", self._target.name, error)
 

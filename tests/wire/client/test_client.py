@@ -13,7 +13,7 @@ from zenoh import ext
 
 from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
-from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
+from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import (
@@ -91,68 +91,6 @@ def test_an_aborted_goal_has_a_result_too(simulator, wait_client):
     assert goal.status is GoalStatus.ABORTED
 
 
-def test_the_result_is_asked_for_before_acceptance_is_known(simulator, wait_client):
-    """A goal costs one round trip: get_result arrives while send_goal is still held."""
-    simulator.steps["send_goal"] = [simulator.hold]
-    goal = wait_client.send_goal(GOAL)
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
-    goal.wait_accepted(PATIENCE)
-    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
-
-    goal.result(PATIENCE)
-    assert simulator.count(Verb.GET_RESULT) == 1
-
-
-def test_the_callers_goal_id_is_used_without_hyphens(simulator, wait_client):
-    goal = wait_client.send_goal(GOAL, goal_id="01234567-89AB-cdef-0123-456789abcdef")
-
-    assert (goal.goal_id, simulator.wait_for(Verb.SEND_GOAL)[0]["goal_id"]) == (ID, ID)
-
-
-def test_invalid_arguments_are_reported_without_a_request(client, wait_client):
-    with pytest.raises(ValueError, match="'short' is not a UUID"):
-        wait_client.send_goal(GOAL, goal_id="short")
-    with pytest.raises(TypeError, match="wait takes nav2_msgs/action/Wait_Goal"):
-        wait_client.send_goal(NavigateToPose.Goal())
-    with pytest.raises(ValueError, match=r"'\*' is not a valid robot name"):
-        client.action_client("*", registry()["wait"])
-
-
-def test_acceptance_and_end_are_reported_in_order(simulator, wait_client):
-    seen = []
-    goal = wait_client.send_goal(GOAL, on_change=lambda goal: seen.append((goal.status, goal.done)))
-    goal.wait_accepted(PATIENCE)
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
-    goal.result(PATIENCE)
-
-    assert seen == [(GoalStatus.ACCEPTED, False), (GoalStatus.SUCCEEDED, True)]
-
-
-def test_a_callback_that_raises_is_logged_and_the_goal_continues(simulator, wait_client, caplog):
-    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
-    goal = wait_client.send_goal(GOAL, on_change=lambda _goal: 1 / 0)
-
-    assert goal.result(PATIENCE) == Wait.Result()
-    assert "ZeroDivisionError" in caplog.text
-
-
-def test_callbacks_may_send_goals(simulator, wait_client, watched):
-    """Each goal of a chain is sent when the previous one has ended."""
-    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
-
-    def go_on(goal):
-        if goal.done:
-            watched(goal.status)
-            if len(watched.items) < 20:
-                wait_client.send_goal(GOAL, on_change=go_on)
-
-    wait_client.send_goal(GOAL, on_change=go_on)
-
-    assert watched.wait(lambda seen: len(seen) == 20) == [GoalStatus.SUCCEEDED] * 20
-
-
 # --- refusals ------------------------------------------------------------------------------------------------
 
 
@@ -166,15 +104,6 @@ def test_a_rejected_goal_has_a_reason_and_a_message(simulator, wait_client):
     assert (caught.value.reason, caught.value.error_code, goal.accepted) == ("busy", 1, False)
     with pytest.raises(GoalRejectedError):
         goal.wait_accepted(PATIENCE)
-
-
-def test_a_duplicate_at_the_first_try_is_a_rejection(simulator, wait_client):
-    """The id belongs to another client's goal, whose result is not ours."""
-    simulator.steps["send_goal"] = [simulator.refuse("duplicate_goal_id", status=2)]
-    goal = wait_client.send_goal(GOAL, goal_id=ID)
-
-    with pytest.raises(GoalRejectedError, match="duplicate_goal_id"):
-        goal.result(PATIENCE)
 
 
 def test_an_error_reply_lists_the_invalid_fields(simulator, wait_client):
@@ -216,47 +145,6 @@ def test_a_goal_whose_answer_was_lost_is_sent_again(simulator, wait_client):
     assert (first, goal.accepted, goal.status) == (second, True, GoalStatus.EXECUTING)
 
 
-def test_a_duplicate_that_has_ended_is_accepted_until_its_result_comes(simulator, wait_client):
-    """A terminal status is reported only with its result."""
-    simulator.steps["send_goal"] = [simulator.lose, simulator.refuse("duplicate_goal_id", status=ABORTED)]
-    goal = wait_client.send_goal(GOAL)
-    goal.wait_accepted(PATIENCE)
-    assert (goal.status, goal.done) == (GoalStatus.ACCEPTED, False)
-
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.end(ABORTED), verb=Verb.GET_RESULT)
-    goal.result(PATIENCE)
-    assert goal.status is GoalStatus.ABORTED
-
-
-def test_a_goal_that_never_came_through_is_accepted_later(simulator, wait_client):
-    """Both first requests are lost, so the result is requested again after the acceptance."""
-    simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
-    simulator.steps["get_result"] = [simulator.lose, simulator.end(SUCCEEDED)]
-
-    assert wait_client.send_goal(GOAL).result(PATIENCE) == Wait.Result()
-
-
-def test_a_result_asked_for_too_early_is_asked_for_again(simulator, wait_client):
-    """Status 0 from before the acceptance does not mean that the goal is forgotten."""
-    simulator.steps["send_goal"] = [simulator.lose, simulator.accept]
-    simulator.steps["get_result"] = [simulator.end(0), simulator.end(SUCCEEDED)]
-
-    assert wait_client.send_goal(GOAL).result(PATIENCE) == Wait.Result()
-
-
-def test_status_0_from_before_the_acceptance_is_ignored_when_it_comes_late(simulator, wait_client):
-    simulator.steps["send_goal"] = [simulator.hold]
-    simulator.steps["get_result"] = [simulator.hold, simulator.end(SUCCEEDED)]
-    goal = wait_client.send_goal(GOAL)
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
-    goal.wait_accepted(PATIENCE)
-    simulator.release(simulator.end(0), verb=Verb.GET_RESULT)
-
-    assert goal.result(PATIENCE) == Wait.Result()
-
-
 @pytest.mark.parametrize("loss", ["silence", "timeout"])
 def test_a_result_whose_answer_was_lost_is_asked_for_again(simulator, wait_client, loss):
     """Neither a missing reply nor Zenoh's own timeout means that the goal is gone."""
@@ -269,17 +157,6 @@ def test_a_result_whose_answer_was_lost_is_asked_for_again(simulator, wait_clien
 
     assert goal.result(PATIENCE) == Wait.Result()
     assert simulator.count(Verb.GET_RESULT) == 4
-
-
-def test_a_goal_that_is_never_answered_times_out(simulator, wait_client):
-    """The goal is canceled as well, since the simulator may have accepted it."""
-    simulator.steps["send_goal"] = [simulator.lose]
-    simulator.steps["get_result"] = [simulator.lose]
-    goal = wait_client.send_goal(GOAL)
-
-    with pytest.raises(GoalTimeout, match=r"no answer to goal .* in 2 s; the goal is given up"):
-        goal.result(PATIENCE)
-    assert simulator.wait_for(Verb.CANCEL_GOAL)[0]["goal_info"]["goal_id"] == goal.goal_id
 
 
 def test_waiting_for_a_result_can_time_out(simulator, wait_client):
@@ -333,16 +210,6 @@ def test_a_simulator_that_dies_fails_its_goals(simulator, wait_client):
     assert goal.accepted
 
 
-def test_a_simulator_that_hangs_without_its_token_is_gone(simulator, wait_client):
-    """The result is held forever, and only the missing token shows it."""
-    goal = wait_client.send_goal(GOAL)
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.vanish()
-
-    with pytest.raises(SimulatorGone, match="is gone"):
-        goal.result(PATIENCE)
-
-
 def test_a_goal_sent_to_a_simulator_that_has_gone_fails(simulator, client, wait_client):
     client.wait_for_simulator(PATIENCE)
     simulator.close()
@@ -380,21 +247,6 @@ def test_a_restarted_simulator_does_not_know_the_goal(simulator, another):
             goal.result(PATIENCE)
 
 
-def test_goals_that_callbacks_send_after_the_simulator_has_gone_fail(simulator, wait_client, watched):
-
-    def try_again(goal):
-        if goal.done:
-            watched(type(goal.error))
-            if len(watched.items) < 3:
-                wait_client.send_goal(GOAL, on_change=try_again)
-
-    wait_client.send_goal(GOAL, on_change=try_again)
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.close()
-
-    assert watched.wait(lambda seen: len(seen) == 3) == [SimulatorGone] * 3
-
-
 def test_a_router_without_a_simulator_is_no_simulator(another):
     """The client is connected but sees no token, so the error comes after the grace."""
     router = another(present=False)
@@ -427,68 +279,6 @@ def test_a_canceled_goal_is_canceling_and_then_canceled(simulator, wait_client, 
     ]
 
 
-def test_a_cancel_waits_for_the_acceptance(simulator, wait_client):
-    """A cancel that is requested twice is sent once."""
-    simulator.steps["send_goal"] = [simulator.hold]
-    goal = wait_client.send_goal(GOAL)
-    simulator.wait_for(Verb.GET_RESULT)
-    goal.cancel()
-    goal.cancel()
-    assert simulator.count(Verb.CANCEL_GOAL) == 0
-
-    simulator.release(simulator.accept, verb=Verb.SEND_GOAL)
-    simulator.wait_for(Verb.CANCEL_GOAL)
-    simulator.release(simulator.end(CANCELED), verb=Verb.GET_RESULT)
-    goal.result(PATIENCE)
-    assert simulator.count(Verb.CANCEL_GOAL) == 1
-
-
-def test_a_cancel_of_a_rejected_goal_is_never_sent(simulator, wait_client):
-    simulator.steps["send_goal"] = [simulator.hold]
-    goal = wait_client.send_goal(GOAL)
-    goal.cancel()
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.refuse("busy"), verb=Verb.SEND_GOAL)
-
-    with pytest.raises(GoalRejectedError):
-        goal.result(PATIENCE)
-    assert simulator.count(Verb.CANCEL_GOAL) == 0
-
-
-def test_a_cancel_whose_answer_was_lost_is_sent_again(simulator, wait_client):
-    simulator.steps["cancel_goal"] = [simulator.lose, simulator.lose, simulator.canceling]
-    goal = wait_client.send_goal(GOAL)
-    goal.cancel()
-
-    assert len(simulator.wait_for(Verb.CANCEL_GOAL, 3)) == 3
-
-
-@pytest.mark.parametrize("code", [2, 3])
-def test_after_a_late_cancel_the_result_decides(simulator, wait_client, code):
-    simulator.steps["cancel_goal"] = [simulator.say({"return_code": code, "goals_canceling": []})]
-    goal = wait_client.send_goal(GOAL)
-    goal.wait_accepted(PATIENCE)
-    goal.cancel()
-    simulator.wait_for(Verb.CANCEL_GOAL)
-    # On a busy machine the request for the result may come after the cancel.
-    simulator.wait_for(Verb.GET_RESULT)
-    simulator.release(simulator.end(SUCCEEDED), verb=Verb.GET_RESULT)
-
-    goal.result(PATIENCE)
-    assert goal.status is GoalStatus.SUCCEEDED
-
-
-def test_a_rejected_cancel_can_be_requested_again(simulator, wait_client):
-    simulator.steps["cancel_goal"] = [simulator.say({"return_code": 1, "goals_canceling": []})]
-    goal = wait_client.send_goal(GOAL)
-    goal.wait_accepted(PATIENCE)
-    until = time.monotonic() + PATIENCE
-    while simulator.count(Verb.CANCEL_GOAL) < 2 and time.monotonic() < until:
-        goal.cancel()
-
-    assert simulator.count(Verb.CANCEL_GOAL) >= 2
-
-
 def test_all_goals_of_an_action_can_be_canceled(simulator, wait_client):
     simulator.steps["cancel_goal"] = [simulator.canceling]
     wait_client.cancel_all()
@@ -502,13 +292,6 @@ def test_a_rejected_cancel_of_all_goals_is_an_error(simulator, wait_client):
     simulator.steps["cancel_goal"] = [simulator.say_error('{"error": "no such action", "details": []}')]
 
     with pytest.raises(RequestError, match="no such action"):
-        wait_client.cancel_all()
-
-
-def test_an_unanswered_cancel_of_all_goals_is_an_error(simulator, wait_client):
-    simulator.steps["cancel_goal"] = [simulator.lose]
-
-    with pytest.raises(RequestTimeout, match="/wall_e/wait: no answer to a cancel"):
         wait_client.cancel_all()
 
 
@@ -534,37 +317,6 @@ def test_a_goal_gets_only_its_own_feedback(simulator, wait_client, watched):
         Wait.Feedback(time_left=Duration(sec=1)),
     ]
     assert (goal.feedback, goal.status) == (Wait.Feedback(time_left=Duration(sec=1)), GoalStatus.EXECUTING)
-
-
-def test_there_is_no_feedback_after_the_end(simulator, wait_client, watched):
-    """A second goal shows that the late feedback has arrived."""
-    simulator.steps["get_result"] = [simulator.end(SUCCEEDED), simulator.hold]
-    goal = wait_client.send_goal(GOAL, goal_id=ID, on_feedback=watched)
-    goal.result(PATIENCE)
-    wait_client.send_goal(GOAL, goal_id=OTHER_ID, on_feedback=watched)
-    simulator.publish_feedback(FEEDBACK_KEY, feedback(ID, 1))
-    simulator.publish_feedback(FEEDBACK_KEY, feedback(OTHER_ID, 7))
-
-    assert watched.wait(lambda seen: len(seen) == 1) == [Wait.Feedback(time_left=Duration(sec=7))]
-    assert goal.feedback is None
-
-
-def test_a_feedback_callback_can_cancel_the_goal(simulator, wait_client):
-    goals = []
-    goals.append(wait_client.send_goal(GOAL, goal_id=ID, on_feedback=lambda _: goals[0].cancel()))
-    goals[0].wait_accepted(PATIENCE)
-    simulator.publish_feedback(FEEDBACK_KEY, feedback(ID, 1))
-
-    assert simulator.wait_for(Verb.CANCEL_GOAL)
-
-
-def test_the_client_subscribes_only_to_feedback_with_a_callback(simulator, wait_client):
-    """The simulator computes no feedback without subscribers."""
-    wait_client.send_goal(GOAL).wait_accepted(PATIENCE)
-    assert not simulator.has_subscriber(FEEDBACK_KEY)
-
-    wait_client.send_goal(GOAL, on_feedback=lambda _: None).wait_accepted(PATIENCE)
-    assert simulator.has_subscriber(FEEDBACK_KEY)
 
 
 # --- closing -------------------------------------------------------------------------------------------------
