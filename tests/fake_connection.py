@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from types import SimpleNamespace
 
 from pydantic_core import to_json
 
@@ -19,6 +18,8 @@ from hmrsim_zenoh.client.connection import Ask, Connection, ReadInfo
 
 LOST = None
 """The answer to a request whose reply is lost."""
+HELD = object()
+"""The answer to a request that is not answered yet."""
 
 
 class FakeGoal:
@@ -123,6 +124,24 @@ class FakeGoal:
             self.asked[kind].pop(0)(self._answers[kind])
 
 
+class FakeCall:
+    """A request for whose answer a client waits.
+
+    Attributes:
+        ended: Whether there is an answer, or will be none.
+    """
+
+    def __init__(self, answer):
+        self.ended = answer is not HELD
+        self.answer = answer if self.ended else None
+
+    def wait(self, _timeout):
+        return self.ended
+
+    def give_up(self):
+        self.ended = True
+
+
 class FakeConnection(Connection):
     """A connection whose other end is the test.
 
@@ -130,8 +149,10 @@ class FakeConnection(Connection):
         goals: The goals that came, in order.
         robot: Called with each new goal.
         requests: All other requests that came, in order.
+        calls: What the clients wait for, of each.
+        participants: The announced participants.
         script: The answers to other requests by their types; the last one is repeated. A function is called with the
-            request, and None is a lost reply.
+            request; `LOST` and `HELD` are answers, too.
         latest: The messages of later subscribers with history, by key.
         listeners: The listeners to feedback, by robot and action.
         later: The deferred calls of clients, with their delays.
@@ -143,6 +164,8 @@ class FakeConnection(Connection):
         self.goals = []
         self.robot = lambda _goal: None
         self.requests = []
+        self.calls = []
+        self.participants = []
         self.script = {
             ReadInfo: [{"clock": "realtime"}],
             Ask: [GetNamedPoses.Response()],
@@ -218,8 +241,8 @@ class FakeConnection(Connection):
         self.requests.append(command)
         script = self.script[type(command)]
         answer = script.pop(0) if len(script) > 1 else script[0]
-        answer = answer(command) if callable(answer) else answer
-        return SimpleNamespace(answer=answer, wait=lambda _timeout: True, give_up=lambda: None)
+        self.calls.append(FakeCall(answer(command) if callable(answer) else answer))
+        return self.calls[-1]
 
     def ask(self, request, then, **_options):
         then(self.call(request).answer)
@@ -233,8 +256,9 @@ class FakeConnection(Connection):
     def token(self):
         return "client"
 
-    def announce(self, _name):
-        return lambda: None
+    def announce(self, name):
+        self.participants.append(name)
+        return lambda: self.participants.remove(name)
 
     def follow(self, on_change):
         self._followers.append(on_change)

@@ -111,7 +111,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--name",
         default="bt_controller",
-        type=partial(_checked, Later("hmrsim_zenoh.client.participant", "check_name")),
+        type=partial(_checked, Later("hmrsim_zenoh.client.lockstep", "check_name")),
         metavar="PARTICIPANT",
         help="name of the participant in lockstep (default: %(default)s)",
     )

@@ -15,8 +15,7 @@ from hmrsim_zenoh.errors import SimulatorGone
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.lockstep import Lockstep
-    from hmrsim_zenoh.client.participant import Kind
+    from hmrsim_zenoh.client.lockstep import Kind, Lockstep
 
 _CHECK_SECONDS: Final = 0.5
 """Wall seconds after which an idle runner checks its connection."""

@@ -30,8 +30,7 @@ from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
 from hmrsim_zenoh.client.connection import PATIENCE, Ask, Read, ReadInfo, unless_closed
 from hmrsim_zenoh.client.link import Link
-from hmrsim_zenoh.client.lockstep import Lockstep
-from hmrsim_zenoh.client.participant import check_name
+from hmrsim_zenoh.client.lockstep import Lockstep, check_name
 from hmrsim_zenoh.client.places import NamedPlaces
 from hmrsim_zenoh.client.subscription import SimClock, read_clock
 from hmrsim_zenoh.errors import (

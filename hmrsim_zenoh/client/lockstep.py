@@ -1,12 +1,14 @@
 """A client's participation in lockstep: requests go with the next advance, and events come with its grant.
 
 A goal handle sends its commands as over any connection. Simulated time stands still while no thread waits: a thread
-that waits for a condition advances time until it holds.
+that waits for a condition advances time until it holds. Time moves only when every participant has requested an
+advance. If a reply is lost, the same request is sent again and gets the same answer.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import threading
 import time
 from collections import deque
@@ -16,28 +18,45 @@ from functools import partial
 from itertools import chain
 from operator import itemgetter
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from hmrsim.errors import HmrsimError
-from hmrsim.protocol.commands import CancelGoal, GetResult
+from hmrsim.protocol.commands import Advance, CancelGoal, GetResult
 from hmrsim.protocol.goal import ResultResponse, made_goal_id
-from hmrsim.protocol.outputs import FeedbackSent
+from hmrsim.protocol.outputs import FeedbackSent, Granted
+from hmrsim.protocol.time import LOCKSTEP, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch
 from hmrsim_zenoh.client.conditions import Watched
-from hmrsim_zenoh.client.participant import NO_KINDS, Participant
-from hmrsim_zenoh.client.threads import SingleFlight
-from hmrsim_zenoh.errors import Dropped, Idle, RequestError, SimulationEnded, SimulatorGone, SimulatorNotFound
+from hmrsim_zenoh.errors import (
+    Dropped,
+    Idle,
+    NameTaken,
+    RequestError,
+    SimulationEnded,
+    SimulatorGone,
+    SimulatorNotFound,
+)
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.outputs import GoalChanged, Granted
+    from hmrsim.protocol.outputs import GoalChanged
     from hmrsim_zenoh.client.conditions import Condition
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, GoalCommand, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Call, GoalCommand, Listener
     from hmrsim_zenoh.client.link import Link
-    from hmrsim_zenoh.client.participant import Kind, Kinds
 
+Kind = Literal["result", "feedback", "status"]
+"""Kinds of events that can wake a participant or be reported to it."""
+Kinds = frozenset[Kind]
+
+_NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+# Zenoh's default query timeout is 10 s; other participants may take longer, and a pause may last.
+_FOR_EVER: Final = 1e6
+_ONE_TRY: Final = 3.0
+_PAUSE: Final = 0.1
 _LAST_WORDS: Final = 1.0
 _LATEST: Final = 2.0**31
 """The largest time in seconds that ROS can represent."""
+_NO_KINDS: Final[Kinds] = frozenset()
 _RESULT: Final[Kinds] = frozenset({"result"})
 _RESULT_OR_FEEDBACK: Final[Kinds] = frozenset({"result", "feedback"})
 _SURE: Final = 2
@@ -52,11 +71,13 @@ class Lockstep:
     """A client's participation in a simulator's lockstep. Any thread may use it; one at a time advances time.
 
     Attributes:
+        now: Simulated seconds of the last grant.
         over: Whether lockstep is over: time moves by itself now, or the run has ended.
         takes_part: Whether simulated time waits for this client.
 
     Raises:
-        RequestError: The simulator refuses this participant, for instance as the name is taken.
+        NameTaken: Another participant has this name.
+        RequestError: The simulator refuses this participant, for the reason in the text.
         SimulatorNotFound, SimulatorGone, ClientClosed: There is no simulator to join.
     """
 
@@ -66,10 +87,9 @@ class Lockstep:
     def __init__(self, link: Link, name: str) -> None:
         self._link = link
         self._name = name
-        self._participant = Participant(link, name)
         self._connection = link.connection
         self._secured = link.connection.enclave is not None
-        self._turns = SingleFlight()
+        self._turns = _Turns()
         self._lock = threading.Lock()
         self._untils: list[float] = []
         self._queue: list[_Queued] = []
@@ -85,12 +105,16 @@ class Lockstep:
         self.over = False
         self.takes_part = True
         self._error: Exception | None = None
-        self._goals = self._participant.join()
-
-    @property
-    def now(self) -> float:
-        """The current simulated time, in seconds."""
-        return self._participant.now
+        self.now = 0.0
+        self._epoch = 0
+        self._withdraw: Callable[[], None] | None = None
+        # The pending advance, and its call once it was sent.
+        self._request: Advance | None = None
+        self._call: Call | None = None
+        self._resynchronized = False
+        self._failure: Exception | None = None
+        joined = self._join()
+        self._epoch, self.now, self._goals = joined.epoch, joined.now, joined.goals
 
     @property
     def ended(self) -> SimulationEnded | None:
@@ -104,15 +128,17 @@ class Lockstep:
 
     def look_at_time(self) -> None:
         """Ask for the time, which may have gone back, unless the answer to a pending advance will report it."""
-        if self._turns.held:
-            self._look_at_time()
-        else:
-            self._turns.run(self._look_at_time, lambda: not self.takes_part, _LAST_WORDS)
 
-    def _look_at_time(self) -> bool:
-        if self._participant.request is None:
-            self._participant.look_at_time()
-        return True
+        def look() -> bool:
+            state = self._state() if self._request is None else None
+            if state is not None and state.clock == LOCKSTEP and state.now < self.now:
+                self._epoch, self.now = state.epoch, state.now
+            return True
+
+        if self._turns.held:
+            look()
+        else:
+            self._turns.run(look, lambda: not self.takes_part, _LAST_WORDS)
 
     def next_goal_id(self) -> str:
         """Return the id of the next goal: the simulator would generate the same."""
@@ -275,7 +301,7 @@ class Lockstep:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
         ended: list[tuple[Condition, RequestError | None]] = []
-        takes_back = [self.watch(each, partial(_note_end, ended, each)) for each in conditions]
+        takes_back = [self.watch(each, partial(lambda *end: ended.append(end), each)) for each in conditions]
         end = math.inf if until is None else until
         try:
             self.drive(lambda: bool(ended) or self.now >= end, timeout, until=end)
@@ -294,15 +320,17 @@ class Lockstep:
                 return
             self.over, self.takes_part = True, False
         self._turns.look()
-        self._participant.leave()
+        if self._withdraw is not None:
+            self._connection.call(Leave(self._name), timeout=_LAST_WORDS).wait(_LAST_WORDS)
+        self._leave()
         # A thread that waits for a grant has one now.
         with suppress(HmrsimError):
             self._turns.run(self._take_last, lambda: False, _LAST_WORDS)
         self._flush([*self._sent, *self._queue])
 
     def _take_last(self) -> bool:
-        pending = self._participant.request is not None
-        return pending and self._step(time.monotonic() + _LAST_WORDS, (math.inf, NO_KINDS, NO_KINDS))
+        pending = self._request is not None
+        return pending and self._step(time.monotonic() + _LAST_WORDS, (math.inf, _NO_KINDS, _NO_KINDS))
 
     def _flush(self, unsent: Sequence[_Queued]) -> None:
         answered: SimpleQueue[Answer] = SimpleQueue()
@@ -347,9 +375,8 @@ class Lockstep:
             # The thread that ran the callbacks was interrupted in one.
             self._hand_out()
             return True
-        participant = self._participant
-        if participant.request is None:
-            until, wake, report = wish or (min(self._untils), self._kinds() if self._listeners else _RESULT, NO_KINDS)
+        if self._request is None:
+            until, wake, report = wish or (min(self._untils), self._kinds() if self._listeners else _RESULT, _NO_KINDS)
             with self._lock:
                 # After an interrupt, commands that were taken from the queue before may not have been sent.
                 waiting = [*self._sent, *self._queue]
@@ -357,10 +384,11 @@ class Lockstep:
                 most = self._connection.fitting(commands) if len(commands) > 1 else 1
                 self._sent, self._queue = waiting[:most], waiting[most:]
             if most < len(commands):
-                until = participant.now
-            participant.ask(until, wake, report, tuple(commands[:most]))
+                until = self.now
+            self._resynchronized, self._call = False, None
+            self._request = Advance(self._name, self._epoch, until, wake, report, tuple(commands[:most]))
         try:
-            grant = participant.take(limit - time.monotonic())
+            grant = self._take(limit)
         except (Dropped, SimulatorNotFound, SimulatorGone) as error:
             self._fail(error)
             raise
@@ -418,7 +446,8 @@ class Lockstep:
         with self._lock:
             # The simulation was reset before the rest of the commands was applied.
             self._sent, self._queue = [], [*self._sent[len(grant.accepted) :], *self._queue]
-        self._participant.accept(grant)
+        # The next advance may be requested.
+        self._epoch, self.now, self._request = grant.epoch, grant.now, None
 
     def _report(self, kind: str, event: GoalChanged | FeedbackSent) -> None:
         if isinstance(event, FeedbackSent):
@@ -446,7 +475,7 @@ class Lockstep:
             self.over, self.takes_part = True, False
             unanswered = [*chain.from_iterable(self._results.values()), *(then for _, then, _ in self._queue)]
             self._results, self._queue = {}, []
-        self._participant.close()
+        self._leave()
         for target, listener in self._listeners.values():
             self._connection.listen(target, listener)
         for then in unanswered:
@@ -457,8 +486,194 @@ class Lockstep:
         for name in list(self._watched):
             self._end_watch(name, RequestError(why))
 
+    def fail(self, error: Exception) -> None:
+        """Fail the pending request; from any thread."""
+        self._failure = error
+        if (call := self._call) is not None:
+            call.give_up()
 
-def _note_end(
-    ended: list[tuple[Condition, RequestError | None]], condition: Condition, error: RequestError | None
-) -> None:
-    ended.append((condition, error))
+    def _join(self) -> Joined:
+        answer: Answer = None
+        self._link.enter(self)
+        try:
+            self._withdraw = self._connection.announce(self._name)
+            command = Join(self._name, token=self._connection.token())
+            while answer is None:
+                self._call = call = self._connection.call(command, timeout=_ONE_TRY)
+                self._answered(call, math.inf)
+                answer = call.answer
+        finally:
+            if not isinstance(answer, Joined):
+                self._leave()
+        if isinstance(answer, Joined):
+            return answer
+        raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer
+
+    def _leave(self) -> None:
+        """Leave without a request to the simulator."""
+        self._link.leave(self)
+        withdraw, self._withdraw = self._withdraw, None
+        if withdraw is not None and not self._link.closed:
+            withdraw()
+
+    def _take(self, limit: float) -> Granted | None:
+        """Wait for the grant; None if it does not come by *limit* of the wall clock: the caller may wait again.
+
+        An interrupt loses nothing: this returns the same grant until it was accepted.
+
+        Raises:
+            Dropped: The simulator goes on without this participant.
+            RequestError: The simulator can't read the request and applied none of it.
+            SimulatorNotFound, SimulatorGone, ClientClosed: There will be no answer.
+        """
+        while (request := self._request) is not None:
+            call = self._call
+            if call is None:
+                call = self._call = self._connection.call(request, timeout=_FOR_EVER)
+            if (call.answer is None or self._failure is not None) and not self._answered(
+                call, limit - time.monotonic()
+            ):
+                break
+            answer = call.answer
+            if isinstance(answer, Granted):
+                return answer
+            if isinstance(answer, RequestError):
+                if (grant := self._grant_after(answer, request)) is not None:
+                    return grant
+                self._resynchronized = True
+            self._call = None
+        return None
+
+    def _answered(self, call: Call, timeout: float) -> bool:
+        """Wait for the answer; an answer of None was lost, and the request may be repeated."""
+        if self._failure is not None:
+            raise self._failure
+        if not call.wait(timeout):
+            return False
+        if self._failure is not None:
+            raise self._failure
+        if call.answer is None:
+            if absence := self._link.absence():
+                raise absence
+            if not self._link.is_local_and_alive:
+                time.sleep(_PAUSE)
+        return True
+
+    def _grant_after(self, error: RequestError, request: Advance) -> Granted | None:
+        """Return the last grant if time moves by itself now; None to repeat the request after a reset.
+
+        Raises:
+            Dropped: The simulator goes on without this participant.
+            RequestError: The error has another cause.
+        """
+        field, state = _field(error), self._state()
+        if state is not None and state.clock != LOCKSTEP:
+            return Granted(state.epoch, state.now, "end")
+        if state is not None and field == "epoch" and not self._resynchronized:
+            # The simulation was reset before this request.
+            if state.now < self.now:
+                # The request was meant for the old time; an advance without commands shows the new one first.
+                request = request._replace(until=state.now, commands=())
+            self._request = request._replace(epoch=state.epoch)
+            self._epoch, self.now = state.epoch, state.now
+            return None
+        self._request = None
+        raise Dropped(str(error)) if state is not None and field == "participant" else error
+
+    def _state(self) -> TimeState | None:
+        call = self._connection.call(ReadTime(), timeout=_ONE_TRY)
+        call.wait(_ONE_TRY)
+        return call.answer if isinstance(call.answer, TimeState) else None
+
+
+class _Turns:
+    """Lets one thread at a time do the work that all of them wait for."""
+
+    def __init__(self) -> None:
+        # Acquired directly where no thread has to be woken: a condition does it in Python.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
+        self._waiting = 0
+        self._who: int | None = None
+
+    @property
+    def held(self) -> bool:
+        """Return whether it is the calling thread's turn."""
+        return self._who == threading.get_ident()
+
+    def run(
+        self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float, *, again: bool = False
+    ) -> bool:
+        """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
+
+        Args:
+            work: Called unless it became needless before this thread's turn came, or the time was over.
+            needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
+            timeout: Wall seconds.
+            again: Whether to work again, in further turns, until *needless* or *work* returns False.
+
+        Returns:
+            What *work* returned last; False if it became needless, or the time was over.
+
+        Raises:
+            RuntimeError: The calling thread has the turn already: a callback waits for an event that comes after it.
+        """
+        me = threading.get_ident()
+        if self._who == me:
+            if needless():
+                return False
+            raise RuntimeError("a callback can't wait for what happens after it")
+        limit = time.monotonic() + timeout
+        try:
+            while True:
+                with self._lock:
+                    if needless() or (again and time.monotonic() >= limit):
+                        return False
+                    if self._who not in (None, me) and not self._free(needless, limit - time.monotonic()):
+                        return False
+                    self._who = me
+                worked = work()
+                if not (worked and again):
+                    return worked
+                if self._waiting:
+                    with self._lock:
+                        self._who = None
+                        self._changed.notify_all()
+        finally:
+            # Without a further call, in which an interrupt could come.
+            if self._who == me:
+                with self._lock:
+                    self._who = None
+                    if self._waiting:
+                        self._changed.notify_all()
+
+    def _free(self, needless: Callable[[], bool], timeout: float) -> bool:
+        """Wait until it is this thread's turn; return False if that is needless by then, or the time is over."""
+        self._waiting += 1
+        try:
+            patience = min(timeout, threading.TIMEOUT_MAX)
+            return self._changed.wait_for(lambda: self._who is None or needless(), patience) and not needless()
+        finally:
+            self._waiting -= 1
+
+    def look(self) -> None:
+        """Wake all waiting threads to check whether their turn is still needed."""
+        with self._changed:
+            self._changed.notify_all()
+
+
+def check_name(name: str) -> None:
+    """Check a participant's name.
+
+    Raises:
+        ValueError: The name is invalid.
+    """
+    if not _NAME.fullmatch(name):
+        raise ValueError(
+            f"{name!r} is not a valid participant name; expected letters, digits and underscores, no digit first"
+        )
+
+
+def _field(error: RequestError) -> object:
+    """Return the invalid field of a request; None if the error does not name one."""
+    return error.details[0].get("field") if error.details else None

@@ -1,4 +1,4 @@
-"""Threads of a client: deferred calls, since Zenoh's threads must not block, and turns among waiting threads."""
+"""The thread of a client for deferred calls, since Zenoh's threads must not block."""
 
 from __future__ import annotations
 
@@ -103,79 +103,3 @@ class Rounds:
             self._worker.after(self._period, self._turn)
         for call in due:
             call()
-
-
-class SingleFlight:
-    """Lets one thread at a time do the work that all of them wait for."""
-
-    def __init__(self) -> None:
-        # Acquired directly where no thread has to be woken: a condition does it in Python.
-        self._lock = threading.RLock()
-        self._changed = threading.Condition(self._lock)
-        self._waiting = 0
-        self._who: int | None = None
-
-    @property
-    def held(self) -> bool:
-        """Return whether it is the calling thread's turn."""
-        return self._who == threading.get_ident()
-
-    def run(
-        self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float, *, again: bool = False
-    ) -> bool:
-        """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
-
-        Args:
-            work: Called unless it became needless before this thread's turn came, or the time was over.
-            needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
-            timeout: Wall seconds.
-            again: Whether to work again, in further turns, until *needless* or *work* returns False.
-
-        Returns:
-            What *work* returned last; False if it became needless, or the time was over.
-
-        Raises:
-            RuntimeError: The calling thread has the turn already: a callback waits for an event that comes after it.
-        """
-        me = threading.get_ident()
-        if self._who == me:
-            if needless():
-                return False
-            raise RuntimeError("a callback can't wait for what happens after it")
-        limit = time.monotonic() + timeout
-        try:
-            while True:
-                with self._lock:
-                    if needless() or (again and time.monotonic() >= limit):
-                        return False
-                    if self._who not in (None, me) and not self._free(needless, limit - time.monotonic()):
-                        return False
-                    self._who = me
-                worked = work()
-                if not (worked and again):
-                    return worked
-                if self._waiting:
-                    with self._lock:
-                        self._who = None
-                        self._changed.notify_all()
-        finally:
-            # Without a further call, in which an interrupt could come.
-            if self._who == me:
-                with self._lock:
-                    self._who = None
-                    if self._waiting:
-                        self._changed.notify_all()
-
-    def _free(self, needless: Callable[[], bool], timeout: float) -> bool:
-        """Wait until it is this thread's turn; return False if that is needless by then, or the time is over."""
-        self._waiting += 1
-        try:
-            patience = min(timeout, threading.TIMEOUT_MAX)
-            return self._changed.wait_for(lambda: self._who is None or needless(), patience) and not needless()
-        finally:
-            self._waiting -= 1
-
-    def look(self) -> None:
-        """Wake all waiting threads to check whether their turn is still needed."""
-        with self._changed:
-            self._changed.notify_all()

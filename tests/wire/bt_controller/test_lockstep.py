@@ -49,7 +49,7 @@ class Stage:
         self.runner = Runner(self.client, missions, clock, self.mailbox, show=self._show, period=period, grace=5.0)
         lockstep = self.client.lockstep
         outcome = self.runner.run()
-        self.advances = lockstep._participant.epoch
+        self.advances = lockstep._epoch
         return outcome
 
     def _show(self, mission, now):

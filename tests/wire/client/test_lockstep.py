@@ -222,7 +222,7 @@ def test_feedback_without_a_callback_wakes_no_client(client, wait):
     """Two advances suffice, and the goal goes with the first."""
     wait.send_goal(seconds(3)).result(PATIENCE)
 
-    assert client.lockstep._participant.epoch == 1
+    assert client.lockstep._epoch == 1
 
 
 def test_timeouts_are_in_wall_time(options):
