@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.aio import AsyncClient, AsyncRobot
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.commander import Commander
-    from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.connection import Condition
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.subscription import Subscription
@@ -79,7 +79,7 @@ _HOMES = MappingProxyType(
         "AsyncRobot": "client.aio",
         "Client": "client.client",
         "Commander": "client.commander",
-        "Condition": "client.conditions",
+        "Condition": "client.connection",
         "GoalHandle": "client.goal_handle",
         "Lockstep": "client.lockstep",
         "SessionOptions": "wire.options",

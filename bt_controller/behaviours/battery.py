@@ -11,7 +11,7 @@ from bt_controller.behaviours import subscribers
 from hmrsim.interfaces.sensor_msgs import BatteryState
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.connection import Condition
 
 _HYSTERESIS: Final = 5.0
 """The warning ends this many per cent above the threshold."""

@@ -19,14 +19,14 @@ from bt_controller.core.subtrees import finds_its_way, has_come_to_rest, repeat,
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.robots import Topics
     from hmrsim.interfaces.nav_msgs import Odometry
-    from hmrsim_zenoh.client.conditions import Operator
+    from hmrsim_zenoh.client.connection import Operator
 
 
 _PATIENCE: Final = 3.0

@@ -16,12 +16,12 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Access, ClearingPolicy, Status
 
 from bt_controller.core.robots import TOPICS
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 
 if TYPE_CHECKING:
     from bt_controller.core.robots import Topics
     from hmrsim.interfaces.message import Message
-    from hmrsim_zenoh.client.conditions import Operator, Value
+    from hmrsim_zenoh.client.connection import Operator, Value
 
 
 _ORDERS: Final[Mapping[Callable[[Any, Any], bool], Operator]] = MappingProxyType(

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from py_trees.blackboard import Client
 
     from bt_controller.core.ports import Places, Port
-    from hmrsim_zenoh.client.conditions import Condition as TopicCondition
+    from hmrsim_zenoh.client.connection import Condition as TopicCondition
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""

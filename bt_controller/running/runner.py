@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.connection import Condition
 
 
 _MAX_TURNS: Final = 10

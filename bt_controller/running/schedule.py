@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
     from bt_controller.core.robots import Topics
-    from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.connection import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.errors import RequestError
 

@@ -29,7 +29,7 @@ from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 

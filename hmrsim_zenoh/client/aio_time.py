@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.conditions import Condition
+    from hmrsim_zenoh.client.connection import Condition
     from hmrsim_zenoh.client.lockstep import Lockstep
     from hmrsim_zenoh.client.subscription import SimClock, Subscription
     from hmrsim_zenoh.errors import RequestError

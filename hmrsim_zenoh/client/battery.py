@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.errors import NotCharging, Unreachable
 from hmrsim_zenoh.wire.envelopes import plain, read_often
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol, TypeVar, Union
+from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, TypeVar, Union
 
 import zenoh
 from pydantic_core import ValidationError, to_json
@@ -85,6 +86,35 @@ class Read(NamedTuple):
 Reply = bytes | RequestError | None
 """The reply, the error that was replied, or None: nothing came back, and the request's effect is unknown."""
 
+Operator = Literal["==", "!=", "<", "<=", ">", ">="]
+
+Value = float | str | bool | None
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition on a message of a topic, such as ``Condition("eve/battery_state", [("/percentage", "<", 0.3)])``.
+
+    Attributes:
+        key: The topic, without the prefix.
+        when: JSON pointer, operator and value of each comparison; without one any message will do.
+    """
+
+    key: str
+    when: Sequence[tuple[str, Operator, Value]] = ()
+
+
+class Watched(NamedTuple):
+    """A command of an advance: watch a condition.
+
+    Attributes:
+        name: The sender's name for the condition.
+    """
+
+    name: str
+    condition: Condition
+
+
 GoalCommand = Union["SendGoal", "CancelGoal", "GetResult"]
 """A command about the goals of one action."""
 
@@ -108,43 +138,6 @@ class Call(Protocol):
         """End the request without an answer; from any thread."""
 
 
-class Commands(Protocol):
-    """The receiver of a goal handle's commands: a connection, or lockstep, which sends them with the next advance.
-
-    Attributes:
-        ordered: Whether commands arrive in the order in which they are sent.
-    """
-
-    ordered: bool
-
-    def send(
-        self,
-        target: ActionTarget,
-        command: GoalCommand,
-        then: Callable[[Answer], None],
-        *,
-        timeout: float,
-        read: bool = True,
-        ended: bool = False,
-    ) -> None:
-        """Send a goal, cancel goals, or ask for a result, which may come much later.
-
-        Answered by `GoalResponse`, `CancelResponse` or `ResultResponse`. The message of a goal may be plain values,
-        which the simulator checks.
-
-        Args:
-            target: The action of the goals.
-            command: The command.
-            then: Receives the answer, once.
-            timeout: Wall seconds for the answer.
-            read: Whether to read the result of a goal that succeeded; if not, it is None.
-            ended: Whether the goal whose result is wanted is known to have ended.
-        """
-
-    def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Subscribe a listener to the feedback of an action."""
-
-
 class Listener(Protocol):
     """Receives the feedback of an action."""
 
@@ -157,7 +150,7 @@ class Listener(Protocol):
 
 
 class Connection(ABC):
-    """A way to one simulator; it takes the `Commands` of goal handles.
+    """A way to one simulator.
 
     Attributes:
         ordered: Whether commands arrive in the order in which they are sent.
@@ -182,7 +175,19 @@ class Connection(ABC):
         read: bool = True,
         ended: bool = False,
     ) -> None:
-        """Send a command about goals, as `Commands.send`."""
+        """Send a goal, cancel goals, or ask for a result, which may come much later.
+
+        Answered by `GoalResponse`, `CancelResponse` or `ResultResponse`. The message of a goal may be plain values,
+        which the simulator checks.
+
+        Args:
+            target: The action of the goals.
+            command: The command.
+            then: Receives the answer, once.
+            timeout: Wall seconds for the answer.
+            read: Whether to read the result of a goal that succeeded; if not, it is None.
+            ended: Whether the goal whose result is wanted is known to have ended.
+        """
 
     @abstractmethod
     def execute(

@@ -25,7 +25,7 @@ from hmrsim_zenoh.errors import GoalRejectedError, GoalTimeout, ResultExpired, S
 from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Commands
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Connection
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
 
@@ -69,7 +69,7 @@ class GoalHandle(Generic[R, F]):
     ) -> None:
         self._link = link
         self._lockstep = lockstep
-        self._commands: Commands = lockstep or link.connection
+        self._commands: Connection | Lockstep = lockstep or link.connection
         self._target = target
         self._command = command
         self._goal_id = command.goal_id or ""

@@ -103,18 +103,17 @@ class Link:
             self._goals.pop(goal, None)
 
     def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
-        """Call a function once so many simulated seconds have passed, until the clock is closed.
+        """Call a function once so many simulated seconds have passed, or time goes back, until the clock is closed.
 
         Raises:
             ClientClosed: The link is closed.
         """
-        end = math.inf
+        begin = math.inf
 
         def on_time(now: float) -> None:
-            nonlocal end
-            if end == math.inf:
-                end = now + seconds
-            if now >= end:
+            nonlocal begin
+            begin = now if begin == math.inf else begin
+            if not begin <= now < begin + seconds:
                 ring()
 
         return SimClock(self, on_time)

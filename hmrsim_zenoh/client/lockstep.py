@@ -26,7 +26,7 @@ from hmrsim.protocol.goal import ResultResponse, made_goal_id
 from hmrsim.protocol.outputs import FeedbackSent, Granted
 from hmrsim.protocol.time import LOCKSTEP, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch
-from hmrsim_zenoh.client.conditions import Watched
+from hmrsim_zenoh.client.connection import Watched
 from hmrsim_zenoh.errors import (
     Dropped,
     Idle,
@@ -39,8 +39,7 @@ from hmrsim_zenoh.errors import (
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import GoalChanged
-    from hmrsim_zenoh.client.conditions import Condition
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Call, GoalCommand, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Call, Condition, GoalCommand, Listener
     from hmrsim_zenoh.client.link import Link
 
 Kind = Literal["result", "feedback", "status"]

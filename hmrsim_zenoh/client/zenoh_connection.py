@@ -24,8 +24,7 @@ from hmrsim.protocol.goal import CancelResponse, GoalEntry, GoalResponse, GoalSt
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch, Watching
-from hmrsim_zenoh.client.conditions import Watched
-from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, body_of, take_within, unless_closed
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, Watched, body_of, take_within, unless_closed
 from hmrsim_zenoh.client.threads import Worker
 from hmrsim_zenoh.errors import Denied, RequestError
 from hmrsim_zenoh.wire import encoding

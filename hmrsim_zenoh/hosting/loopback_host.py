@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Self, TypeVar, cast
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.time import LOCKSTEP, TokenSeen
+from hmrsim.protocol.goal import Refused
+from hmrsim.protocol.outputs import Answered, Granted, RosterChanged
+from hmrsim.protocol.sinks import SelectiveSink
+from hmrsim.protocol.time import LOCKSTEP, ReadTime, TokenSeen
 from hmrsim.services import registry as all_services
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing, Watchers, unwatched
+from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.client.exchange import Delivery, Exchange, Kind
-from hmrsim_zenoh.client.local_connection import LocalConnection
-from hmrsim_zenoh.hosting.local_commands import LocalCommands
+from hmrsim_zenoh.client.local_connection import LocalConnection, Pending
+from hmrsim_zenoh.hosting.local_commands import LocalCommands, error_of, for_client
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.replies import after_the_end, finish
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.tokens import LivelinessTokens
 from hmrsim_zenoh.server.world_info import Description
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 from hmrsim_zenoh.wire.keys import Keys
 
 if TYPE_CHECKING:
@@ -28,15 +35,16 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
+    from hmrsim_zenoh.hosting.local_commands import ClientCommand
     from hmrsim_zenoh.server.losses import Losses
 
 
-class LoopbackHost:
+class LoopbackHost(SelectiveSink):
     """Simulates a world for sessions of this process until it is stopped; a context manager that stops it.
 
     The simulation runs in the thread that sends a request, before the call returns: until all participants of lockstep
     have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
-    Keys are served from the first use of one.
+    Keys are served from the first use of one. It is a sink of the simulation, which emits the answers.
 
     Args:
         settings: The settings of the run, except that its clock is lockstep.
@@ -48,14 +56,12 @@ class LoopbackHost:
         simulator: The simulator; read-only.
         pacing: The clock that advances its time; read-only.
         delivery: Runs the simulation, and delivers its messages while it pauses.
-        send: Sends a command of a session; its `Pending` takes the answer while the simulation does not run.
 
     Raises:
         ValueError: The prefix is invalid.
     """
 
     pacing: Pacing
-    _commands: LocalCommands
     _description: Description
 
     def __init__(
@@ -73,19 +79,20 @@ class LoopbackHost:
         self._keys = Keys(prefix, world.remap)
         self._reason = "the simulation has ended"
         self._begun = self._ended = self._stopped = False
+        self._commands = LocalCommands(self._keys)
         self._inbox = inbox = LocalInbox()
         self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
         self._exchange: Exchange | None = None
         self._session: LocalConnection | None = None
+        self._server: Server | None = None
         self._tokens: LivelinessTokens | None = None
 
         def watching(simulator: Simulator) -> Sequence[Sink]:
             # Results are kept by number alone: what a run does must not depend on how long it takes.
             self.pacing = Pacing(simulator, inbox, None, settings, lockstep_only=True)
             self._description = Description(simulator, lambda: self.pacing.state, settings.run_id)
-            self._commands = LocalCommands(self.delivery, inbox, self._keys, self._description, lambda: self.exchange)
-            return [self._commands, self.pacing.lockstep, *watchers(simulator, self.pacing)]
+            return [self, self.pacing.lockstep, *watchers(simulator, self.pacing)]
 
         self.simulator = Simulator(
             world,
@@ -95,7 +102,6 @@ class LoopbackHost:
             services=all_services(),
             hindrance=lambda: self.pacing.hindrance,
         )
-        self.send = self._commands.send
         self._begun = True
         self.go_on()
 
@@ -139,6 +145,40 @@ class LoopbackHost:
         if isinstance(session, LocalConnection):
             session.cut(error)
 
+    def send(self, command: ClientCommand | ReadInfo, pending: Pending) -> None:
+        """Send a command; *pending* takes its answer, once, while the simulation does not run.
+
+        It is None if the answer is lost, and a `RequestError` if the command can't be served.
+        """
+        losses, delivery, inbox = self._inbox.losses, self.delivery, self._inbox
+        # Requests that change nothing are exempt, as a client simply repeats them.
+        disturbed = losses.active and not isinstance(command, (ReadInfo, ReadTime))
+        pending.may_be_lost = disturbed and losses.watching
+        try:
+            if isinstance(command, ReadInfo):
+                known = self._refusal(command) if inbox.closed else self._description.info_values()
+                delivery.deliver(pending.take, known)
+            else:
+                command = self._commands.checked(command, pending)
+                if self._server is None and self._description.plans_externally:
+                    self.exchange  # noqa: B018 - it begins to serve keys
+                if self._server is not None:
+                    for each in self._server.before(command):
+                        inbox.put(each)
+                inbox.put(command)
+                if disturbed and losses.comes_twice():
+                    inbox.put(command._replace(reply_to=None))
+        except UnreadableError as error:
+            delivery.deliver(pending.take, error_of(error))
+        except SimulationStopped:
+            # Another thread may have ended the run just now.
+            delivery.deliver(pending.take, self._refusal(command))
+        delivery.settle(resume=True)
+
+    def handler_for(self, kind: type) -> Callable[[Any], object] | None:
+        """Return the function that processes outputs of a type; None to ignore them."""
+        return self._answer if kind is Answered else self._follow_roster if kind is RosterChanged else None
+
     def announce(self, name: str, *, alive: bool) -> None:
         """Report that a participant has come or gone."""
         with suppress(SimulationStopped):
@@ -173,7 +213,6 @@ class LoopbackHost:
         self._inbox.close()
         self.go_on()
         self._stopped = True
-        self._commands.leave()
         if self._session is not None:
             self._inbox.leave()
             self._session.close()
@@ -188,11 +227,32 @@ class LoopbackHost:
         try:
             self.pacing.end(self._reason)
         finally:
-            self._commands.finish(self.pacing.submit, self.simulator.answer)
+            if self._server is None:
+                finish(self._inbox, self.pacing.submit, self.simulator.answer)
+            else:
+                self._server.finish(self.pacing.submit, self.simulator.answer)
             if self._tokens is not None:
                 self._tokens.undeclare()
             for on_change in list(self._followers):
                 self.delivery.deliver(on_change, False)
+
+    def _answer(self, answered: Answered) -> None:
+        pending = answered.reply_to
+        if isinstance(pending, Pending):
+            answer = answered.answer
+            if type(answer) is Refused or (type(answer) is Granted and Refused in map(type, answer.accepted)):
+                answer = for_client(answer)
+            lost = pending.may_be_lost and self._inbox.losses.lost()
+            self.delivery.deliver(pending.take, None if lost else answer)
+
+    def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
+        """Return the answer to a command after the end of the run; None once the host has stopped."""
+        return None if self._stopped else for_client(after_the_end(command))
+
+    def _follow_roster(self, _changed: RosterChanged) -> None:
+        self._description.forget()
+        self._keys = replace(self._keys, aliases=self._description.aliases)
+        self._commands = LocalCommands(self._keys)
 
     def _serve_keys(self) -> None:
         """Serve the keys of the simulation, like a simulator on a network."""
@@ -204,9 +264,9 @@ class LoopbackHost:
         session = self._session = LocalConnection(self)
         opened = cast("zenoh.Session", session)
         tokens = self._tokens = LivelinessTokens(opened, self._keys)
-        server = Server(
+        server = self._server = Server(
             opened,
-            self._commands.keys,
+            self._keys,
             self._description,
             submit=self.simulator.submit,
             on_roster=follow_roster,
@@ -214,7 +274,6 @@ class LoopbackHost:
             inbox=self._inbox.open,
             interest=LocalInterest,
         )
-        self._commands.serve_keys(server)
         if not self._ended:
             self.simulator.attach(server)
             tokens.declare(self.simulator.robots.keys())

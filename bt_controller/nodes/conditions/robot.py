@@ -17,13 +17,13 @@ from bt_controller.core.sim_time import now, reached
 from bt_controller.nodes import Family
 from bt_controller.nodes.poses import BASE_FRAME, GLOBAL_FRAME, Located, apart
 from hmrsim.interfaces.sensor_msgs import BatteryState
-from hmrsim_zenoh.client.conditions import Condition as TopicCondition
+from hmrsim_zenoh.client.connection import Condition as TopicCondition
 
 if TYPE_CHECKING:
     from bt_controller.core.ports import Places
     from bt_controller.core.robots import Topics
     from hmrsim.interfaces.nav_msgs import Odometry, Path
-    from hmrsim_zenoh.client.conditions import Operator
+    from hmrsim_zenoh.client.connection import Operator
 
 
 class DistanceTraveled(Located, Condition):

@@ -18,7 +18,7 @@ from hmrsim.interfaces.nav_msgs import Path
 from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.commander import Commander
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.client.zenoh_connection import MAX_BYTES
 from hmrsim_zenoh.errors import ClientClosed, Dropped, GoalRejectedError, GoalTimeout, Idle, RequestError
 from tests.patience import PATIENCE

@@ -19,7 +19,7 @@ from hmrsim.interfaces.vision_msgs import (
     ObjectHypothesis,
     ObjectHypothesisWithPose,
 )
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.client.places import pose_at
 
 

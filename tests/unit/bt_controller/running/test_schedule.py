@@ -21,7 +21,7 @@ from bt_controller.core.sim_time import simulated_time
 from bt_controller.nodes.actions.btcpp import Sleep
 from bt_controller.running.schedule import Alarms, TimerQueue, due
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim_zenoh.client.conditions import Condition
+from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.errors import RequestError
 
 NEVER = math.inf

@@ -12,7 +12,7 @@ from hmrsim.protocol.goal import GoalStatus, made_goal_id
 from hmrsim.protocol.outputs import Granted
 from hmrsim.protocol.time import Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch, Watching
-from hmrsim_zenoh.client.conditions import Condition, Watched
+from hmrsim_zenoh.client.connection import Condition, Watched
 from hmrsim_zenoh.client.lockstep import check_name
 from hmrsim_zenoh.errors import (
     ClientClosed,
