@@ -151,6 +151,7 @@ class FakeConnection(Connection):
         requests: All other requests that came, in order.
         calls: What the clients wait for, of each.
         participants: The announced participants.
+        followers: The functions that follow whether the simulator is alive.
         script: The answers to other requests by their types; the last one is repeated. A function is called with the
             request; `LOST` and `HELD` are answers, too.
         latest: The messages of later subscribers with history, by key.
@@ -179,7 +180,7 @@ class FakeConnection(Connection):
         self._events = []
         self._answers = []
         self._alive = True
-        self._followers = []
+        self.followers = []
         self.listeners = {}
         self._subscribers = {}
         self.latest = {}
@@ -193,7 +194,7 @@ class FakeConnection(Connection):
     def vanish(self):
         """Report that the simulator has gone."""
         self._alive = False
-        for on_change in self._followers:
+        for on_change in self.followers:
             on_change(False)
 
     def publish(self, key, payload):
@@ -261,9 +262,9 @@ class FakeConnection(Connection):
         return lambda: self.participants.remove(name)
 
     def follow(self, on_change):
-        self._followers.append(on_change)
+        self.followers.append(on_change)
         on_change(self._alive)
-        return lambda: self._followers.remove(on_change)
+        return lambda: self.followers.remove(on_change)
 
     def look(self, on_alive, then, **_options):
         if self._alive:

@@ -171,7 +171,7 @@ class ActionClient(Generic[G, R, F]):
         if lockstep is not None:
             lockstep.send(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
             return
-        self._link.presence.start()
+        self._link.follow()
         answers = SimpleQueue[Answer]()
         self._link.connection.send(self._target, all_goals, answers.put, timeout=PATIENCE)
         try:

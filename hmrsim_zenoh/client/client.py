@@ -142,7 +142,7 @@ class Client:
     @property
     def alive(self) -> bool:
         """Return whether the simulator is alive; the first call waits for an answer."""
-        return not self._link.closed and self._link.presence.alive(self._timeout)
+        return not self._link.closed and self._link.alive(self._timeout)
 
     @property
     def absence(self) -> HmrsimError | None:
@@ -157,7 +157,7 @@ class Client:
             ClientClosed: The client was closed.
         """
         self._link.check_open()
-        if not self._link.presence.wait(timeout):
+        if not self._link.wait(timeout):
             raise SimulatorNotFound(f"no simulator answers within {timeout:g} s: {self._link.unseen}")
 
     def info(self, timeout: float = PATIENCE) -> dict[str, Any]:
@@ -364,7 +364,7 @@ class Client:
     def _answer(self, asked: Asked, key: str, timeout: float, tries: int) -> Any:
         """Return the answer to a request, which is sent at most so many times until it has one."""
         until = time.monotonic() + timeout
-        self._link.presence.start()
+        self._link.follow()
         for _ in range(tries):
             left = max(until - time.monotonic(), _PAUSE)
             pending = self._link.connection.call(asked, timeout=left)
@@ -456,7 +456,7 @@ class Client:
                 return "lockstep" if self.info(self._timeout).get("clock") == "lockstep" else "realtime"
             except (Unreachable, RequestTimeout):
                 # On a busy machine its declarations may still be on their way, and a wrong guess would wait for ever.
-                if not self._link.presence.is_there:
+                if not self._link.present:
                     return "realtime"
                 if time.monotonic() >= limit:
                     raise
@@ -469,7 +469,7 @@ class Client:
         while time.monotonic() < until:
             if absence := self._link.absence():
                 raise absence
-            if self._link.presence.wait(_PAUSE):
+            if self._link.wait(_PAUSE):
                 return
         raise RequestTimeout(f"{key!r}: no answer in {timeout:g} s")
 

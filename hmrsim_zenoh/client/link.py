@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.client.connection import Connection
 from hmrsim_zenoh.client.subscription import SimClock, Subscription
-from hmrsim_zenoh.client.threads import Rounds, Worker
+from hmrsim_zenoh.client.threads import Rounds
 from hmrsim_zenoh.client.zenoh_connection import ZenohConnection
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
 
@@ -35,12 +35,15 @@ class Failing(Protocol):
 class Link:
     """A connection with its worker thread and the simulator's liveliness.
 
+    A simulator that has been away for longer than the grace period is gone: that covers restarts of routers.
+    Nothing is queried or subscribed before `follow`.
+
     Attributes:
         keys: How the simulator's keys are spelled.
         connection: Takes commands.
         worker: Runs deferred calls.
         rounds: Runs those that may wait for some seconds.
-        presence: Whether the simulator is alive.
+        present: Whether the simulator is there, according to the last notification.
         acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
     """
 
@@ -59,8 +62,9 @@ class Link:
         )
         self.worker = self.connection.worker()
         self.rounds = Rounds(self.worker, _ROUND)
-        self.presence = Presence(self.connection, self.worker, grace=grace, on_gone=self._give_up)
+        self.present = False
         self.acknowledge_timeout = acknowledge_timeout
+        self._grace = grace
         self._lock = threading.Lock()
         # Ordered, so that goals fail in order.
         self._goals: dict[Failing, None] = {}
@@ -68,6 +72,13 @@ class Link:
         self._sent = 0
         self._subscriptions: list[Subscription] = []
         self._closed = False
+        self._changed = threading.Condition()
+        self._starting = threading.Lock()
+        self._unfollow: Callable[[], object] | None = None
+        self._asked = False
+        self._seen = False
+        # When the simulator went, or when it began to be followed.
+        self._gone_since = 0.0
 
     @property
     def closed(self) -> bool:
@@ -89,9 +100,9 @@ class Link:
         Raises:
             ClientClosed: The link is closed already.
         """
-        if not self.presence.started:
+        if self._unfollow is None:
             self.check_open()
-            self.presence.start()
+            self.follow()
         with self._lock:
             # Closing fails only the goals that are tracked by then.
             self.check_open()
@@ -136,30 +147,53 @@ class Link:
             self._sent += 1
             return made_goal_id(self._owner, self._sent)
 
-    @property
-    def is_local_and_alive(self) -> bool:
-        """Return whether the simulator runs in this process and is alive, so that it answers at once or not at all."""
-        return self.connection.in_process and self.presence.is_there
+    def follow(self) -> None:
+        """Begin to follow the simulator's presence and return at once.
+
+        Raises:
+            ClientClosed: The session is closed.
+        """
+        # Not the callback's lock: Zenoh may be calling it right now.
+        with self._starting:
+            if self._unfollow is None:
+                self._gone_since = time.monotonic()
+                self._unfollow = self.connection.follow(self._set)
+
+    def alive(self, timeout: float) -> bool:
+        """Return whether the simulator is there; the first call queries for at most *timeout* seconds."""
+        self.follow()
+        if not self._asked and not self.present:
+            answered = threading.Event()
+            self._ask(answered.set)
+            answered.wait(timeout)
+            self._asked = True
+        return self.present
+
+    def wait(self, timeout: float) -> bool:
+        """Wait for the simulator, at most *timeout* seconds; return whether it is there."""
+        self.follow()
+        with self._changed:
+            return self._changed.wait_for(lambda: self.present, timeout)
 
     def absence(self) -> HmrsimError | None:
         """Return why no answer can come; None while the simulator is alive or may still come back."""
         if self.closed:
             return ClientClosed("the client was closed")
-        if not self.presence.gone:
-            return None
-        token = self.keys.alive()
-        if self.presence.seen:
-            return SimulatorGone(f"the simulator is gone: its token {token!r} has disappeared")
+        with self._changed:
+            if self.present or time.monotonic() - self._gone_since < self._grace:
+                return None
+        if self._seen:
+            return SimulatorGone(f"the simulator is gone: its token {self.keys.alive()!r} has disappeared")
         return SimulatorNotFound(f"no simulator answers: {self.unseen}")
 
     @property
     def unseen(self) -> str:
         """A possible reason why no simulator was found, and a remedy."""
-        token = self.keys.alive()
-        if self.connection.enclave is None:
+        token, enclave = self.keys.alive(), self.connection.enclave
+        if enclave is None:
             return f"there is no token {token!r}; start `hmrsim run WORLD`, or check --connect and --prefix"
         return (
-            f"there is no token {token!r}, or it is hidden from {self.connection.enclave.name!r}, who may be revoked; "
+            f"there is no token {token!r}, or it is hidden from {enclave.name!r}, who may be revoked; "
             "ask `hmrsim security explain`, or check --prefix"
         )
 
@@ -174,7 +208,10 @@ class Link:
         self.connection.unlisten()
         for subscription in subscriptions:
             subscription.close()
-        self.presence.close()
+        with self._starting:
+            unfollow, self._unfollow = self._unfollow, None
+        if unfollow is not None:
+            unfollow()
         self.worker.close()
 
     def fail(self, error: Exception) -> None:
@@ -184,113 +221,26 @@ class Link:
         for goal in goals:
             goal.fail(error)
 
-    def _give_up(self) -> None:
-        if error := self.absence():
-            self.fail(error)
-
-
-class Presence:
-    """Follows the simulator's liveliness and reports when it has been gone for longer than the grace period.
-
-    The grace period covers router restarts. Nothing is queried or subscribed before `start`.
-
-    Attributes:
-        started: Whether the token is followed.
-    """
-
-    def __init__(
-        self,
-        connection: Connection,
-        worker: Worker,
-        *,
-        grace: float,
-        on_gone: Callable[[], None],
-    ) -> None:
-        self._connection = connection
-        self._worker = worker
-        self._grace = grace
-        self._on_gone = on_gone
-        self._changed = threading.Condition()
-        self._starting = threading.Lock()
-        self.started = False
-        self._unfollow: Callable[[], object] | None = None
-        self._asked = False
-        self._alive = False
-        self._seen = False
-        self._gone_since = 0.0
-
-    @property
-    def seen(self) -> bool:
-        """Return whether the token has ever been seen."""
-        return self._seen
-
-    @property
-    def is_there(self) -> bool:
-        """Return whether the token exists according to the last notification."""
-        return self._alive
-
-    @property
-    def gone(self) -> bool:
-        """Return whether the token has been missing for longer than the grace period, counted from `start`."""
-        with self._changed:
-            return not self._alive and time.monotonic() - self._gone_since >= self._grace
-
-    def start(self) -> None:
-        """Begin to follow the token and return at once.
-
-        Raises:
-            ClientClosed: The session is closed.
-        """
-        # Not the callback's lock: Zenoh may be calling it right now.
-        with self._starting:
-            if self._unfollow is None:
-                self._gone_since = time.monotonic()
-                self._unfollow = self._connection.follow(self._set)
-                self.started = True
-
-    def alive(self, timeout: float) -> bool:
-        """Return whether the token is there; the first call queries for at most *timeout* seconds."""
-        self.start()
-        if not self._asked and not self._alive:
-            answered = threading.Event()
-            self._ask(answered.set)
-            answered.wait(timeout)
-            self._asked = True
-        return self._alive
-
-    def wait(self, timeout: float) -> bool:
-        """Wait for the token, at most *timeout* seconds; return whether it is there."""
-        self.start()
-        with self._changed:
-            return self._changed.wait_for(lambda: self._alive, timeout)
-
-    def close(self) -> None:
-        """Stop following the token."""
-        with self._starting:
-            unfollow, self._unfollow, self.started = self._unfollow, None, False
-        if unfollow is not None:
-            unfollow()
-
     def _ask(self, then: Callable[[], None]) -> None:
-        self._connection.look(lambda: self._set(True), then, timeout=self._grace)
+        self.connection.look(lambda: self._set(True), then, timeout=self._grace)
 
-    def _set(self, alive: bool) -> None:  # noqa: FBT001 - a callback
+    def _set(self, present: bool) -> None:  # noqa: FBT001 - a callback
         with self._changed:
-            went = self._alive and not alive
-            self._alive = alive
-            self._seen = self._seen or alive
+            went = self.present and not present
+            self.present = present
+            self._seen = self._seen or present
             if went:
                 self._gone_since = time.monotonic()
             self._changed.notify_all()
         if went:
-            self._worker.after(self._grace, self._look_again)
+            self.worker.after(self._grace, self._look_again)
 
     def _look_again(self) -> None:
         """Query once more before giving up: Zenoh may have reordered the notifications of a token that came back."""
-        if not self._alive:
+        if not self.present:
             # In the worker's thread, since Zenoh may end a query with its lock held.
-            self._ask(lambda: self._worker.after(0.0, self._conclude))
+            self._ask(lambda: self.worker.after(0.0, self._give_up))
 
-    def _conclude(self) -> None:
-        if not self._alive:
-            self._on_gone()
+    def _give_up(self) -> None:
+        if not self.present and (error := self.absence()):
+            self.fail(error)

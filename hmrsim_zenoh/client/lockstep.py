@@ -554,7 +554,8 @@ class Lockstep:
         if call.answer is None:
             if absence := self._link.absence():
                 raise absence
-            if not self._link.is_local_and_alive:
+            # A simulator in this process answers at once or not at all.
+            if not (self._connection.in_process and self._link.present):
                 time.sleep(_PAUSE)
         return True
 
