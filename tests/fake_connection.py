@@ -14,7 +14,8 @@ from hmrsim.protocol.commands import Advance, CancelGoal, GetResult, SendGoal
 from hmrsim.protocol.goal import ZERO_ID, CancelResponse, GoalEntry, GoalResponse, GoalStatus, ResultResponse
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave
-from hmrsim_zenoh.client.connection import Ask, Connection, ReadInfo
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo
+from hmrsim_zenoh.errors import RequestError
 
 LOST = None
 """The answer to a request whose reply is lost."""
@@ -170,6 +171,7 @@ class FakeConnection(Connection):
         self.script = {
             ReadInfo: [{"clock": "realtime"}],
             Ask: [GetNamedPoses.Response()],
+            Read: [RequestError("nobody publishes here")],
             Join: [Joined("client", 0, 0.0, 0)],
             Leave: [HasLeft("client")],
             Advance: [self.grant],

@@ -62,15 +62,12 @@ class Waiting:
     def happen(self) -> None:
         """End the wait from any thread."""
         self._time.woken = True
-        self._in_loop(self.finish)
+        self._time.post(self.finish)
 
     def fail(self, error: Exception) -> None:
         """Fail the wait with an error."""
         self._time.woken = True
-        self._in_loop(partial(self.finish, error))
-
-    def _in_loop(self, finish: Callable[[], None]) -> None:
-        self._time.post(finish)
+        self._time.post(partial(self.finish, error))
 
     def finish(self, error: Exception | None = None) -> None:
         """End the wait, in the loop's thread."""

@@ -9,74 +9,33 @@ from contextlib import contextmanager
 
 import pytest
 
-from hmrsim.actions import registry
 from hmrsim.cli import action, main
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
-from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim_zenoh.client.goal_handle import GoalHandle
-from hmrsim_zenoh.client.places import NamedPlaces
-from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone, SimulatorNotFound, Unreachable
-from hmrsim_zenoh.wire.keys import Keys
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.link import Link
+from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone, SimulatorNotFound
+from tests.fake_connection import FakeConnection
 
 INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e/rest": "wall_e/wait"}}
 GOAL_ID = "0123456789abcdef" * 2
 
 
-class FakeGoal(GoalHandle):
-    """A goal whose course the test decides."""
-
-    def cancel(self):
-        self._end(GoalStatus.CANCELED, Wait.Result())
-
-    def accept(self):
-        self._accept(GoalStatus.ACCEPTED)
-
-    def feed(self, seconds):
-        self.take_feedback(Wait.Feedback(time_left=Duration(sec=seconds)))
-
-    def end(self, status=GoalStatus.SUCCEEDED):
-        self._end(status, Wait.Result(error_code=0 if status is GoalStatus.SUCCEEDED else 701))
-
-    def fail(self, error):
-        self._fail(error, rejected=isinstance(error, GoalRejectedError))
-
-
-class FakeClient:
-    """A client that records its goals, whose ends the test decides."""
-
-    places = NamedPlaces(GetNamedPoses.Response)
-    keys = Keys("hmrsim")
-
-    def __init__(self):
-        self.goals = []
-        self.then = FakeGoal.end
-
-    def get(self, _key):
-        raise Unreachable("no answer")
-
-    def action_client(self, robot, action):
-        assert ("wall_e", registry()["wait"]) == (robot, action)
-        return self
-
-    def send_goal(self, goal, *, goal_id, on_feedback, on_change):
-        self.goals.append(goal)
-        handle = FakeGoal("/wall_e/wait", goal_id or GOAL_ID, on_feedback=on_feedback, on_change=on_change)
-        self.then(handle)
-        return handle
-
-
 @pytest.fixture
 def client(monkeypatch):
-    """Return the client of the command."""
-    fake = FakeClient()
+    """Return the connection of the command's client; goals succeed at once unless a test says otherwise."""
+    fake = FakeConnection()
+    fake.ordered = True
+    fake.robot = lambda goal: goal.succeed()
 
     @contextmanager
     def connected(_args, _role, **_options):
-        yield fake, INFO
+        with Client(session=fake, clock="realtime") as client:
+            yield client, INFO
 
     monkeypatch.setattr(action, "connected", connected)
+    monkeypatch.setattr(Link, "next_goal_id", lambda _link: GOAL_ID)
     return fake
 
 
@@ -90,7 +49,7 @@ def test_a_goal_prints_like_ros2_action_send_goal(client, capsys):
 
     out = capsys.readouterr().out
     assert 0 == code
-    assert [Wait.Goal(time=Duration(sec=2))] == client.goals
+    assert [Wait.Goal(time=Duration(sec=2))] == [goal.goal for goal in client.goals]
     assert out.startswith(f"Goal accepted with ID: {GOAL_ID}\n\nResult:\n    total_elapsed_time:\n")
     assert out.endswith("\n\nGoal finished with status: SUCCEEDED\n")
 
@@ -100,13 +59,13 @@ def test_a_missing_goal_is_an_error_with_an_example(client, words, capsys):
     code = send(*words)
 
     assert 2 == code
-    assert [] == client.goals
+    assert [] == [goal.goal for goal in client.goals]
     error = "/wall_e/wait: the goal is missing; give it as YAML, such as '{time: {sec: 2}}'\n"
     assert error == capsys.readouterr().err
 
 
 def test_empty_fields_of_a_result_are_not_printed(client, capsys):
-    client.then = FakeGoal.end
+    client.robot = lambda goal: goal.succeed()
     send("{}")
 
     assert "error_msg" not in capsys.readouterr().out
@@ -116,11 +75,11 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
 
     def then(goal):
         goal.accept()
-        goal.feed(2)
-        goal.feed(0)
-        goal.end()
+        goal.feed(time_left=Duration(sec=2))
+        goal.feed(time_left=Duration(sec=0))
+        goal.succeed()
 
-    client.then = then
+    client.robot = then
     send("{}", "--feedback")
 
     out = capsys.readouterr().out
@@ -132,7 +91,7 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
 def test_feedback_takes_one_line_on_a_terminal_unless_verbose(client, capsys, monkeypatch):
     """A drive of a minute has hundreds of samples."""
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
-    client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
+    client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=2)), goal.succeed())
     send("{}", "--feedback")
     brief = capsys.readouterr().out
     send("{}", "--verbose")
@@ -142,7 +101,7 @@ def test_feedback_takes_one_line_on_a_terminal_unless_verbose(client, capsys, mo
 
 
 def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, capsys):
-    client.then = lambda goal: (goal.accept(), goal.feed(2), goal.end())
+    client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=2)), goal.succeed())
     send("{}")
 
     assert "Feedback" not in capsys.readouterr().out
@@ -150,7 +109,7 @@ def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, ca
 
 @pytest.mark.parametrize("status", [GoalStatus.ABORTED, GoalStatus.CANCELED])
 def test_a_goal_without_success_exits_with_1(client, status, capsys):
-    client.then = lambda goal: goal.end(status)
+    client.robot = lambda goal: goal.end(status, goal.action.failure(701, ""))
     code = send("{}")
 
     out = capsys.readouterr().out
@@ -160,7 +119,7 @@ def test_a_goal_without_success_exits_with_1(client, status, capsys):
 
 
 def test_a_rejected_goal_exits_with_1_and_the_reason(client, capsys):
-    client.then = lambda goal: goal.fail(GoalRejectedError("not_ready", 1, "no planner"))
+    client.robot = lambda goal: goal.fail(GoalRejectedError("not_ready", 1, "no planner"))
     code = send("{}")
 
     captured = capsys.readouterr()
@@ -174,7 +133,7 @@ def test_a_rejected_goal_exits_with_1_and_the_reason(client, capsys):
 def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, capsys):
     message = "Input should be a valid integer"
     error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": message, "value": "x"}])
-    client.then = lambda goal: goal.fail(error)
+    client.robot = lambda goal: goal.fail(error)
     code = send("{}")
 
     assert (2, "goal: time.sec: expected an integer, got 'x'\n") == (code, capsys.readouterr().err)
@@ -182,14 +141,14 @@ def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, capsys):
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), SimulatorNotFound("no simulator answers")])
 def test_a_missing_simulator_exits_with_3(client, error, capsys):
-    client.then = lambda goal: goal.fail(error)
+    client.robot = lambda goal: goal.fail(error)
     code = send("{}")
 
     assert (3, f"hmrsim: {error}\n") == (code, capsys.readouterr().err)
 
 
 def test_json_has_a_line_for_each_feedback_and_then_the_outcome(client, capsys):
-    client.then = lambda goal: (goal.accept(), goal.feed(1), goal.end())
+    client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=1)), goal.succeed())
     code = send("{}", "--feedback", "--json")
 
     feedback, outcome = map(json.loads, capsys.readouterr().out.splitlines())
@@ -200,7 +159,7 @@ def test_json_has_a_line_for_each_feedback_and_then_the_outcome(client, capsys):
 
 
 def test_json_of_a_rejection_has_the_fields_of_send_goal(client, capsys):
-    client.then = lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later"))
+    client.robot = lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later"))
     send("{}", "--json")
 
     assert {
@@ -216,10 +175,11 @@ def test_json_of_a_rejection_has_the_fields_of_send_goal(client, capsys):
 def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, number, code, capsys):
 
     def then(goal):
+        goal.when_canceled = goal.end_canceled
         goal.accept()
         os.kill(os.getpid(), number)
 
-    client.then = then
+    client.robot = then
 
     assert code == send("{}")
     assert "Canceling goal…\nGoal finished with status: CANCELED\n" == capsys.readouterr().err
@@ -227,7 +187,11 @@ def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, nu
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupted_program_still_prints_its_json(client, number, code, capsys):
-    client.then = lambda goal: (goal.accept(), os.kill(os.getpid(), number))
+    client.robot = lambda goal: (
+        goal.accept(),
+        setattr(goal, "when_canceled", goal.end_canceled),
+        os.kill(os.getpid(), number),
+    )
 
     assert code == send("{}", "--json")
     outcome = json.loads(capsys.readouterr().out)
@@ -239,15 +203,15 @@ def test_an_interrupted_program_still_prints_its_json(client, number, code, caps
 @pytest.mark.parametrize(
     ("accepted", "status", "name"), [(True, 1, "ACCEPTED"), (None, 0, "UNKNOWN")], ids=["accepted", "not answered"]
 )
-def test_json_of_a_goal_with_unknown_end(client, monkeypatch, capsys, accepted, status, name):
+def test_json_of_a_goal_with_unknown_end(client, capsys, accepted, status, name):
 
     def then(goal):
+        goal.when_canceled = lambda: goal.fail(SimulatorGone("it is gone"))
         if accepted:
             goal.accept()
         os.kill(os.getpid(), signal.SIGINT)
 
-    client.then = then
-    monkeypatch.setattr(FakeGoal, "cancel", lambda goal: goal.fail(SimulatorGone("it is gone")))
+    client.robot = then
 
     assert 130 == send("{}", "--json")
     assert {
@@ -259,9 +223,13 @@ def test_json_of_a_goal_with_unknown_end(client, monkeypatch, capsys, accepted, 
     } == json.loads(capsys.readouterr().out)
 
 
-def test_json_of_a_goal_rejected_during_its_cancel(client, monkeypatch, capsys):
-    client.then = lambda _goal: os.kill(os.getpid(), signal.SIGINT)
-    monkeypatch.setattr(FakeGoal, "cancel", lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later")))
+def test_json_of_a_goal_rejected_during_its_cancel(client, capsys):
+
+    def then(goal):
+        goal.when_canceled = lambda: goal.reject("busy", "try later")
+        os.kill(os.getpid(), signal.SIGINT)
+
+    client.robot = then
 
     assert 130 == send("{}", "--json")
     outcome = json.loads(capsys.readouterr().out)
@@ -270,7 +238,7 @@ def test_json_of_a_goal_rejected_during_its_cancel(client, monkeypatch, capsys):
 
 def test_signal_handlers_are_restored(client):
     before = signal.getsignal(signal.SIGINT)
-    client.then = FakeGoal.end
+    client.robot = lambda goal: goal.succeed()
     send("{}")
 
     assert signal.getsignal(signal.SIGINT) is before
