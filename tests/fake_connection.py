@@ -276,7 +276,7 @@ class FakeConnection(Connection):
     def worker(self):
         return self
 
-    def after(self, delay, call):
+    def after(self, delay, call, **_options):
         """Keep the call for `run_later`."""
         self.later.append((delay, call))
 

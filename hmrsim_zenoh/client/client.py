@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R
     from hmrsim.errors import HmrsimError
     from hmrsim.interfaces.hmrsim_msgs import Order
-    from hmrsim_zenoh.client.connection import Asked, Reply
+    from hmrsim_zenoh.client.connection import Reply
     from hmrsim_zenoh.client.subscription import Subscription
 
 ClockChoice = Literal["auto", "realtime", "lockstep"]
@@ -166,7 +166,7 @@ class Client:
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
         """
-        info: dict[str, Any] = self._ask(ReadInfo(), self.keys.world("info"), timeout)
+        info: dict[str, Any] = self._answer(ReadInfo(), timeout)
         self._meet(str(info.get("run_id") or ""))
         return info
 
@@ -186,10 +186,9 @@ class Client:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout: As `get`.
         """
         asked = Ask("get_orders", GetOrders.Request(state=state), GetOrders.Response)
-        key = self.keys.world(asked.service)
-        response: GetOrders.Response = self._ask(asked, key, timeout)
+        response: GetOrders.Response = self._answer(asked, timeout)
         if why := response.result.error_message:
-            raise RequestError(f"{key}: {why}")
+            raise RequestError(f"{self.keys.world(asked.service)}: {why}")
         return response.orders
 
     def end_run(self, label: str, timeout: float = PATIENCE, /, **values: float | str | bool) -> None:
@@ -214,7 +213,7 @@ class Client:
     def places(self) -> NamedPlaces:
         """The waypoints, places and docks of the world by name, as of the first lookup."""
         # A lookup changes nothing, so that it can be repeated if the answer is lost.
-        return NamedPlaces(lambda: self._ask(_PLACES, self.keys.world(_PLACES.service), PATIENCE))
+        return NamedPlaces(lambda: self._answer(_PLACES, PATIENCE))
 
     def pose_of(self, robot: str) -> Pose:
         """Return where a robot is, as it reports it in ``odom``.
@@ -349,20 +348,18 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is not a valid key.
         """
-        self._link.check_open()
-        _check_key(key)
-        answer: bytes = self._answer(Read(key, payload), key, timeout, 1 if payload is not None else _TRIES)
+        self._check(key)
+        answer: bytes = self._answer(Read(key, payload), timeout)
         if payload is not None and key in self._resets and self._lockstep is not None:
             self._lockstep.look_at_time()
         return answer
 
-    def _ask(self, asked: ReadInfo | Ask, key: str, timeout: float) -> Any:
-        """Return the answer to a request that changes nothing, and that is repeated if the answer is lost."""
+    def _answer(self, asked: ReadInfo | Ask | Read, timeout: float) -> Any:
+        """Return the answer to a request; one that changes nothing is repeated if the answer is lost."""
         self._link.check_open()
-        return self._answer(asked, key, timeout, _TRIES)
-
-    def _answer(self, asked: Asked, key: str, timeout: float, tries: int) -> Any:
-        """Return the answer to a request, which is sent at most so many times until it has one."""
+        world = self.keys.world
+        key = asked.key if isinstance(asked, Read) else world(asked.service if isinstance(asked, Ask) else "info")
+        tries = 1 if isinstance(asked, Read) and asked.payload is not None else _TRIES
         until = time.monotonic() + timeout
         self._link.follow()
         for _ in range(tries):
@@ -389,8 +386,7 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is not a valid key.
         """
-        self._link.check_open()
-        _check_key(key)
+        self._check(key)
         with unless_closed():
             replies = self.session.get(key, timeout=timeout)
         return {str(reply.ok.key_expr): reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None}
@@ -405,8 +401,7 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is not a valid key.
         """
-        self._link.check_open()
-        _check_key(key)
+        self._check(key)
         self._link.connection.ask(Read(key, payload), then, timeout=timeout)
 
     def subscribe(self, key: str, callback: Callable[[str, bytes], None], *, history: bool = False) -> Subscription:
@@ -418,8 +413,7 @@ class Client:
             ClientClosed: The client was closed.
             ValueError: *key* is not a valid key.
         """
-        self._link.check_open()
-        _check_key(key)
+        self._check(key)
         return self._link.subscribe(key, callback, history=history)
 
     def close(self) -> None:
@@ -464,6 +458,14 @@ class Client:
             except (SimulatorNotFound, SimulatorGone, RequestError, UnreadableError):
                 return "realtime"
 
+    def _check(self, key: str) -> None:
+        """Check that the client is open and a key is valid."""
+        self._link.check_open()
+        try:
+            zenoh.KeyExpr(key)
+        except zenoh.ZError:
+            raise ValueError(f"{key!r} is not a key; chunks are joined by single slashes") from None
+
     def _await_simulator(self, key: str, until: float, timeout: float) -> None:
         """Wait for the simulator after a request without an answer."""
         while time.monotonic() < until:
@@ -472,13 +474,6 @@ class Client:
             if self._link.wait(_PAUSE):
                 return
         raise RequestTimeout(f"{key!r}: no answer in {timeout:g} s")
-
-
-def _check_key(key: str) -> None:
-    try:
-        zenoh.KeyExpr(key)
-    except zenoh.ZError:
-        raise ValueError(f"{key!r} is not a key; chunks are joined by single slashes") from None
 
 
 @atexit.register

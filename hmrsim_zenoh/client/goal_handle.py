@@ -225,7 +225,7 @@ class GoalHandle(Generic[R, F]):
             return
         self._sends = 1
         self._result_asked = True
-        self._link.rounds.add(lambda: None if self._replied else self._send_goal())
+        self._link.worker.after(_ONE_TRY, lambda: None if self._replied else self._send_goal(), rounded=True)
         self._link.connection.execute(
             self._target,
             self._command,

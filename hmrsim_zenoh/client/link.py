@@ -6,12 +6,11 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.client.connection import Connection
 from hmrsim_zenoh.client.subscription import SimClock, Subscription
-from hmrsim_zenoh.client.threads import Rounds
 from hmrsim_zenoh.client.zenoh_connection import ZenohConnection
 from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
 
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
     from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
-
-_ROUND: Final = 3.0
 
 
 class Failing(Protocol):
@@ -42,7 +39,6 @@ class Link:
         keys: How the simulator's keys are spelled.
         connection: Takes commands.
         worker: Runs deferred calls.
-        rounds: Runs those that may wait for some seconds.
         present: Whether the simulator is there, according to the last notification.
         acknowledge_timeout: Wall seconds within which a goal has to be accepted or rejected.
     """
@@ -61,7 +57,6 @@ class Link:
             session if isinstance(session, Connection) else ZenohConnection(session, keys, enclave)
         )
         self.worker = self.connection.worker()
-        self.rounds = Rounds(self.worker, _ROUND)
         self.present = False
         self.acknowledge_timeout = acknowledge_timeout
         self._grace = grace

@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import logging
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -30,15 +31,22 @@ class Worker:
         if at_once:
             self._start()
 
-    def after(self, delay: float, call: Callable[[], None]) -> None:
-        """Call a function after *delay* wall seconds, unless the worker is closed by then."""
+    def after(self, delay: float, call: Callable[[], None], *, rounded: bool = False) -> None:
+        """Call a function after *delay* wall seconds, unless the worker is closed by then.
+
+        If *rounded*, it may take twice as long, so that many functions are due at once: to wake a thread costs more
+        than a goal.
+        """
         with self._changed:
             if self._closed:
                 return
-            heapq.heappush(self._due, (time.monotonic() + delay, next(self._order), call))
-            self._changed.notify()
+            at = time.monotonic() + delay
+            due = (math.ceil(at / delay) * delay if rounded else at, next(self._order), call)
+            heapq.heappush(self._due, due)
             if self._thread is None:
                 self._start()
+            elif self._due[0] is due:
+                self._changed.notify()
 
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
@@ -74,32 +82,3 @@ class Worker:
                 else:
                     return heapq.heappop(self._due)[2]
             return None
-
-
-class Rounds:
-    """Calls functions after one to two periods, all that are due at once: to wake a thread costs more than a goal."""
-
-    def __init__(self, worker: Worker, period: float) -> None:
-        self._worker = worker
-        self._period = period
-        self._lock = threading.Lock()
-        self._new: list[Callable[[], None]] = []
-        self._old: list[Callable[[], None]] = []
-        self._going = False
-
-    def add(self, call: Callable[[], None]) -> None:
-        """Call a function in the worker's thread, unless the worker is closed by then."""
-        with self._lock:
-            self._new.append(call)
-            begins, self._going = not self._going, True
-        if begins:
-            self._worker.after(self._period, self._turn)
-
-    def _turn(self) -> None:
-        with self._lock:
-            due, self._old, self._new = self._old, self._new, []
-            self._going = bool(self._old)
-        if self._going:
-            self._worker.after(self._period, self._turn)
-        for call in due:
-            call()

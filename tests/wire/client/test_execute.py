@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import time
+
 import pytest
 
 from hmrsim.actions import registry
@@ -9,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.threads import Rounds, Worker
+from hmrsim_zenoh.client.threads import Worker
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.keys import Verb
 from tests.patience import PATIENCE
@@ -104,13 +107,15 @@ def test_a_cancel_is_sent_on_its_own_key_after_the_acceptance(wait_client, simul
     assert goal.goal_id == simulator.wait_for(Verb.CANCEL_GOAL)[0]["goal_info"]["goal_id"]
 
 
-def test_a_round_calls_everything_once(watched):
-    """This includes functions added during the round."""
+def test_rounded_calls_are_made_together(watched):
+    """Between one and two delays; calls that are added meanwhile come in a later round."""
     worker = Worker("test")
-    rounds = Rounds(worker, 0.001)
+    begin = time.monotonic()
     for number in range(3):
-        rounds.add(lambda number=number: watched(number))
-    rounds.add(lambda: rounds.add(lambda: watched("last")))
+        worker.after(0.01, lambda number=number: watched((number, time.monotonic() - begin)), rounded=True)
+    worker.after(0.01, lambda: worker.after(0.01, lambda: watched(("last", math.inf)), rounded=True), rounded=True)
 
-    assert [0, 1, 2, "last"] == watched.wait(lambda items: "last" in items)
+    called = watched.wait(lambda items: len(items) == 4)
+    assert [0, 1, 2, "last"] == [name for name, _ in called]
+    assert all(after >= 0.01 for _, after in called)
     worker.close()
