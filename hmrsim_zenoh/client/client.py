@@ -307,14 +307,13 @@ class Client:
             Dropped: The simulator goes on without this client.
             SimulatorNotFound, SimulatorGone, ClientClosed, Unreachable: There is no simulated time.
         """
-        end = self.now + seconds
+        begin = self.now
+        end = begin + seconds
         lockstep = self.lockstep
-        if lockstep is not None:
-            if lockstep.sleep(seconds):
-                return
-            seconds = end - lockstep.now
+        if lockstep is not None and lockstep.sleep(seconds):
+            return
         over = threading.Event()
-        clock = self.alarm(seconds, over.set)
+        clock = SimClock(self, lambda now: None if begin <= now < end else over.set())
         try:
             while not over.wait(_LOOK_AROUND):
                 if absence := self._link.absence():
@@ -323,9 +322,7 @@ class Client:
             clock.close()
 
     def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
-        """Call a function, in Zenoh's thread, once so many simulated seconds have passed, or time goes back.
-
-        The caller closes the clock after that.
+        """Call a function, in Zenoh's thread, once so many simulated seconds have passed; close the clock after that.
 
         In lockstep time does not pass by itself; use `sleep` there.
 

@@ -189,18 +189,22 @@ class Connection(ABC):
             ended: Whether the goal whose result is wanted is known to have ended.
         """
 
-    @abstractmethod
     def execute(
         self,
         target: ActionTarget,
         command: SendGoal,
         *,
         timeout: float,
-        on_answer: Callable[[Any], None],
+        on_answer: Callable[[Answer], None],
         on_end: Callable[[], None],
-        read: bool = True,
+        read: bool = True,  # noqa: ARG002 - for subclasses
     ) -> None:
-        """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called."""
+        """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called.
+
+        By default only the goal is sent, and what is missing at the end is to be asked for.
+        """
+        self.send(target, command, on_answer, timeout=timeout)
+        on_end()
 
     @abstractmethod
     def listen(self, target: ActionTarget, listener: Listener) -> None:

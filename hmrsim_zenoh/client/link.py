@@ -109,17 +109,17 @@ class Link:
             self._goals.pop(goal, None)
 
     def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
-        """Call a function once so many simulated seconds have passed, or time goes back, until the clock is closed.
+        """Call a function once so many simulated seconds have passed, until the clock is closed.
 
         Raises:
             ClientClosed: The link is closed.
         """
-        begin = math.inf
+        end = math.inf
 
         def on_time(now: float) -> None:
-            nonlocal begin
-            begin = now if begin == math.inf else begin
-            if not begin <= now < begin + seconds:
+            nonlocal end
+            end = now + seconds if end == math.inf else end
+            if now >= end:
                 ring()
 
         return SimClock(self, on_time)

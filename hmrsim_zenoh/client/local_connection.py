@@ -16,7 +16,6 @@ from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
 
 if TYPE_CHECKING:
-    from hmrsim.protocol.commands import SendGoal
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
     from hmrsim_zenoh.client.exchange import Declaration, Delivery, Exchange
 
@@ -140,20 +139,6 @@ class LocalConnection(Connection):
     ) -> None:
         """Send a command to the simulator's inbox."""
         self._submit(command, Pending(self, then))
-
-    def execute(
-        self,
-        _target: ActionTarget,
-        command: SendGoal,
-        *,
-        timeout: float,  # noqa: ARG002 - as above
-        on_answer: Callable[[Answer], None],
-        on_end: Callable[[], None],
-        read: bool = True,  # noqa: ARG002 - as above
-    ) -> None:
-        """Send a goal; its result is to be asked for."""
-        self._submit(command, Pending(self, on_answer))
-        on_end()
 
     def listen(self, target: ActionTarget, listener: Listener) -> None:
         """Do nothing: in one process time moves in lockstep only, which delivers the feedback."""
