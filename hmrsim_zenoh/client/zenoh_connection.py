@@ -9,7 +9,7 @@ from contextlib import suppress
 from functools import partial
 from queue import Empty, SimpleQueue
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import zenoh
 import zenoh.ext
@@ -33,7 +33,6 @@ from hmrsim_zenoh.wire.envelopes import (
     CancelGoalResponse,
     Ending,
     FeedbackMessage,
-    GoalInfo,
     ResultStatus,
     SendGoalResponse,
     UnreadableError,
@@ -51,6 +50,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
+M = TypeVar("M", bound=BaseModel)
+
 _log = logging.getLogger(__name__)
 
 MAX_BYTES: Final = 2**19
@@ -61,7 +62,7 @@ _VERBS: Final[Mapping[type, Verb]] = MappingProxyType(
 )
 _NOT_READ: Final[Any] = None
 """In place of a result that does not matter."""
-_STATUSES: Final[Mapping[int | None, GoalStatus]] = MappingProxyType({int(status): status for status in GoalStatus})
+_STATUSES: Final[Mapping[int, GoalStatus]] = MappingProxyType({int(status): status for status in GoalStatus})
 
 
 class _GrantedEvent(BaseModel):
@@ -78,25 +79,6 @@ class _GrantedEvent(BaseModel):
     feedback: dict[str, Any] | None = None
 
 
-class _Accepted(BaseModel):
-    """The reply to a command of an advance, whatever it is: each command has some of the fields."""
-
-    accepted: bool = False
-    goal_id: str = ""
-    stamp: Time = Field(default_factory=Time)
-    reason: str | None = None
-    error_code: int | None = None
-    error_msg: str | None = None
-    status: int | None = None
-    return_code: int = 0
-    goals_canceling: list[GoalInfo] = Field(default_factory=list)
-    result: Any = None
-    cause: str = ""
-    watching: bool = False
-    error: Any = None
-    details: Any = None
-
-
 class _Time(BaseModel):
     """The reply to a request about time: each has the epoch and the time, and some of the other fields."""
 
@@ -105,7 +87,7 @@ class _Time(BaseModel):
     goals: int = 0
     clock: str = ""
     reason: str = ""
-    accepted: list[_Accepted | None] = Field(default_factory=list)
+    accepted: list[dict[str, Any] | None] = Field(default_factory=list)
     events: list[_GrantedEvent] = Field(default_factory=list)
     met: list[str] = Field(default_factory=list)
     over: str = ""
@@ -423,9 +405,9 @@ def _decode(then: Callable[[Answer], None], decoder: Callable[[bytes], Answer], 
         then(reply)
 
 
-def status_of(number: int | None) -> GoalStatus:
+def status_of(number: object) -> GoalStatus:
     """Return a status from the wire; UNKNOWN for an invalid one."""
-    return _STATUSES.get(number, GoalStatus.UNKNOWN)
+    return _STATUSES.get(number, GoalStatus.UNKNOWN) if isinstance(number, int) else GoalStatus.UNKNOWN
 
 
 def _goal_type(target: ActionTarget) -> str:
@@ -438,12 +420,8 @@ def _goal(command: SendGoal) -> bytes:
     return b'{"goal_id":"%b","goal":%b}' % (goal_id.encode(), body)
 
 
-def _goal_response(reply: bytes) -> GoalResponse:
-    sent: SendGoalResponse = read(plain(SendGoalResponse), reply)
-    return _response(sent)
-
-
-def _response(sent: SendGoalResponse | _Accepted) -> GoalResponse:
+def _goal_response(reply: bytes | Mapping[str, Any]) -> GoalResponse:
+    sent = _read(SendGoalResponse, reply)
     return GoalResponse(
         sent.accepted,
         sent.goal_id,
@@ -455,12 +433,8 @@ def _response(sent: SendGoalResponse | _Accepted) -> GoalResponse:
     )
 
 
-def _cancel_response(reply: bytes) -> CancelResponse:
-    sent: CancelGoalResponse = read(plain(CancelGoalResponse), reply)
-    return _canceling(sent)
-
-
-def _canceling(sent: CancelGoalResponse | _Accepted) -> CancelResponse:
+def _cancel_response(reply: bytes | Mapping[str, Any]) -> CancelResponse:
+    sent = _read(CancelGoalResponse, reply)
     goals = sent.goals_canceling
     entries = (GoalEntry(each.goal_id, each.stamp.to_nanoseconds(), GoalStatus.CANCELING) for each in goals)
     return CancelResponse(sent.return_code, tuple(entries))
@@ -477,37 +451,40 @@ def _result_response(target: ActionTarget, reply: bytes, *, whole: bool) -> Resu
 
 
 def _joined(reply: bytes) -> Joined:
-    sent = _read(reply)
+    sent = _read(_Time, reply)
     return Joined("", sent.epoch, sent.now, sent.goals)
 
 
 def _state(reply: bytes) -> TimeState:
-    sent = _read(reply)
+    sent = _read(_Time, reply)
     return TimeState(
         sent.now, sent.clock, 0.0, paused=False, epoch=sent.epoch, participants=(), waiting_for=(), lag=0.0
     )
 
 
 def _granted(command: Advance, reply: bytes) -> Granted:
-    sent = _read(reply)
+    sent = _read(_Time, reply)
     accepted = tuple(map(_accepted, command.commands, sent.accepted))
     events = tuple(map(_event, sent.events))
     return Granted(sent.epoch, sent.now, sent.reason, accepted, events, tuple(sent.met), sent.over)
 
 
-def _accepted(command: Any, sent: _Accepted | None) -> Answer:
+def _accepted(command: Any, sent: Mapping[str, Any] | None) -> Answer:
     if sent is None:
         return None
-    if sent.error is not None:
-        return RequestError(str(sent.error), [each for each in sent.details or () if isinstance(each, dict)])
+    if (error := sent.get("error")) is not None:
+        details = sent.get("details")
+        details = details if isinstance(details, list) else ()
+        return RequestError(str(error), [each for each in details if isinstance(each, dict)])
     match command:
         case SendGoal():
-            return _response(sent)
+            return _goal_response(sent)
         case CancelGoal():
-            return _canceling(sent)
+            return _cancel_response(sent)
         case GetResult():
-            return ResultResponse(status_of(sent.status), sent.result, sent.cause)
-    return Watching(sent.watching)
+            result: Any = sent.get("result")
+            return ResultResponse(status_of(sent.get("status")), result, str(sent.get("cause", "")))
+    return Watching(bool(sent.get("watching")))
 
 
 def _event(sent: _GrantedEvent) -> tuple[str, int, GoalChanged | FeedbackSent]:
@@ -521,11 +498,14 @@ def _event(sent: _GrantedEvent) -> tuple[str, int, GoalChanged | FeedbackSent]:
     return sent.kind, stamp, change
 
 
-def _read(reply: bytes) -> _Time:
+def _read(kind: type[M], reply: bytes | Mapping[str, Any]) -> M:
+    """Return the model in a reply, or in a part of one, which has been read from JSON already."""
+    model: M
     try:
-        return _Time.model_validate_json(reply)
+        model = read(plain(kind), reply) if isinstance(reply, bytes) else plain(kind).validate_python(reply)
     except ValidationError as error:
         raise unreadable(error) from None
+    return model
 
 
 def _command(command: Any) -> bytes:
