@@ -234,8 +234,8 @@ class FakeConnection(Connection):
         self._take(command, on_answer)
         self._take(GetResult(command.robot, command.action, command.goal_id), on_answer)
 
-    def listen(self, target, listener):
-        self.listeners[target.robot, target.action.name] = listener
+    def listen(self, target):
+        self.listeners[target.robot, target.action.name] = target
 
     def unlisten(self):
         self.listeners.clear()

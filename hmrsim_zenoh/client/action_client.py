@@ -14,7 +14,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim.protocol.commands import CancelGoal, SendGoal
 from hmrsim.protocol.goal import parse_goal_id
-from hmrsim_zenoh.client.connection import PATIENCE, ActionTarget, Answer, message_of
+from hmrsim_zenoh.client.connection import PATIENCE, Answer, message_of
 from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
@@ -44,14 +44,20 @@ class Participating(Protocol):
 
 
 class ActionClient(Generic[G, R, F]):
-    """Sends one robot goals of one action; `Client.action_client` makes it."""
+    """Sends one robot goals of one action; `Client.action_client` makes it.
+
+    Attributes:
+        robot: The name of the robot.
+        action: The action.
+        name: The name of the action in ROS, such as ``/mocha/dock_robot``.
+    """
 
     def __init__(self, client: Participating, link: Link, robot: str, action: Action[G, R, F]) -> None:
         self.robot = robot
         self.action = action
+        self.name = f"/{robot}/{action.name}"
         self._client = client
         self._link = link
-        self._target = ActionTarget(robot, action)
         self._lock = threading.Lock()
         self._listening: dict[str, GoalHandle[R, F]] = {}
         self._listens = False
@@ -137,7 +143,7 @@ class ActionClient(Generic[G, R, F]):
         handle: GoalHandle[R, F] = GoalHandle(
             self._link,
             lockstep,
-            self._target,
+            self,
             SendGoal(self.robot, self.action.name, sent, wanted_id or next_id),
             on_feedback=on_feedback,
             on_change=on_change,
@@ -169,11 +175,11 @@ class ActionClient(Generic[G, R, F]):
         lockstep = self._client.lockstep
         all_goals = CancelGoal(self.robot, self.action.name)
         if lockstep is not None:
-            lockstep.send(self._target, all_goals, self._on_cancel_answer, timeout=PATIENCE)
+            lockstep.send(self, all_goals, self._on_cancel_answer, timeout=PATIENCE)
             return
         self._link.follow()
         answers = SimpleQueue[Answer]()
-        self._link.connection.send(self._target, all_goals, answers.put, timeout=PATIENCE)
+        self._link.connection.send(self, all_goals, answers.put, timeout=PATIENCE)
         try:
             answer = answers.get(timeout=PATIENCE)
         except Empty:
@@ -181,11 +187,11 @@ class ActionClient(Generic[G, R, F]):
         if isinstance(answer, HmrsimError):
             raise answer
         if answer is None:
-            raise self._link.absence() or RequestTimeout(f"{self._target.name}: no answer to a cancel")
+            raise self._link.absence() or RequestTimeout(f"{self.name}: no answer to a cancel")
 
     def _on_cancel_answer(self, answer: Answer) -> None:
         if isinstance(answer, RequestError):
-            _log.warning("%s: goals can't be canceled: %s", self._target.name, answer)
+            _log.warning("%s: goals can't be canceled: %s", self.name, answer)
 
     def _forget(self, handle: GoalHandle[R, F]) -> None:
         self._link.leave(handle)
@@ -196,7 +202,7 @@ class ActionClient(Generic[G, R, F]):
         self._listening[handle.goal_id] = handle
         with self._lock:
             if not self._listens:
-                (lockstep or self._link.connection).listen(self._target, self)
+                (lockstep or self._link.connection).listen(self)
                 self._listens = True
 
     @property
@@ -210,7 +216,7 @@ class ActionClient(Generic[G, R, F]):
             try:
                 handle.take_feedback(message_of(self.action.feedback, feedback))
             except UnreadableError as error:
-                _log.warning("%s: feedback that can't be read: %s", self._target.name, error)
+                _log.warning("%s: feedback that can't be read: %s", self.name, error)
 
 
 def _kind(goal: object) -> str:

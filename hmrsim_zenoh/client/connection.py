@@ -46,17 +46,23 @@ Answer = Any
 back, and the effect of the command is unknown."""
 
 
-class ActionTarget:
-    """An action of a robot.
+class ActionTarget(Protocol):
+    """An action of a robot, and the receiver of its feedback.
 
     Attributes:
         name: The name of the action in ROS.
     """
 
-    def __init__(self, robot: str, action: Action[Any, Any, Any]) -> None:
-        self.robot = robot
-        self.action = action
-        self.name = f"/{robot}/{action.name}"
+    robot: str
+    action: Action[Any, Any, Any]
+    name: str
+
+    @property
+    def wanted(self) -> bool:
+        """Return whether there is a goal that needs feedback."""
+
+    def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
+        """Process the feedback of a goal."""
 
 
 class ReadInfo(NamedTuple):
@@ -138,17 +144,6 @@ class Call(Protocol):
         """End the request without an answer; from any thread."""
 
 
-class Listener(Protocol):
-    """Receives the feedback of an action."""
-
-    @property
-    def wanted(self) -> bool:
-        """Return whether the listener has a goal that needs feedback."""
-
-    def take(self, goal_id: str, feedback: Message | Mapping[str, Any]) -> None:
-        """Process the feedback of a goal."""
-
-
 class Connection(ABC):
     """A way to one simulator.
 
@@ -207,8 +202,8 @@ class Connection(ABC):
         on_end()
 
     @abstractmethod
-    def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Subscribe a listener to the feedback of an action; it may be called in Zenoh's thread."""
+    def listen(self, target: ActionTarget) -> None:
+        """Subscribe to the feedback of an action; its target may be called in Zenoh's thread."""
 
     @abstractmethod
     def call(self, command: Asked, *, timeout: float) -> Call:
@@ -260,7 +255,7 @@ class Connection(ABC):
 
     @abstractmethod
     def unlisten(self) -> None:
-        """Unsubscribe all listeners; the session stays open."""
+        """Unsubscribe from all feedback; the session stays open."""
 
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:  # noqa: ARG002 - for subclasses
         """Return why a command to an action is denied; None if access control allows it, or there is none."""

@@ -16,7 +16,7 @@ from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Reply
     from hmrsim_zenoh.client.exchange import Declaration, Delivery, Exchange
 
 
@@ -140,7 +140,7 @@ class LocalConnection(Connection):
         """Send a command to the simulator's inbox."""
         self._submit(command, Pending(self, then))
 
-    def listen(self, target: ActionTarget, listener: Listener) -> None:
+    def listen(self, target: ActionTarget) -> None:
         """Do nothing: in one process time moves in lockstep only, which delivers the feedback."""
 
     def unlisten(self) -> None:

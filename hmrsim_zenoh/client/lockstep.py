@@ -39,7 +39,7 @@ from hmrsim_zenoh.errors import (
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import GoalChanged
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Call, Condition, GoalCommand, Listener
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Call, Condition, GoalCommand
     from hmrsim_zenoh.client.link import Link
 
 Kind = Literal["result", "feedback", "status"]
@@ -98,7 +98,7 @@ class Lockstep:
         self._watched: dict[str, Callable[[RequestError | None], None]] = {}
         self._watches = 0
         self._undelivered: deque[Callable[[], None]] = deque()
-        self._listeners: dict[tuple[str, str], tuple[ActionTarget, Listener]] = {}
+        self._listeners: dict[tuple[str, str], ActionTarget] = {}
         self._latest: FeedbackSent | None = None
         self._idle = 0
         self.over = False
@@ -170,13 +170,13 @@ class Lockstep:
                 return
         self._connection.send(target, command, then, timeout=timeout, read=read, ended=ended)
 
-    def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Subscribe a listener to the feedback of an action; time stops at feedback while the listener wants it."""
+    def listen(self, target: ActionTarget) -> None:
+        """Subscribe to the feedback of an action; time stops at feedback while its target wants it."""
         with self._lock:
             if not self.over:
-                self._listeners[target.robot, target.action.name] = target, listener
+                self._listeners[target.robot, target.action.name] = target
                 return
-        self._connection.listen(target, listener)
+        self._connection.listen(target)
 
     def drive(self, condition: Callable[[], bool], timeout: float | None, *, until: float = math.inf) -> bool:
         """Advance time until a condition holds; return whether it does.
@@ -357,10 +357,8 @@ class Lockstep:
         return self.over
 
     def _kinds(self) -> Kinds:
-        for _, listener in list(self._listeners.values()):
-            if listener.wanted:
-                return _RESULT_OR_FEEDBACK
-        return _RESULT
+        wanted = any(target.wanted for target in list(self._listeners.values()))
+        return _RESULT_OR_FEEDBACK if wanted else _RESULT
 
     def _step(self, limit: float, wish: tuple[float, Kinds, Kinds] | None = None) -> bool:
         """Request an advance, unless one is pending, and process the grant; return whether there was one.
@@ -453,7 +451,7 @@ class Lockstep:
             if event is not self._latest:
                 self._latest = event
                 if listening := self._listeners.get((event.robot, event.action)):
-                    listening[1].take(event.goal_id, event.feedback)
+                    listening.take(event.goal_id, event.feedback)
         elif kind == "result" and event.result is not None and (waiting := self._results.get(event.goal_id)):
             ended = ResultResponse(event.status, event.result, event.cause)
             for then in tuple(waiting):
@@ -475,8 +473,8 @@ class Lockstep:
             unanswered = [*chain.from_iterable(self._results.values()), *(then for _, then, _ in self._queue)]
             self._results, self._queue = {}, []
         self._leave()
-        for target, listener in self._listeners.values():
-            self._connection.listen(target, listener)
+        for target in self._listeners.values():
+            self._connection.listen(target)
         for then in unanswered:
             then(None)
         self._end_watches("lockstep is over; subscribe to the topic")

@@ -46,7 +46,7 @@ from hmrsim_zenoh.wire.envelopes import (
 from hmrsim_zenoh.wire.keys import Verb
 
 if TYPE_CHECKING:
-    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Listener, Reply
+    from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Reply
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
 
@@ -198,25 +198,25 @@ class ZenohConnection(Connection):
         handler = zenoh.handlers.Callback(take, on_end, indirect=False)
         self._get(self._key(target, Verb.EXECUTE), _goal(command), handler, timeout, kind=_goal_type(target))
 
-    def listen(self, target: ActionTarget, listener: Listener) -> None:
-        """Subscribe a listener to the feedback of an action; it is called in Zenoh's thread."""
+    def listen(self, target: ActionTarget) -> None:
+        """Subscribe to the feedback of an action; its target is called in Zenoh's thread."""
         kind: type[Message] = target.action.feedback
         reader = around(FeedbackMessage, kind)
 
         def take(key: str, payload: bytes) -> None:
-            if not listener.wanted:
+            if not target.wanted:
                 return
             try:
                 sent: FeedbackMessage[Any] = read(reader, payload)
             except UnreadableError as error:
                 _log.warning("%s: feedback that can't be read: %s", key, error)
                 return
-            listener.take(sent.goal_id, sent.feedback)
+            target.take(sent.goal_id, sent.feedback)
 
         self._listening.append(self.subscribe(self._key(target, Verb.FEEDBACK), take))
 
     def unlisten(self) -> None:
-        """Unsubscribe all listeners; the session stays open."""
+        """Unsubscribe from all feedback; the session stays open."""
         listening, self._listening = self._listening, []
         for end in listening:
             end()
