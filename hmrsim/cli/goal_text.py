@@ -142,7 +142,8 @@ def example_of(client: Client, action: AnyAction, robot: str) -> Mapping[str, An
     """
     if not action.example:
         return action.example
-    with suppress(HmrsimError):
+    # A simulator of another version may describe its world otherwise.
+    with suppress(HmrsimError, LookupError, TypeError, ValueError):
         places, choices = _names_in(client, robot)
         example: dict[str, Any] = with_names(dict(action.example), action.goal, iter(places))
         for field, given in (action.inputs or {}).items():

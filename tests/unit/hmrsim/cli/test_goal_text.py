@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.cli.goal_text import one_line, read_goal, read_yaml, without_defaults
+from hmrsim.actions import registry
+from hmrsim.cli.goal_text import example_of, one_line, read_goal, read_yaml, without_defaults
 from hmrsim.cli.options import WrongUse
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.interfaces.moveit_msgs import MoveItErrorCodes, Pickup
 from hmrsim.interfaces.nav2_msgs import FollowWaypoints, NavigateToPose, Wait
 from hmrsim.interfaces.std_msgs import Header
+from hmrsim_zenoh.client.client import Client
+from hmrsim_zenoh.client.connection import Read
+from tests.fake_connection import FakeConnection
 
 
 def goal(text, kind=NavigateToPose.Goal):
@@ -121,3 +125,13 @@ def test_one_line_shows_times_points_and_numbers():
         "current_pose (6.00, 1.24), navigation_time 3.2 s, estimated_time_remaining 0.0 s, number_of_recoveries 0, "
         "distance_remaining 4.43"
     )
+
+
+@pytest.mark.parametrize("scene", [b"[", b"{}", b'{"fixtures": 3, "items": []}', b'{"fixtures": [{}], "items": []}'])
+def test_an_example_needs_no_readable_scene(scene):
+    """A simulator of another version may describe its world otherwise."""
+    connection = FakeConnection()
+    connection.script[Read] = [scene]
+    dock = registry()["dock_robot"]
+    with Client(session=connection, clock="realtime") as client:
+        assert dock.example == example_of(client, dock, "wall_e")
