@@ -78,7 +78,7 @@ class Sensor:
         return False
 
     def set_blind(self, *, blind: bool) -> None:
-        """See nothing at all, or see again."""
+        """Make the sensor see nothing, or see again."""
         self.blind = blind
 
     def range(self, units: str) -> float:
@@ -91,9 +91,9 @@ class Sensor:
         return _RESOLUTION * METER[units] if own is None else own
 
     def covers(self, here: Pose, there: Point, units: str) -> bool:
-        """Return whether a point is where it looks from *here*, if nothing stands between."""
+        """Return whether the sensor, *here*, looks at a point, apart from obstacles between them."""
         return distance(here.point, there) <= self.range(units) and self.faces(here, there)
 
     def faces(self, _here: Pose, _there: Point) -> bool:
-        """Return whether it looks the way in which a point lies: all around, unless a kind of sensor says otherwise."""
+        """Return whether the sensor looks in the direction of a point: always, unless a subclass says otherwise."""
         return True

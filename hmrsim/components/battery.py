@@ -151,7 +151,7 @@ class Battery:
         return (limit - charge) / slowness
 
     def reaches(self, level: float) -> float:
-        """Return when so many units are in it, if nothing changes; infinite if it takes for ever."""
+        """Return the time at which the charge reaches a level if nothing changes; infinite if it never does."""
         if not self.charging:
             return self._since + max(0.0, self._charge - level) / self.drain if self.drain else math.inf
         taper = self._taper_from
@@ -168,7 +168,7 @@ class Battery:
 
     @property
     def _taper(self) -> tuple[float, float]:
-        """The charge that endless charging would approach, and the time constant of its exponential."""
+        """The charge that charging approaches, and the time constant of the exponential approach."""
         begins = self._taper_from
         limit = (self.usable - _LAST_POWER * begins) / (1.0 - _LAST_POWER)
         # Without a taper, which is never asked for then, nothing is left of it.
@@ -186,12 +186,12 @@ class Battery:
         return charge
 
     def spend(self, now: float, energy: float) -> None:
-        """Take so many units of energy out at once, or as many as there are."""
+        """Remove units of energy at once, or all energy if there is less."""
         self.settle(now)
         self.settle(now, max(0.0, self._charge - energy))
 
     def drop(self, now: float, charge: float) -> None:
-        """Reduce the energy to at most so many units, at once."""
+        """Reduce the energy to a maximum at once."""
         self.settle(now)
         self.settle(now, min(self._charge, charge))
 
@@ -200,11 +200,11 @@ class Battery:
         self._since = to
 
     def fail_cell(self, now: float, cell: int) -> None:
-        """Make a cell fail, by its number from 0, and lose its charge; the others keep theirs."""
+        """Make a cell fail, by its number from 0, and lose its charge; the other cells keep theirs."""
         self._resize(now, self.failed | {range(self.settings.cells)[cell]})
 
     def mend(self, now: float, cell: int) -> None:
-        """Replace a cell that has failed by one that is as full as the rest; a full one if there is no rest."""
+        """Replace a failed cell by one that is as full as the others, or full if there are no others."""
         self._resize(now, self.failed - {cell})
 
     def _resize(self, now: float, failed: frozenset[int]) -> None:
@@ -223,9 +223,9 @@ class Battery:
         return ampere_hours * self.settings.nominal_voltage * 3600.0
 
     def cell_voltages(self, now: float) -> list[float]:
-        """Return the volts of each cell: in line with what is in it, nine tenths of nominal when empty, up to eleven.
+        """Return the voltage of each cell: linear in its charge, from 0.9 to 1.1 of the nominal voltage.
 
-        A cell that has failed has none.
+        A failed cell has no voltage.
         """
         settings = self.settings
         volts = settings.nominal_voltage / settings.cells * voltage_at(self.share(now))
@@ -233,7 +233,7 @@ class Battery:
 
 
 def voltage_at(share: float) -> float:
-    """Return the voltage of a battery in which a share from 0 to 1 is left, as a share of the nominal one."""
+    """Return the voltage of a battery with a charge from 0 to 1, as a share of the nominal voltage."""
     return 0.9 + 0.2 * share
 
 

@@ -1,4 +1,4 @@
-"""Random numbers of what a world leaves to chance.
+"""Random numbers for everything that a world leaves to chance.
 
 There is a stream for each subject and use, and each occurrence has its number: the third time that a door
 opens takes as long whatever else has happened before. So two controllers under one seed meet the same world, in
@@ -24,7 +24,7 @@ _WHOLE: Final = 2.0**_BITS
 
 
 class Chance:
-    """The streams of a run; each begins anew with `begin`.
+    """The random streams of a run; `begin` restarts all of them.
 
     Attributes:
         used: Whether any random number was asked for: if not, the seed has decided nothing so far.
@@ -54,12 +54,12 @@ class Chance:
         return self.drawn(value, subject, use, self._occurrences[subject, use])
 
     def stream(self, seed: str) -> random.Random:
-        """Return a sequence of random numbers for what needs as many as happen to be asked for."""
+        """Return a sequence of random numbers for a consumer that needs any number of them."""
         # Not for cryptography: the numbers have to be the same in each run.
         return _Stream(seed, self)
 
     def choose(self, count: int, subject: str, use: str, occurrence: int) -> int:
-        """Return one of so many indices, each with the same probability."""
+        """Return a random index below a count, each with the same probability."""
         return 0 if count == 1 else int(self._number(subject, use, occurrence) * count)
 
     def drawn(self, value: RandomValue, subject: str, use: str, occurrence: int) -> float:

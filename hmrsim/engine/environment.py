@@ -109,7 +109,7 @@ class Environment(_Clock):
         return alarm
 
     def cancel(self, alarm: Alarm) -> None:
-        """Cancel an alarm; one that has rung is ignored."""
+        """Cancel an alarm; do nothing if it has rung."""
         if alarm.callbacks is not None and alarm.callbacks is not _ABANDONED:
             self._background -= 1
             self._abandon(alarm)
@@ -208,7 +208,7 @@ class Environment(_Clock):
         )
 
     def peek(self) -> float:
-        """Return when the next event that is not abandoned is due; infinite if there is none."""
+        """Return the time of the next event that is not abandoned; infinite if there is none."""
         queue = self._queue
         if queue and queue[0][3].callbacks is _ABANDONED:
             self._clear()
@@ -273,7 +273,7 @@ class Environment(_Clock):
         heapq.heappush(self._queue, (at, NORMAL, self._scheduled, event))
 
     def schedule_last(self, event: simpy.Event, at: float) -> None:
-        """Schedule an event at an exact time, after all others of that instant."""
+        """Schedule an event at an exact time, after all other events of that instant."""
         self._scheduled += 1
         heapq.heappush(self._queue, (at, _LAST, self._scheduled, event))
 
@@ -330,7 +330,7 @@ class _Call(simpy.Event):
 
 
 class Tick(simpy.Event):
-    """An event at an exact time, after all others of that instant."""
+    """An event at an exact time, after all other events of that instant."""
 
     def __init__(self, env: Environment, at: float) -> None:
         super().__init__(env)

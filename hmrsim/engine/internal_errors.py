@@ -1,4 +1,4 @@
-"""Bugs, of plug-ins or ours, that raise within a simulation: each is logged and published, and all else goes on."""
+"""The handling of bugs: an unexpected error in a simulation is logged and published, and the simulation continues."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MAX_TEXT: Final = 300
 
 
 class InternalErrors:
-    """Handles what nothing else handles.
+    """Handles the errors that no other code handles.
 
     Args:
         publisher: Publishes an event for each.
@@ -72,7 +72,7 @@ class InternalErrors:
             self._publishing = False
 
     def _tell(self, part: str, error: BaseException, text: str, robot: str, *, often: bool) -> bool:
-        """Log an error; one that may come often, only once. Return whether it is known."""
+        """Log an error, a frequent one only once; return whether it has been logged before."""
         *_, (frame, line) = ((None, 0), *traceback.walk_tb(error.__traceback__))
         place: Hashable = (frame and frame.f_code.co_filename, type(error), line)
         seen = (place, part, robot) if often else place

@@ -118,7 +118,7 @@ class EventPublisher:
             self.emit(EventStamped(self._clock.stamp, make()))
 
     def sampled(self, topic: Topic, robot: str, message: Callable[[], Message]) -> None:
-        """Publish the current message of a robot's topic, as it has changed, if a sink wants it."""
+        """Publish the current message of a robot's topic, which has changed, if a sink needs it."""
         if topic in self.interest.topics:
             self.emit(Sampled(topic, robot, message()))
 

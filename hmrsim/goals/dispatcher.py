@@ -131,7 +131,7 @@ class Dispatcher:
         return (goal.server.action.name, goal.goal_id) if goal else None
 
     def settled(self, command: SendGoal) -> SendGoal:
-        """Return the command with the default verdict if its own makes no difference, so that traces are equal."""
+        """Return the command with the default verdict if its verdict makes no difference, so that traces are equal."""
         plain = command._replace(verdict=Verdict.REJECT)
         try:
             self.servers.acceptable(self.servers.find(command.robot, command.action), plain)
@@ -208,7 +208,7 @@ class Dispatcher:
         self._answer(command.reply_to, answer)
 
     def _start(self, goal: ServedGoal, message: Message) -> None:
-        """Execute an accepted goal; it preempts the goal that holds what it needs, or finds the base busy."""
+        """Execute an accepted goal; it preempts the goal that holds its resource, or is aborted if the base is busy."""
         action, name = goal.server.action, goal.server.robot.name
         needed = goal.server.needs
         holder = self._holders.get(needed)
@@ -246,7 +246,7 @@ class Dispatcher:
         server.robot.act(server.action.name, in_real_time=goal.in_real_time)
 
     def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
-        """Abort an executing goal, as a fault says."""
+        """Abort an executing goal because of an injected fault."""
         self._halt(goal, GoalEvent.ABORT, self._code_of(hit, goal), hit.why, hit.cause)
 
     @staticmethod
@@ -308,7 +308,7 @@ class Dispatcher:
             self._bug_in(goal, bug)
 
     def process_failed(self, process: simpy.Process, bug: BaseException) -> bool:
-        """Abort the goal whose process can't go on, such as one that has yielded something else than an event.
+        """Abort a goal whose process can't continue, for instance because it yielded something other than an event.
 
         Returns:
             Whether there is such a goal.
@@ -324,7 +324,7 @@ class Dispatcher:
         return True
 
     def _abort_for(self, goal: ServedGoal, bug: BaseException) -> None:
-        """Abort a goal whose action has a bug."""
+        """Abort a goal whose action has raised an unexpected error."""
         action = goal.server.action
         # Its feedback may fail for the same reason.
         self.feedback.stop(goal)
@@ -411,7 +411,7 @@ class Dispatcher:
             self._emit(status)
 
     def cancel_goal(self, command: CancelGoal) -> None:
-        """Cancel what the command selects (rcl's rules), and answer; the goals end at this instant."""
+        """Cancel the goals that a command selects by the rules of rcl, and answer; the goals end at this instant."""
         server = self._find(command)
         if server is None:
             return
@@ -430,7 +430,7 @@ class Dispatcher:
             self._halt(goal, GoalEvent.CANCELED, server.action.codes.canceled, "canceled", Cause.CANCELED)
 
     def get_result(self, command: GetResult) -> None:
-        """Answer with the goal's result: now if it has ended or isn't known, else when it ends."""
+        """Answer with the result of a goal, at once if it has ended or is unknown, else when it ends."""
         server = self._find(command)
         if server is None:
             return
@@ -454,7 +454,7 @@ class Dispatcher:
                 self._answer(reply_to, ResultResponse(goal.status, goal.server.action.result()))
 
     def status(self, robot: str, action: str) -> StatusChanged:
-        """Return the latest status list of a robot's action, as far as clients know it.
+        """Return the latest status list of a robot's action that clients can know.
 
         Raises:
             GoalRejected: There is no such robot or action.
@@ -463,7 +463,7 @@ class Dispatcher:
         return self.updates.known(robot, action) or self._status(server)
 
     def forget(self, command: ForgetResult) -> None:
-        """Drop an expired result; one that is unknown or still awaited is ignored."""
+        """Drop an expired result; ignore one that is unknown or still awaited."""
         goal = self.servers.goal(command.robot, command.action, command.goal_id)
         if goal and goal.status.terminal and not goal.waiting:
             self._forget(goal)
@@ -499,7 +499,7 @@ class Dispatcher:
             self.connect(name, connected=True)
 
     def connect(self, robot: str, *, connected: bool) -> None:
-        """Connect a robot to its clients or disconnect it; results withheld meanwhile are sent on connecting."""
+        """Connect a robot to its clients, or disconnect it; connecting sends the results that were withheld."""
         if connected == (robot not in self.cut_off):
             return
         (self.cut_off.remove if connected else self.cut_off.add)(robot)
@@ -524,7 +524,7 @@ class Dispatcher:
             self.free(robot, reason, cause)
 
     def change_state(self, command: ChangeState) -> None:
-        """Change the state of a node, and answer; goals end when it is active no longer."""
+        """Change the state of a node, and answer; its goals end if it is no longer active."""
         there = self.servers.serves(command.robot) and self.cut_off.reach(command)
         changed = there and self.nodes.change(command)
         if changed and self.nodes.of(command.robot, command.node) != ACTIVE:
@@ -541,7 +541,7 @@ class Dispatcher:
             self.nodes.forget(name)
 
     def _find(self, command: CancelGoal | GetResult) -> ActionServer | None:
-        """Return the server that a command names; answer that there is none."""
+        """Return the server that a command names; if there is none, answer that and return None."""
         try:
             return self.servers.find(command.robot, command.action)
         except GoalRejected as error:

@@ -82,7 +82,7 @@ class GoalFaults:
     def reject(
         self, robot: str, action: str | None, *, reason: str, why: str, done: Callable[[], None]
     ) -> Callable[[], None]:
-        """Reject goals, for a reason and a text; return what ends that."""
+        """Reject goals for a reason and with a text; return the function that ends this."""
         rejection = Rejection(robot, action, reason, why, done)
         self._rejections.append(rejection)
         self.armed = True
@@ -99,7 +99,7 @@ class GoalFaults:
         delay: float,
         done: Callable[[], None],
     ) -> Callable[[], None]:
-        """Abort goals some seconds after they began to execute, also those that do so already; return what ends that.
+        """Abort goals when they have executed for some seconds; return the function that ends this.
 
         A goal that executes for longer already ends now.
         """
@@ -123,14 +123,14 @@ class GoalFaults:
                 raise GoalRejected(rejection.reason, rejection.why)
 
     def met(self, robot: str, action: str) -> Abortion | None:
-        """Return what ends a goal at the instant at which it begins; None for nothing."""
+        """Return the abortion that ends a goal at the instant at which it begins; None if there is none."""
         for abortion in self._abortions:
             if abortion.delay == 0.0 and _hits(abortion, robot, action):
                 return abortion
         return None
 
     def begun(self, goal: ServedGoal) -> None:
-        """Abort a goal that begins to execute later, if a fault says so."""
+        """Schedule the abortion of a goal that begins to execute, if a fault requires it."""
         for abortion in self._abortions:
             if _hits(abortion, goal.server.robot.name, goal.server.action.name):
                 self._set_timer(abortion, goal)
@@ -166,7 +166,7 @@ def _hits(hindrance: Rejection | Abortion, robot: str, action: str) -> bool:
 
 
 def _drop(faults: list[Rejection] | list[Abortion], hindrance: Rejection | Abortion) -> None:
-    """Forget one that may have been forgotten already."""
+    """Remove a rejection or abortion, if it is still in the list."""
     if hindrance in faults:
         faults.remove(hindrance)  # type: ignore[arg-type]  # it is in it
 

@@ -48,7 +48,7 @@ class Owner(Protocol):
         """Why it is disabled, by cause; empty while it is not."""
 
     def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
-        """Record that a goal of an action begins, or how it has ended.
+        """Record that a goal of an action begins, or the outcome of its end.
 
         A client *in_real_time* sends its next goal some time after this one has ended.
         """
@@ -56,7 +56,7 @@ class Owner(Protocol):
 
 @dataclass(eq=False, slots=True)
 class ServedGoal:
-    """An accepted goal; many are kept after their end, so they hold little.
+    """An accepted goal; it holds little data, since many goals are kept after their end.
 
     Attributes:
         goal_id: 32 hex digits.
@@ -101,7 +101,7 @@ class ServedGoal:
         return kept
 
     def end(self, stamp: int, result: Message, cause: str) -> None:
-        """Note when it has ended, its result and why it did not succeed; drop what only an active goal needs."""
+        """Record the end of the goal, its result and its cause, and drop the data of active goals."""
         self.ended, self._result, self.failure, self.message = stamp, result, None, None
         self.cause = cause
 
@@ -124,7 +124,7 @@ class ServedGoal:
         return made
 
     def accepted(self) -> GoalAccepted:
-        """Return the event with its goal message, of which only the fields that were set."""
+        """Return the event of the acceptance, with the fields of the goal message that were set."""
         asked = self.message.model_dump(mode="json", exclude_unset=True) if self.message else None
         return GoalAccepted(self.server.robot.name, self.server.action.name, self.goal_id, asked)
 
@@ -196,7 +196,7 @@ class ActionServers:
         return gone
 
     def serves(self, robot: str) -> bool:
-        """Return whether there is such a robot."""
+        """Return whether there is a robot of this name."""
         return robot in self._robots
 
     def actions_of(self, robot: str) -> list[str]:
@@ -236,7 +236,7 @@ class ActionServers:
         return server
 
     def goal_id(self, server: ActionServer, text: str | None) -> str:
-        """Return the id in its canonical form; one made from the seed where there is none.
+        """Return an id in its canonical form; if it is empty, a new one derived from the seed.
 
         Raises:
             GoalRejected: It is not an id.
@@ -292,7 +292,7 @@ class ActionServers:
         return server.goals.get(goal_id) if server else None
 
     def forget(self, goal: ServedGoal) -> None:
-        """Drop a goal, but keep how it ended, for `forgotten`."""
+        """Drop a goal, but remember how it ended, for `forgotten`."""
         del goal.server.goals[goal.goal_id]
         # A made id is not sent again.
         if goal.from_client:
@@ -301,15 +301,15 @@ class ActionServers:
                 self._forgotten.popitem(last=False)
 
     def forgotten(self, server: ActionServer, goal_id: str) -> GoalStatus | None:
-        """Return how a goal ended whose result is no longer kept, so that a late resend is not executed again."""
+        """Return how a dropped goal ended, so that a late repetition of its request is not executed again."""
         return self._forgotten.get(_key(server, goal_id)) if self._forgotten else None
 
     def of(self, robot: str) -> list[ActionServer]:
-        """Return the actions of a robot that have been asked for, in order of name."""
+        """Return the actions of a robot for which there have been goals, in order of name."""
         return [server for (name, _), server in sorted(self._servers.items(), key=itemgetter(0)) if name == robot]
 
     def all(self) -> Iterator[ServedGoal]:
-        """Yield the goals that are kept, of all robots."""
+        """Yield all goals of all robots that have not been dropped."""
         for server in self._servers.values():
             yield from server.goals.values()
 
@@ -321,7 +321,7 @@ class ActionServers:
 
 
 def selects(command: CancelGoal, goal: ServedGoal) -> bool:
-    """Return whether a cancel request selects a goal, as action_msgs/srv/CancelGoal says."""
+    """Return whether a cancel request selects a goal, by the rules of action_msgs/srv/CancelGoal."""
     if not goal.status.cancelable:
         return False
     if goal.goal_id == command.goal_id:
@@ -340,5 +340,5 @@ def as_answered(goal_id: str | None) -> str:
 
 
 def _key(server: ActionServer, goal_id: str) -> str:
-    """Return what stands for a goal for as long as it is forgotten, in little memory."""
+    """Return a compact key for a goal that has been forgotten."""
     return f"{server.number}/{goal_id}"

@@ -1,4 +1,4 @@
-"""The adjacency of waypoints in arrays: a grid has two million ways, most of which are never driven."""
+"""The adjacency of waypoints in arrays, since a grid has millions of ways, most of which are never driven."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Adjacency:
 
     @cached_property
     def into(self) -> tuple[array[int], array[int]]:
-        """The numbers of all ways by the waypoint where they end, in order; and before them where each's begin."""
+        """The beginnings of each waypoint's incoming ways in a list of numbers, and this list."""
         counts = [0] * (len(self.names) + 1)
         for end in self.ends:
             counts[end + 1] += 1
@@ -141,7 +141,7 @@ class Adjacency:
 
 
 class Numbers(Mapping[tuple[str, str], int]):
-    """The numbers of ways, by the names of the waypoints where they begin and end."""
+    """The numbers of ways, by the names of the waypoints at their beginning and end."""
 
     def __init__(self, ways: Adjacency) -> None:
         self._ways = ways
@@ -169,7 +169,7 @@ _KEPT_SPEEDS = 16
 
 
 class Durations:
-    """The seconds that ways count for: as long as they take, those that are avoided for longer.
+    """The seconds that ways count in planning: their travel times, or multiples for ways to avoid.
 
     Args:
         ways: The ways.

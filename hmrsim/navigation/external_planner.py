@@ -64,12 +64,12 @@ class Plans:
         return self.awaited.keys() <= self._kept.keys()
 
     def take_kept(self) -> list[PlanAnswered]:
-        """Return the answers that were kept, in the order of their requests."""
+        """Return the answers that were kept, in the order of their requests, and forget them."""
         kept, self._kept = self._kept, {}
         return [kept[request] for request in sorted(kept)]
 
     def announce(self, *, present: bool) -> None:
-        """Note that a planner has come, or has gone."""
+        """Record that an external planner has appeared or left."""
         if present != self.present:
             self.present = present
             self._publisher.publish(lambda: PlannerChanged(present))

@@ -68,14 +68,14 @@ class RoadMap:
         self._planners: LruCache[tuple[tuple[int, ...], float], Planners] = LruCache(_KEPT_STREETS)
 
     def planners(self, avoided: Sequence[int] = (), factor: float = 1.0) -> Planners:
-        """Return the planners for which some ways count for so many times as long as they take."""
+        """Return the planners in which some ways count for a multiple of their travel times."""
         key = (*avoided,), factor
         return self._planners.get(key, lambda: Planners(self.lanes, *key))
 
 
 @dataclass(frozen=True)
 class _Map:
-    """The map of a world, compared by its text, which distinguishes equal numbers such as 0 and -0.
+    """The key of a world's map: its text, which distinguishes equal numbers such as 0 and -0.
 
     Attributes:
         world: A world with the map only, so that nothing else can get into the cache.
@@ -91,7 +91,7 @@ def road_map_of(world: World) -> RoadMap:
 
 
 def _bare(world: World) -> World:
-    """Return a world with the map of another one and nothing else."""
+    """Return a world that has only the map of another one."""
     doors = {name: Door.model_construct(at=door.at) for name, door in world.doors.items()}
     return World.model_construct(
         bounds=world.bounds,
@@ -150,7 +150,7 @@ class Planners:
 
 
 class WaypointGraph:
-    """Waypoints, lanes, and what stands around them, as they are in one run.
+    """The waypoints and lanes of one run, with the obstacles around them and the lanes that are closed.
 
     Args:
         world: Where they are. Its names must have been checked.
@@ -189,7 +189,7 @@ class WaypointGraph:
 
     @property
     def _planner(self) -> Planner:
-        """The planner without the closed lanes; made when it is needed, as many lanes may close at one instant."""
+        """The planner without the closed lanes; created on use, since many lanes may close at one instant."""
         if self._current is None:
             self._current = self._planners.without(self._closed)
         return self._current
@@ -199,11 +199,11 @@ class WaypointGraph:
         return self.lanes.edges[self.lanes.numbers[lane]].speed_limit
 
     def avoid(self, ways: Sequence[int], factor: float) -> None:
-        """Have routes count these ways so many times as long as they take."""
+        """Count ways in planning for a multiple of their travel times."""
         self._planners, self._current = self._road_map.planners(ways, factor), None
 
     def seconds(self, speed: float) -> array[float]:
-        """Return how long each way counts for a robot of this greatest speed, by its number: as long as it takes.
+        """Return the seconds that each way counts for a robot of this maximum speed, by number.
 
         Ways that are avoided count for longer.
         """
@@ -225,7 +225,7 @@ class WaypointGraph:
     def detour(
         self, start: Point, goal: Point, speed: float, closed: Collection[Lane], avoid: Collection[Lane]
     ) -> Route:
-        """Return the quickest route for this trip only, beside *closed* lanes without those that it is to *avoid*.
+        """Return the quickest route for one trip, without closed lanes and those to *avoid*.
 
         It is found faster than by `plan` where it begins at a waypoint, and nothing of it is kept.
 
@@ -281,7 +281,7 @@ class WaypointGraph:
         return not (self.lanes.blocked(a, b) or self.doors.obstacles.block(a, b))
 
     def reach(self, a: Point, b: Point, *, flies: bool = False) -> tuple[Point, str]:
-        """Return how far one gets on the straight line from *a* to *b*, and what stops one before its end; or "".
+        """Return how far the straight line from *a* to *b* is free, and the obstacle there; an empty text for none.
 
         On a lane only closed doors do, and nothing on the ground stops a robot that *flies*.
         """
@@ -296,7 +296,7 @@ class WaypointGraph:
         return end, f"{'an obstacle' if free < on_map else 'the edge of the map'} at ({x:g}, {y:g})"
 
     def straight_through(self, points: Sequence[Point], *, flies: bool = False) -> tuple[Route, str]:
-        """Return the straight legs from point to point as far as nothing stands in the way, and what does; or "".
+        """Return the straight legs between points up to the first obstacle, and that; an empty text for none.
 
         Between two points of one lane the lane is driven, which is open. A robot that *flies* goes straight over all.
         """

@@ -42,7 +42,7 @@ _ROUNDING = 1e-9
 
 
 class End(NamedTuple):
-    """One end of a route, and Nav2's codes for where it can't be."""
+    """One end of a route, and Nav2's error codes for an end that is invalid."""
 
     noun: str
     outside: int
@@ -55,7 +55,7 @@ TARGET = End("target", _CODES.GOAL_OUTSIDE_MAP, _CODES.GOAL_OCCUPIED)
 
 
 class Foot(NamedTuple):
-    """A point of a lane, seen from a point beside it.
+    """The nearest point of a lane to a point beside it.
 
     Attributes:
         at: The point.
@@ -102,7 +102,7 @@ class Edge:
 
 
 class Legs(dict[int, Leg]):
-    """All of each way, as part of a route, by its number; made when it is first asked for, as few are ever driven."""
+    """The legs of whole ways, by number; created on access, since few of them are ever driven."""
 
     def __init__(self, ways: Adjacency) -> None:
         super().__init__()
@@ -182,7 +182,7 @@ class Lanes:
 
     @cached_property
     def tracks(self) -> list[tuple[str, str]]:
-        """The lanes without direction, by the names of their ends; their slots follow those of waypoints."""
+        """The lanes without regard to direction, by the names of their ends; their slots follow those of waypoints."""
         ways = self.ways
         ends = (sorted((ways.starts[number], ways.ends[number])) for number in ways.tracks[1])
         return [(self.names[a], self.names[b]) for a, b in ends]
@@ -193,7 +193,7 @@ class Lanes:
         return value
 
     def segment(self, number: int) -> tuple[Point, Point]:
-        """Return where a way begins, and where it ends."""
+        """Return the points at the beginning and the end of a way."""
         ways = self.ways
         return ways.points[ways.starts[number]], ways.points[ways.ends[number]]
 
@@ -251,7 +251,7 @@ class Lanes:
         return min(shares)
 
     def edge_between(self, a: Point, b: Point) -> Edge | None:
-        """Return the lane on which one gets from *a* to *b*; None if there is none. One rides from stop to stop."""
+        """Return the lane or the ride in a lift from *a* to *b*; None if there is none."""
         at, to = self.at.get(a), self.at.get(b)
         ride = -1 if at is None or to is None else self.ways.number(at, to)
         found = [ride] if ride in self.ways.rides else []
@@ -279,7 +279,7 @@ class Lanes:
                 yield number
 
     def leading_to(self, slot: int) -> list[Edge]:
-        """Return the lanes, in each direction, of which a slot is a part."""
+        """Return the edges, in each direction, that a slot belongs to."""
         if slot < len(self.names):
             return self.into[slot]
         number = self.ways.tracks[1][slot - len(self.names)]
@@ -294,7 +294,7 @@ class Lanes:
         return Leg(a, b, distance(a, b), edge.leg.lane, edge.speed_limit, slots)
 
     def route(self, legs: Sequence[Leg], goal: Point | None = None) -> Route:
-        """Return the route of these legs, without those that lead nowhere.
+        """Return the route of these legs, without legs of length 0.
 
         One off the lanes takes the slots of what it ends on: a waypoint, the lane that is driven next with what that
         takes, or any lane. A lane that is left for a point off the lanes also takes that point, so that robots wait for
@@ -360,7 +360,7 @@ class Lanes:
         return bool(here), [(self.edges[number], at) for number, at in here]
 
     def approaches(self, point: Point) -> tuple[bool, Mapping[int, Foot]]:
-        """Return whether *point* is on a lane, and the nearest point of each lane: of those that it is on, if any.
+        """Return whether a point is on a lane, and the nearest point of each lane, or only of those that it is on.
 
         Lanes are identified by their numbers, in order.
         """
@@ -376,14 +376,14 @@ class Lanes:
         return Foot(at, number, distance(beside, at), distance(begin, at), distance(at, end), nearest)
 
     def nearest_seen(self, point: Point) -> Point:
-        """Return the nearest point of a lane with a free line of sight to a point; the point itself if there is none.
+        """Return the nearest point of a lane with a clear line of sight to a point, or the point itself.
 
         That is the point itself where it is on a lane, too.
         """
         return self._nearest_joint(point)[1]
 
     def away(self, point: Point) -> float:
-        """Return how far the nearest point of a lane with a free line of sight is; infinitely far if there is none."""
+        """Return the distance to the nearest point of a lane with a clear line of sight; infinite if there is none."""
         return self._nearest_joint(point)[0]
 
     def _nearest_joint(self, point: Point) -> tuple[float, Point]:
@@ -396,7 +396,7 @@ class Lanes:
         return (foot.away, foot.at) if foot else (math.inf, point)
 
     def joints(self, point: Point, skip: Callable[[int], bool] = lambda _number: False) -> Iterator[list[Foot]]:
-        """Yield the lane points that see a point, the nearest first; lanes that are equally near come together.
+        """Yield the points of lanes with a clear line of sight to a point, nearest first; equally near ones together.
 
         These are where robots enter the lanes from the point, and leave them for it. A point on a lane is its own.
 
@@ -429,7 +429,7 @@ class Lanes:
         return [(number, at) for number, at in feet if distance(point, at) <= SAME_PLACE]
 
     def seen(self, eye: Point, hidden: Foot) -> Sequence[Foot]:
-        """Return the points of a lane that are next best to its nearest one, if that is what is hidden."""
+        """Return the points of a lane that are visible instead of the nearest one, if that is hidden."""
         if not hidden.nearest:
             return ()
         return self._kept_seen.get((eye, hidden.number), lambda: self._seen(eye, hidden.number))

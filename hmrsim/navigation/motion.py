@@ -1,4 +1,4 @@
-"""Motion of a robot along a route: pieces whose pose is a formula of time, without time steps.
+"""The motion of a robot along a route: pieces whose pose is a formula of time, without time steps.
 
 A lane takes length / speed. A robot with an acceleration drives each straight stretch from rest to rest with a
 trapezoidal speed; one with a turning rate turns in place where the stretch bends. Both are closed formulas.
@@ -42,7 +42,7 @@ class Trapezoid:
     _ramp: tuple[float, float] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Work out how long it takes, and the seconds and distance of speeding up, which are those of slowing down."""
+        """Compute the duration, and the seconds and distance of speeding up and of slowing down."""
         reached = min(self.speed, math.sqrt(self.distance * self.acceleration))
         seconds, length = reached / self.acceleration, reached * reached / (2 * self.acceleration)
         object.__setattr__(self, "_ramp", (seconds, length))
@@ -74,7 +74,7 @@ class Trapezoid:
 
 
 class Piece(NamedTuple):
-    """One lane driven, or one turn made; one event ends it.
+    """A piece of a motion, such as a lane or a turn, at whose end there is one event.
 
     Attributes:
         length: Driven, in the world's unit; 0 for a turn, and for a ride in a lift.
@@ -124,7 +124,7 @@ class Piece(NamedTuple):
         )
 
     def describe(self) -> dict[str, Any]:
-        """Return what an observer needs to draw the piece, as JSON values."""
+        """Return the data that an observer needs to draw the piece, as JSON values."""
         fields = self.event("").to_json()
         del fields["robot"]
         return fields
@@ -153,7 +153,7 @@ class Piece(NamedTuple):
         return max(0.0, self.profile.run_up(self.driven_before + self.driven(elapsed)))
 
     def first(self, seconds: float) -> Piece:
-        """Return the part of it up to so many seconds, which ends in the middle of the motion."""
+        """Return the part of the piece up to a number of seconds, which ends in the middle of the motion."""
         if seconds >= self.duration:
             return self
         turned = self.turned * seconds / self.duration
@@ -174,7 +174,7 @@ class Progress(NamedTuple):
 
 
 class Drive(Protocol):
-    """A route as it is driven, piece by piece."""
+    """A drive along a route, piece by piece."""
 
     @property
     def seconds(self) -> Sequence[float]:
@@ -186,7 +186,7 @@ class Drive(Protocol):
 
     @property
     def in_pieces(self) -> bool:
-        """Return whether each piece takes as long by itself, so that a robot may stop between any two."""
+        """Return whether the duration of each piece is independent, so that a robot may stop between any two."""
 
     @property
     def end(self) -> Pose:
@@ -203,7 +203,7 @@ class Drive(Protocol):
 
 
 class _Steady:
-    """A drive at constant speeds: each leg is a piece, which is made when the robot's pose is first read."""
+    """A drive at constant speeds, in which each leg is a piece that is created when it is first read."""
 
     __slots__ = ("_after", "legs", "seconds")
     in_pieces = True
@@ -247,7 +247,7 @@ class _Steady:
 
 
 class _Profiled:
-    """A drive whose pieces depend on each other."""
+    """A drive with accelerations or turns, whose pieces depend on each other."""
 
     __slots__ = ("_after", "_pieces", "legs", "seconds")
     in_pieces = False
@@ -335,7 +335,7 @@ def drive(
 
 
 class Drives:
-    """The drives on one map of robots that accelerate or take time to turn; those that were made last are kept.
+    """A cache of the latest drives on a map, for robots that accelerate or take time to turn.
 
     Args:
         most: How many are kept.
@@ -355,7 +355,7 @@ class Drives:
         turning_rate: float | None = None,
         run_up: float = 0.0,
     ) -> Drive:
-        """Return what the function `drive` returns, made now or kept."""
+        """Return the result of the function `drive`, from the cache if possible."""
         if not acceleration and not turning_rate:
             return _Steady(legs, speed)
         yaw = math.nan if final_yaw is None else final_yaw
@@ -376,13 +376,13 @@ class Drives:
 
 
 def spin(start: Pose, angle: float, turning_rate: float | None) -> Piece:
-    """Return the turn by so many radians, in no time without a turning rate; whole turns stay in its last yaw."""
+    """Return a turn by an angle; without a turning rate, it takes no time. Full turns are kept in the final yaw."""
     seconds = abs(angle) / turning_rate if turning_rate else 0.0
     return Piece(start, Pose(*start.point, start.yaw + angle), 0.0, seconds, turned=angle)
 
 
 def straight(start: Pose, end: Point, *, speed: float, acceleration: float | None = None) -> Piece:
-    """Return the way straight to a point without turning, backwards if it lies behind; not the one where it stands."""
+    """Return the straight motion to a point other than the start, without turning; backwards if it lies behind."""
     leg = Leg(start.point, end, distance(start.point, end))
     profile = Trapezoid(leg.length, speed, acceleration) if acceleration else None
     seconds = profile.duration if profile else leg.length / speed
@@ -390,7 +390,7 @@ def straight(start: Pose, end: Point, *, speed: float, acceleration: float | Non
 
 
 def steered(start: Pose, speed: float, turning_rate: float, seconds: float) -> Piece:
-    """Return the motion at constant velocities for a short while; a bend is a chord, at whose end the yaw changes.
+    """Return a short motion at constant velocities; a bend is approximated by its chord, with the yaw at its end.
 
     Args:
         start: The pose at the start.

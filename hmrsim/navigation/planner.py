@@ -35,7 +35,7 @@ _KEPT_TREES = 4_096
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """The quickest ways to one destination; some 12 bytes a waypoint, as many of them are kept.
+    """The quickest ways from all waypoints to one destination; compact, since many trees are kept.
 
     Attributes:
         on_lanes: Whether it is on a lane, so that no route leaves the lanes for it.
@@ -61,7 +61,7 @@ _Entry = tuple[float, int, int, int, "Foot | None"]
 
 
 class Trees:
-    """The trees of the destinations that were asked for last.
+    """A cache of the trees of the latest destinations.
 
     Args:
         durations: How long each lane counts for.
@@ -82,7 +82,7 @@ class Trees:
         return exact(*goal, speed) in self._trees
 
     def to(self, goal: Point, speed: float) -> Tree:
-        """Return the tree of a destination, made now or kept from before.
+        """Return the tree of a destination, from the cache if possible.
 
         Raises:
             NoRoute: The goal is outside the map (204), or inside an obstacle (206).
@@ -138,7 +138,7 @@ class Trees:
         return reached
 
     def _seconds(self, speed: float) -> array[float]:
-        """Return how long each lane takes at this greatest speed, by its number; infinitely long where it is closed."""
+        """Return the travel time of each lane at a maximum speed, by number; infinite for closed lanes."""
         if not self._closed:
             return self._durations.at(speed)
         return self._kept_seconds.get(speed, lambda: self._durations.without(self._closed, speed))
@@ -256,7 +256,7 @@ class Planner:
         return None if legs is None else self._lanes.route(legs, goal)
 
     def detour(self, start: Point, goal: Point, speed: float, avoid: Set[tuple[str, str]]) -> Route | None:
-        """Return the quickest route from a waypoint that takes none of some lanes; None if there is none.
+        """Return the quickest route from a waypoint that avoids some lanes; None if there is none.
 
         The kept tree says how long the rest takes at least, so that little has to be looked at (A*).
         """
@@ -280,7 +280,7 @@ class Planner:
         return None
 
     def _back(self, node: int, came: dict[int, int]) -> list[Leg]:
-        """Return the legs by which one came to a waypoint."""
+        """Return the legs by which the search reached a waypoint."""
         legs = []
         while (number := came[node]) >= 0:
             legs.append(self._lanes.legs[number])

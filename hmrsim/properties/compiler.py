@@ -1,4 +1,4 @@
-"""The watchers of properties: of those of a file, and of those that are built in."""
+"""The watchers of properties: those of a file, and the built-in ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Built-in properties of the controller and its goals: it survives and ends; goals end and are not repeated in vain."""
+"""Built-in properties of the controller and its goals: it survives and ends, and its goals end and are not futile."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ class GoalsEnd(Watcher):
             self._ended[key] = status
 
     def leave(self) -> None:
-        """Excuse the running goals, whose controller has been killed and can no longer end them."""
+        """Excuse the running goals of a controller that was killed and can no longer end them."""
         self._left.update(self._open)
 
     def end(self, at: int, ended: Ended | None) -> None:

@@ -217,7 +217,7 @@ class OrdersInTime(Watcher):
             self._spend(at, since, within)
 
     def unless_violated(self) -> Verdict:
-        """Return whether all orders were in time; the robustness is the least share of its time that one had left."""
+        """Return the verdict if no order was late; its robustness is the least share of time that an order had left."""
         if not self._placed:
             return self._is("never_exercised", 1.0, "no order came")
         if self._open:

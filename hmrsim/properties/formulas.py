@@ -24,7 +24,7 @@ _ALL_TIME: Final = (0, math.inf)
 
 
 class Windows(Temporal):
-    """A formula with windows of time holds at the start of the run; one that always has to hold, at each time."""
+    """A property that a formula with windows of time holds at the start of the run, or at all times."""
 
     def __init__(self, of: Instance) -> None:
         super().__init__(of)
@@ -66,7 +66,7 @@ class Windows(Temporal):
             self._wait()
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Judge the times that are certain now; those whose windows the end cuts off are not."""
+        """Judge the times whose windows the run covers, and no others."""
         self.step(at)
         certain = not math.isinf(self._least)
         if cut_off(ended):

@@ -1,4 +1,4 @@
-"""The state of the world as signals, such as the places that robots are near; only the requested ones are updated."""
+"""The state of the world as signals, such as a robot's nearness to a place; only requested signals are updated."""
 
 from __future__ import annotations
 
@@ -251,7 +251,7 @@ class Observations:
         )
 
     def item_is_as_in(self, item: str, end: ItemEnd) -> Signal:
-        """Return whether an item is where it was at the end of another run: it lies near that point, or is carried."""
+        """Return whether an item is where it was at the end of another run: near the point, or carried as there."""
         items = self.history.items
         return self._whether(
             items,

@@ -72,7 +72,7 @@ def check_trace(
 
 
 def _watched(lines: Callable[[], Iterable[str]], properties: Properties, world: World) -> _Watched:
-    """Return the monitor of a trace, and notes on how it was read."""
+    """Return the monitor after it has read a trace, and notes about the trace."""
     replayed = _Replayed(properties, world)
     try:
         outcome = replay(lines(), replayed.watch)

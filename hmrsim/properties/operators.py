@@ -132,7 +132,7 @@ _OF_TERMS: Final = ("a", "begins", "b")
 
 
 def begins(part: Formula) -> Formula:
-    """Return that a formula with the first condition begins to hold, or that this condition does once more."""
+    """Return whether the first condition of a formula begins to hold, or holds once more."""
     return And(part, Or(Not(Previous(part)), Above("begins")))
 
 

@@ -140,7 +140,7 @@ class Combination(Node):
 
 
 class _Windowed(Node):
-    """The base of nodes whose value at a time is that of a window ahead, up to its last change.
+    """The base class of nodes whose value at a time depends on a window of future time.
 
     Windows begin before the first sample does: the values in them up to then make the first value.
     """

@@ -48,7 +48,7 @@ class Formula:
         raise NotImplementedError
 
     def signals(self) -> Iterator[str]:
-        """Yield its signals, each as often as it occurs."""
+        """Yield the names of the signals of the formula, with repetitions."""
         for part in self.parts:
             yield from part.signals()
 
@@ -123,7 +123,7 @@ class Or(Formula):
 
 @dataclass(frozen=True)
 class Implies(Formula):
-    """If a formula holds, another one does."""
+    """If one formula holds, another holds too."""
 
     left: Formula
     right: Formula
@@ -152,7 +152,7 @@ class _Windowed(Formula):
 
     @property
     def horizon(self) -> float:
-        """The end of the window, and what is beyond it."""
+        """The end of the window plus the horizon of the operands."""
         return self.end + super().horizon
 
     @property
@@ -205,7 +205,7 @@ class Previous(Formula):
 
 @dataclass(frozen=True)
 class Since(Formula):
-    """The right formula held at some sample up to now, and the left one at all samples after that.
+    """The right formula held at some sample so far, and the left one at all samples since.
 
     Both are without windows. Before the first sample it counts as *initially*.
     """
@@ -247,7 +247,7 @@ class Once(Formula):
 
 
 class OnlineMonitor:
-    """Computes the robustness of a formula at each time, as soon as it is certain.
+    """Computes the robustness of a formula at each time as soon as it is certain.
 
     The signals keep the values of a sample up to the next one. The robustness is exact at all times, also between
     samples: it changes at the times that are returned and nowhere else.
@@ -269,7 +269,7 @@ class OnlineMonitor:
 
     @property
     def known(self) -> Any:
-        """The last time at which its robustness is certain; minus infinity if there is none."""
+        """The last time at which the robustness is certain; minus infinity if there is none."""
         return self._node.known
 
     def update(self, at: Any, values: Sequence[float]) -> Changes:
@@ -287,7 +287,7 @@ class OnlineMonitor:
         return self._node.step(at, values)
 
     def finish(self) -> tuple[Changes, Changes]:
-        """Return the least and the greatest robustness that is possible at all further times.
+        """Return the least and the greatest possible robustness at all remaining times.
 
         Windows without an end end with the last sample.
         """
@@ -316,6 +316,6 @@ def _node(formula: Formula, signals: Sequence[str]) -> Node:
 
 
 def _delayed(until: Node, left: Node, start: Any) -> Node:
-    """Return an until whose window begins later: the left formula holds up to there, and from there the whole does."""
+    """Return an "until" whose window begins later: the left formula holds up to there, and then the whole."""
     before = Extremum(left, 0, start, greatest=False)
     return Combination(before, Extremum(until, start, start, greatest=True), least=True)

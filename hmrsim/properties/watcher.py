@@ -64,7 +64,7 @@ class Watcher:
 
 
 def cut_off(ended: Ended | None) -> bool:
-    """Return whether something else than the run itself has ended it, so that missing events might have come."""
+    """Return whether the run was ended from outside, so that missing events might still have come."""
     return ended is not None and ended.ending == "stopped"
 
 
@@ -126,7 +126,7 @@ class Obligations(Generic[K]):
         return key in self._open
 
     def __iter__(self) -> Iterator[K]:
-        """Return the keys of open obligations; they may be met meanwhile."""
+        """Yield the keys of open obligations, which may be met during the iteration."""
         return iter([*self._open])
 
     def __bool__(self) -> bool:
@@ -162,7 +162,7 @@ class Obligations(Generic[K]):
             self._close(at, obligation)
 
     def meet_terms(self, at: int) -> None:
-        """Close the obligations whose own term holds now."""
+        """Close the obligations whose term holds now."""
         for obligation in [each for same in self._open.values() for each in same]:
             if obligation.term is not None:
                 obligation.term.look()
@@ -199,7 +199,7 @@ _WORST_FIRST: Final[tuple[State, ...]] = ("violated", "undecided", "holds", "nev
 
 
 class Each(Watcher):
-    """Watches the same property for each robot, including those that are spawned later.
+    """Watches a property for each robot separately, including robots that are spawned later.
 
     Args:
         make: Makes the watcher for a robot.
@@ -250,7 +250,7 @@ class Each(Watcher):
 
 
 class Incomparable(Watcher):
-    """A property that compares a run with the one without faults, where there is none to compare with."""
+    """A property that compares with the run without faults, in a run for which there is no such comparison."""
 
     def unless_violated(self) -> Verdict:
         """Return that it is undecided."""

@@ -1,4 +1,4 @@
-"""The faults that wait for an event, and what they have seen of those that they wait for."""
+"""Anchors: faults that wait for the nth event of a kind, and the events counted so far."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Anchors:
 
     @property
     def topics(self) -> Collection[Topic]:
-        """The topics that are wanted: events, and those of motion if a fault waits for one."""
+        """The topics to subscribe to: events, and motions if a fault waits for one."""
         moves = any(not events()[kind].traced for kind in self._waiting)
         return [*(Topic.EVENTS,) * self.waits, *(Topic.MOTION,) * moves]
 
@@ -69,7 +69,7 @@ class Anchors:
         return self._count if kind in (EventStamped, GoalChanged) else None
 
     def _count(self, output: GoalChanged | EventStamped) -> None:
-        """Count an event for those that wait for it."""
+        """Count an event for the anchors that match it."""
         kind = GoalStatusChanged.kind if isinstance(output, GoalChanged) else output.kind
         waiting = self._waiting.get(kind, {})
         come = [(name, each) for name, each in waiting.items() if _is_meant(each.anchor, output) and _is_last(each)]

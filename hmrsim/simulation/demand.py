@@ -1,4 +1,4 @@
-"""The demand of a world: orders come, their items lie there, and their progress is measured from the truth.
+"""The demand of a world: it places orders, creates their items, and measures their progress.
 
 An order is delivered when its item lies near where it has to be, no matter which robot brought it or how. Its item
 then leaves the world. Controllers are not asked.
@@ -158,7 +158,7 @@ class Demand:
 
     @property
     def served(self) -> bool:
-        """Return whether all orders have ended and none will come."""
+        """Return whether all orders have ended and no further ones will come."""
         return not (self.open or self._coming or self._held_back)
 
     def has(self, item: str) -> bool:

@@ -73,7 +73,7 @@ class Detections:
         self._published: dict[str, Mapping[str, Pose]] = {}
 
     def look(self, robot: Robot, surroundings: Surroundings) -> list[Seen]:
-        """Return what a robot sees, in order of name; neither itself nor what it carries."""
+        """Return the entities that a robot sees, in order of name, without itself and the items that it carries."""
         sensors = sensors_of(robot)
         reach = max((sensor.range(robot.units) for sensor in sensors.values() if not sensor.blind), default=None)
         if reach is None:
@@ -87,7 +87,7 @@ class Detections:
         return sorted(seen, key=lambda each: each.thing.name)
 
     def look_for(self, robot: Robot, entity: Robot | Item) -> Seen | None:
-        """Return what a robot sees of an entity; None if nothing."""
+        """Return the detection of an entity by a robot; None if the robot does not see it."""
         thing = _thing(entity)
         by = self._seen_by(robot, robot.pose(), thing) if thing.carrier != robot.name else ()
         return Seen(thing, by) if by else None
@@ -111,7 +111,7 @@ class Detections:
         return Sampled(Topic.DETECTIONS, robot.name, Detection3DArray.model_validate(found))
 
     def changed(self, silent: Collection[str]) -> Iterator[Sampled]:
-        """Yield what each robot sees if that has changed since it was published; nothing of the *silent* robots."""
+        """Yield the detections of robots that have changed since they were published, except of *silent* robots."""
         robots = self._roster.robots.values()
         watchers = [robot for robot in robots if robot.name not in silent and sensors_of(robot)]
         surroundings = Surroundings(self._roster) if watchers else None

@@ -1,4 +1,4 @@
-"""The entities of the world: robots, items and fixtures, those of the world file and those that were spawned."""
+"""The entities of a simulation: the robots, items and fixtures of the world file and those that were spawned."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class Roster:
             self._lay(item, item.point)
 
     def restore(self) -> None:
-        """Reset all entities; those of the world file that were deleted are there again.
+        """Reset all entities, including those of the world file that were deleted.
 
         No goal may be running. An entity that was spawned with the name of a deleted one keeps it.
         """
@@ -141,7 +141,7 @@ class Roster:
             self._change(robots)
 
     def _own_items(self) -> dict[str, Item]:
-        """Return the items of the world file, in its order; those that were deleted are made again."""
+        """Return the items of the world file in order, and create those that were deleted."""
         return {
             name: self.items.get(name) or Item(name, spec.weight, self._world.point(spec.at), blocks=spec.blocks)
             for name, spec in self._world.items.items()
@@ -155,7 +155,7 @@ class Roster:
         return {name: self.robots.get(name) or made[name] for name in there}
 
     def abort(self, reason: str, cause: str, robot: str | None = None) -> None:
-        """Abort all goals, or those of one robot, for a reason; robots stand still after it."""
+        """Abort all goals, or those of one robot, for a reason; the robots then stand still."""
         # A process that has not begun can't be interrupted; one that is interrupted leaves its robot in order.
         self._env.take_urgent()
         self._dispatcher.stop(reason, robot, cause=cause)
@@ -175,7 +175,7 @@ class Roster:
         self._publisher.publish(lambda: Spawned(name, "item", point))
 
     def delete(self, name: str, why: str = "the robot was deleted") -> None:
-        """Remove the entity of a name; a robot lays down what it holds."""
+        """Delete the entity of a name; a robot puts down the items that it holds."""
         item = self.items.get(name)
         self.spawned.discard(name)
         if name in self.robots:
@@ -195,7 +195,7 @@ class Roster:
             self._publisher.publish(lambda: Deleted(name))
 
     def move(self, entity: Robot | Item, pose: Pose, why: str) -> None:
-        """Put a robot or an item somewhere else at once; a goal that holds the robot's base is aborted first."""
+        """Move a robot or an item to another place at once, after aborting the goal that holds the robot's base."""
         if isinstance(entity, Robot):
             self._env.take_urgent()
             self._dispatcher.free(entity.name, why, Cause.MOVED)
@@ -266,7 +266,7 @@ _log = logging.getLogger(__name__)
 
 @cache
 def installed_actions() -> Mapping[str, AnyAction]:
-    """Return all actions by name; one whose component does not exist is warned of, once."""
+    """Return all actions by name; log a warning, once, about each whose component does not exist."""
     known = components()
     for action in actions().values():
         if action.component is not None and action.component not in known:

@@ -1,4 +1,4 @@
-"""The injection of faults, from the world file and from clients: when they begin and how they end.
+"""The injection of faults from the world file and from clients.
 
 Faults begin at a time, or some time after an event. Time does not advance only to begin a fault, but it does advance to
 end one. Random times and effects depend only on the seed, the subject and the kind of fault, so that other parts of the
@@ -157,7 +157,7 @@ class FaultInjector:
         self._by_subject: dict[tuple[str, str], dict[int, InjectedFault]] = {}
 
     def begin(self, world: World, seed: int) -> None:
-        """Schedule the faults of a world that are not past; no others may be active or scheduled."""
+        """Schedule the future faults of a world; no faults may be active or scheduled."""
         self._seed = seed
         self._count.clear()
         self._next.clear()
@@ -261,7 +261,7 @@ class FaultInjector:
         injected.alarm = self._env.alarm(delay, partial(self._begin_if_possible, injected))
 
     def _begin_if_possible(self, injected: InjectedFault) -> None:
-        """Begin a fault that is due, or report that it is missed, for instance as its subject is gone."""
+        """Begin a fault that is due, or report that it was missed, for instance because its subject is gone."""
         injected.alarm = None
         flaw = next(missing(injected.fault, injected.settings, self._there()), None)
         why = flaw.message if flaw is not None else self._full(injected.fault, injected.settings)

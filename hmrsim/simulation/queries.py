@@ -1,4 +1,4 @@
-"""The latest message of each topic, made when a client asks for it."""
+"""The latest message of each topic, computed when a client asks for it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Readings:
         self._detections = detections
 
     def read(self, command: Read) -> Published | Refused:
-        """Return what would be published now."""
+        """Return the message that would be published now."""
         if command.robot in self._dispatcher.cut_off:
             return Refused("robot", command.robot, no_connection(command.robot))
         try:

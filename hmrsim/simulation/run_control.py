@@ -64,13 +64,13 @@ class Gate:
         return self._env.now
 
     def why_no_steps(self) -> str | None:
-        """Return why no steps can be made now; None when they can."""
+        """Return why no steps can be made now; None if they can."""
         if self.state != SimulationState.STATE_PAUSED:
             return "the simulation is not paused; pause it first"
         return "steps are being made already; wait for their end" if self.stepping else None
 
     def set(self, state: int, why: str) -> None:
-        """Let time move from now on, or stand still; steps that are being made end here, because of *why*."""
+        """Start or stop time; steps that are being made end now, for the reason *why*."""
         self.state = state
         self.shut()
         self.halt(why)
@@ -83,22 +83,22 @@ class Gate:
             waiting(why)
 
     def open(self, steps: int) -> None:
-        """Let time move by so many steps from now; `shut` it at their end."""
+        """Start time for a number of steps; call `shut` at their end."""
         self.stepping = True
         self._began = nanoseconds(self._env.now)
         self.limit = self._end(steps)
 
     def shut(self) -> None:
-        """Let time stand still here, if the simulation does not play."""
+        """Stop time again, unless the simulation plays."""
         self.stepping = False
         self.limit = math.inf if self.state == SimulationState.STATE_PLAYING else self._env.now
 
     def step_end(self, number: int) -> Tick:
-        """Return the end of one of the steps, counted from 1: it happens after all else of that instant."""
+        """Return the event at the end of a step, counted from 1, which comes after all others of its instant."""
         return Tick(self._env, self._end(number))
 
     def make_steps(self, number: int, done: Callable[[str], None]) -> None:
-        """Advance time by so many steps; then call *done* with why not all of them were made, or ""."""
+        """Advance time by a number of steps, then call *done* with the reason why some are missing, or ""."""
         self.open(number)
         end, self._waiting = self.step_end(number), done
 

@@ -1,4 +1,4 @@
-"""Robots that carry out the scripts of the world file: clients of the dispatcher like any other, but inside.
+"""The scripts of a world file: goals that robots execute one after the other, without a controller.
 
 A script gives its robot one goal after the other, each when the one before has succeeded. It ends with the first
 goal that does not: also when a controller on the network takes the robot over.
@@ -37,7 +37,7 @@ class ScriptState(Enum):
 
 @dataclass
 class Script:
-    """One robot's script and how it goes.
+    """The script of one robot, and its progress.
 
     Attributes:
         done: How many orders have succeeded.
@@ -53,12 +53,12 @@ class Script:
     ended: float | None = None
 
     def event(self) -> ScriptEnded:
-        """Return the event that says how it went."""
+        """Return the event that reports the end of the script."""
         return ScriptEnded(self.robot, len(self.orders), self.done, self.state.value, self.error)
 
 
 class Scripts:
-    """All scripts of a world.
+    """Runs all scripts of a world.
 
     Args:
         env: The simulation's clock and events; the scripts begin at its first instant.
@@ -89,7 +89,7 @@ class Scripts:
             env.process(self._run(script))
 
     def end(self) -> None:
-        """Stop all scripts, also those that wait."""
+        """Stop all scripts, including those that wait for an answer."""
         self._ended = True
 
     @property

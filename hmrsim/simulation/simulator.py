@@ -426,7 +426,7 @@ class Simulator:
                 self._sink_failed(owner, bug)
 
     def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
-        """Return the handlers of a type of output: those of reactions, which act on it, then those of sinks."""
+        """Return the handlers of a type of output: first those of reactions, then those of sinks."""
         handlers: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = []
         handlers += [(part, part.handler_for(kind)) for part in self._reactions]
         handlers += [(sink, handler_of(sink, kind)) for sink in self._sinks]
@@ -497,7 +497,7 @@ class Simulator:
 
     @property
     def next_due(self) -> float:
-        """When the next event or sample is due; infinite if there is none."""
+        """The time of the next event or sample; infinite if there is none."""
         return min(self.env.peek(), self.telemetry.next_due)
 
     def settle(self) -> None:
@@ -561,7 +561,7 @@ class Simulator:
             self._errors.handle("a sample", bug, replayed=False)
 
     def halt(self) -> None:
-        """End the current `process_events` after this instant, whose remaining events are still processed."""
+        """End the current `process_events` after the remaining events of this instant."""
         self.env.horizon = end_of_instant(self.env.now)
 
     def advance(self, until: float) -> None:

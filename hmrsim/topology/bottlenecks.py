@@ -77,7 +77,7 @@ class _Found:
 
 
 def bottlenecks(graph: nx.DiGraph[str]) -> Bottlenecks:
-    """Return what takes a graph apart: lanes that are not closed are passed in both directions here.
+    """Return the waypoints and lanes that alone connect parts of a graph, whose lanes count in both directions.
 
     A lift joins all its stops. It takes time like one depth-first search of the graph.
     """
@@ -152,7 +152,7 @@ class SingleTracks:
 
     @cached_property
     def parts(self) -> tuple[frozenset[str], ...]:
-        """The waypoints of each part that is connected, in order of the first ones; without those of no lane."""
+        """The waypoints of each connected part, in order of the first ones; without waypoints that have no lane."""
         return tuple(sorted(map(frozenset, nx.connected_components(self._graph)), key=min))
 
     @cached_property
@@ -178,7 +178,7 @@ class SingleTracks:
         return tuple(sorted(self._from_end_to_end(chains)))
 
     def _from_end_to_end(self, chains: nx.Graph[str]) -> Iterator[tuple[str, ...]]:
-        """Yield the waypoints of each chain, from the end that comes first by name."""
+        """Yield the waypoints of each chain, from the end whose name comes first."""
         for chain in nx.connected_components(chains):
             first = min(name for name in chain if chains.degree(name) == 1)
             yield tuple(nx.dfs_preorder_nodes(chains, first))
@@ -218,7 +218,7 @@ Stretches = tuple[range, ...]
 
 
 class BlockTree(Generic[T]):
-    """Blocks and vertices, each with a number: vertices' numbers follow those of blocks.
+    """The tree of blocks and vertices, numbered together: first the blocks, then the vertices.
 
     Args:
         graph: The graph; vertices without an edge are left out.
@@ -268,7 +268,7 @@ class BlockTree(Generic[T]):
                 self._root[number] = self._root[parent]
 
     def _walk(self) -> tuple[list[int | None], list[int]]:
-        """Return the parent of each number, and all of them so that what is below one follows it at once."""
+        """Return the parent of each number, and all numbers so that descendants directly follow their ancestor."""
         count = len(self._neighbors)
         parent: list[int | None] = [None] * count
         walk: list[int] = []
@@ -291,11 +291,11 @@ class BlockTree(Generic[T]):
         return [self._beyond(number, block) for block in self._neighbors[number]]
 
     def ends(self, block: int) -> list[Stretches]:
-        """Return what hangs on each vertex of a block, with that vertex."""
+        """Return, for each vertex of a block, the parts beyond it, with the vertex."""
         return [self._beyond(block, vertex) for vertex in self._neighbors[block]]
 
     def counts(self, stretches: Stretches) -> tuple[int, int]:
-        """Return what some stretches count, and how many names are there."""
+        """Return the total weight of some stretches, and the number of names in them."""
         weight, names = (sum(before[part.stop] - before[part.start] for part in stretches) for before in self._before)
         return weight, names
 

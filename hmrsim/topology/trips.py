@@ -76,7 +76,7 @@ def speeds_of(world: World) -> dict[float, tuple[str, ...]]:
 
 
 def trips(world: World, speed: float) -> Trips:
-    """Return the trips of robots of this greatest speed between all places and docks, or a sample of those."""
+    """Return the trips of robots of a maximum speed between all places and docks, or a sample of these trips."""
     names = sorted({*world.places, *world.docks})
     count = min(len(names), MAX_PLACES, _MAX_SEARCH_STEPS // max(1, len(world.ways)))
     chosen = names if count == len(names) else sorted(random.Random(SEED).sample(names, count))
@@ -132,7 +132,7 @@ def parts(graph: nx.DiGraph[str]) -> list[int]:
 
 
 def reach(graph: nx.DiGraph[str]) -> Reach:
-    """Return what can be reached from what on lanes that are not closed.
+    """Return the waypoints that can be reached from each waypoint on lanes that are not closed.
 
     A place is reached where its waypoint is; a place at the waypoint of another one is reached from there.
     """

@@ -1,4 +1,4 @@
-"""A cache of values that depend on a world only, such as its hash."""
+"""A cache of values that depend only on a world, such as its hash."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The files of worlds: those shipped with hmrsim, the search for the file of a name, and the options for reading."""
+"""The files of worlds: the shipped worlds, the search for a file by name, and the options for reading."""
 
 from __future__ import annotations
 

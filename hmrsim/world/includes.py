@@ -71,7 +71,7 @@ def _real(path: Path) -> Path:
 
 
 def _not_taken(options: ReadOptions, documents: Sequence[Document], *, complete: bool) -> Iterator[Problem]:
-    """Yield the options that apply to no file; a file that could not be read might have used one."""
+    """Yield the options that apply to no file, unless an unreadable file might have used them."""
     if options.page is not None and complete and not any(document.pages for document in documents):
         yield Problem(
             f"--page {options.page}", "", "there are no pages; drawings have them, and levels and layouts count"

@@ -525,12 +525,12 @@ class World(Model):
 
     @property
     def origin(self) -> World:
-        """The world of which this is a copy with more faults; itself if it is no copy."""
+        """The world of which this is a copy with more faults; the world itself if it is no copy."""
         origin: World = self.__dict__.get("_origin", self)
         return origin
 
     def with_faults(self, faults: Sequence[FaultEntry]) -> World:
-        """Return a copy with further faults; both share what follows from the rest, see `hmrsim.world.derived`."""
+        """Return a copy with further faults; values derived from the rest are shared, see `hmrsim.world.derived`."""
         copy = self.model_copy(update={"faults": (*self.faults, *faults)})
         copy.__dict__["_origin"] = self.origin
         return copy

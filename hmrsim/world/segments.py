@@ -1,4 +1,4 @@
-"""An index of line segments, for finding those that a line crosses."""
+"""An index of line segments that finds the segments which a line crosses."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class SegmentGrid:
         return found
 
     def outwards(self, point: Point) -> Iterator[int]:
-        """Yield the indices of all segments: those in the cells around a point first, then those farther away."""
+        """Yield the indices of all segments: first those in the cells around a point, then those farther away."""
         seen: set[int] = set()
         reach = self._size
         while len(seen) < len(self._segments):

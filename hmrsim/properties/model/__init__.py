@@ -1,1 +1,1 @@
-"""Files of properties: their model, how they are read, and whether a world has what they speak of."""
+"""Files of properties: their models, the reader, and the check of their names against a world."""

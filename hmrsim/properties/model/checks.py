@@ -71,7 +71,7 @@ class _Names:
         return cls(world, world.robots, powered, {**world.points, **world.places, **world.docks}, lanes | back)
 
     def demand_of(self, name: str, *, items: bool) -> bool | None:
-        """Return whether the demand makes an order of this name, or an item; None if the name is not a demand's."""
+        """Return whether the demand makes an order or an item of this name; None if the name is not one of a demand."""
         match = _NUMBERED.fullmatch(name)
         for spec in self.world.demand if match else ():
             called = (spec.item or spec.name) if items else spec.name
@@ -187,7 +187,7 @@ def _subject(path: Path, field: str, value: str, names: _Names) -> Iterator[Find
 
 
 def _impossible(kind: str | None, names: _Names) -> str:
-    """Return why an event of a kind never comes in a world; empty if it may come."""
+    """Return why events of a kind can't occur in a world; empty if they can."""
     world = names.world
     lacks = (
         (DOORS.events, not world.doors, "it has no doors"),

@@ -1,4 +1,4 @@
-"""Conditions: what may hold at an instant of a run. A field named ``robot`` may be ``*``, for each robot."""
+"""Conditions on an instant of a run. A field named ``robot`` may be ``*``, for each robot."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class LaneCondition(Part):
 
 
 class ItemsCondition(Part):
-    """All items are where they are at the end of the run without faults: as near as a claw reaches, or carried."""
+    """All items are where they are at the end of the run without faults, within a claw's reach, or carried as there."""
 
     items: Literal["as_without_faults"]
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _default(value: Any, info: ValidationInfo) -> Any:
-    """Return the default where a file says ``true``."""
+    """Return the default value of a property for which a file says ``true``."""
     return _DEFAULTS[info.field_name or ""] if value is True else value
 
 
@@ -79,7 +79,7 @@ class BuiltIn(Part):
 
 
 class Properties(Part):
-    """Properties of runs, by name, and those that are built in."""
+    """The properties of runs in a file, by name, and the built-in ones."""
 
     properties: dict[Identifier, Property] = Field(default={}, description="By name.")
     built_in: BuiltIn = BuiltIn()

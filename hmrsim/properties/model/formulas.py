@@ -72,7 +72,7 @@ class Sometime(Part):
 
 
 class UpTo(Part):
-    """A formula holds until another one does, at some time of a window ahead; *within* as in `always`."""
+    """A formula holds until another one does, within a window of future time; *within* is as in `always`."""
 
     hold: FormulaPart
     until: FormulaPart
@@ -114,7 +114,7 @@ class Opposite(Part):
 
 
 class Conditional(Part):
-    """If a formula holds, another one does."""
+    """If one formula holds, another holds too."""
 
     if_: FormulaPart = Field(alias="if")
     then: FormulaPart

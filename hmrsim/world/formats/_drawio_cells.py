@@ -274,7 +274,7 @@ class Cell:
         return f"{f'{self.kind[:_SHOWN]} ' if self.kind else ''}cell {self.id[:_SHOWN]!r}{label}"
 
     def points(self) -> Iterator[Point]:
-        """Yield the points of a line, without those of the shapes at its ends.
+        """Yield the points of a line, except those of the shapes at its ends.
 
         Raises:
             BadCell: A number is invalid.

@@ -37,7 +37,7 @@ _TRIES = 100
 
 @dataclass
 class _Piece:
-    """A straight piece of a road, and the points where others join it."""
+    """A straight piece of a road, with the points where other pieces join it."""
 
     road: int
     start: Point

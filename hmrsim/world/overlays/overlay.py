@@ -210,7 +210,7 @@ def _holders(
 
 
 def _opened(holder: Any, key: str | int, path: FieldPath, empty: dict[str, Any] | list[Any]) -> Any:
-    """Return an entry of a mapping or list as one that can have entries, and store it."""
+    """Return an entry of a mapping or list as a mapping that can have entries, and store it."""
     part = holder.get(key) if isinstance(holder, dict) else holder[key]
     if isinstance(part, list) and len(path) == 1 and path[0] in _SHORT:
         keys = _SHORT[str(path[0])]
