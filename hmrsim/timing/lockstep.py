@@ -86,7 +86,8 @@ class Lockstep(SelectiveSink):
         self.ended = ""
         self._participants = Participants(awaited)
         self._conditions = Conditions(simulator, self._on_condition_met)
-        # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
+        # Of the grant under way: how far it goes, the kinds of events that end it, whether one has, and whether a
+        # participant has feedback reported that does not end it.
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
@@ -275,7 +276,7 @@ class Lockstep(SelectiveSink):
             if participant.state.begins:
                 request = participant.begin()
                 asked.append((participant, request))
-                if request.report:
+                if request.report and "feedback" in request.report - request.wake:
                     self._samples = True
             kinds |= participant.kinds
         self._limit_grant()
@@ -411,7 +412,7 @@ class Lockstep(SelectiveSink):
             self._sort_events()
         asked = [each for each in self._participants.all if each.state is State.GRANTED]
         # Feedback that is to be reported without ending the grant is sampled at its end only.
-        sampled = self._sampled(asked) if self._samples else ()
+        sampled = self._sampled() if self._samples else ()
         for participant in asked:
             participant.since = wall
             self._answer(participant, reason, sampled)
@@ -456,7 +457,8 @@ class Lockstep(SelectiveSink):
         asked = [each for each in self._participants.all if each.request is not None]
         for name in self.participants:
             self._participants.remove(name, "left", why, error=f"participant {name!r} was removed: {why}")
-        self._submit_kept()
+        self._submit_changes()
+        self._submit_plans()
         self._simulator.stop(reason)
         if "feedback" in self._kinds:
             self._sort_events()
@@ -475,7 +477,8 @@ class Lockstep(SelectiveSink):
         self.granting = False
         for name in self.participants:
             self._remove(name, "left", why, error=f"participant {name!r} was removed: {why}; join again")
-        self._submit_kept()
+        self._submit_changes()
+        self._submit_plans()
         self._events.clear()
         self._record(NO_KINDS)
 
@@ -508,15 +511,11 @@ class Lockstep(SelectiveSink):
             self._simulator.submit(change, change.participant)
 
     def _submit_plans(self) -> bool:
+        """Submit the plans that are kept for the end of an instant; return whether there are any."""
         answers = self._simulator.plans.take_kept()
         for answer in answers:
             self._simulator.submit(answer)
         return bool(answers)
-
-    def _submit_kept(self) -> None:
-        """Submit the changes of participation, and the plans that are kept for the end of an instant."""
-        self._submit_changes()
-        self._submit_plans()
 
     def _stop_waiting(self, participant: Participant) -> None:
         """Wait no longer for results that a participant wanted and that are not there yet."""
@@ -595,13 +594,9 @@ class Lockstep(SelectiveSink):
         self._horizon = self._env.now
         self._simulator.halt()
 
-    def _sampled(self, asked: Iterable[Participant]) -> list[Reported]:
-        """Return the feedback of this instant, if a participant asks to have it reported without waking for it."""
-        for each in asked:
-            if each.request and each.request.report and "feedback" in each.request.report - each.request.wake:
-                now = stamp(self._env.now)
-                return [("feedback", now, feedback) for feedback in self._simulator.dispatcher.feedback.current()]
-        return []
+    def _sampled(self) -> list[Reported]:
+        """Return the feedback of this instant."""
+        return [("feedback", self._env.stamp, each) for each in self._simulator.dispatcher.feedback.current()]
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""

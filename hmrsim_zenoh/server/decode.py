@@ -19,7 +19,7 @@ from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, S
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import ReadTime
 from hmrsim.protocol.topics import Topic
-from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, ReadRequest, TimeRequests, goal_id_in
+from hmrsim_zenoh.server.decode_time import ROBOT_TOPICS, SERVICE_TYPES, ReadRequest, TimeRequests, goal_id_in
 from hmrsim_zenoh.server.replies import PendingExecution, PendingReply, SharedQuery, not_served
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.envelopes import (
@@ -82,7 +82,7 @@ class Requests:
         policy: AccessControl | None = None,
     ) -> None:
         self._keys = keys
-        self._time = TimeRequests(keys, actions, max_payload, policy)
+        self._time = TimeRequests(keys, actions, max_payload, policy).readers()
         self._services = services
         self._wakeup_key = keys.wakeup_key()
         self._routes: dict[str, _Route] = {}
@@ -169,8 +169,8 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _route_to_world(self, key: str, topic: str) -> _Route:
-        if topic in self._time.readers:
-            return Requests._decode_time, (key, self._time.readers[topic])
+        if topic in self._time:
+            return Requests._decode_time, (key, self._time[topic])
         if topic in self._services:
             kind: type[Message] = self._services[topic].request
             return Requests._call_service, (key, topic, plain(kind))
@@ -178,7 +178,7 @@ class Requests:
             return Requests._read_value, (key, Read(_WORLD_TOPICS[topic]))
         if topic in self._fixed:
             return Requests._read_fixed, (key, topic)
-        known = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *self._time.names, *self._services)))
+        known = ", ".join(sorted((*self._fixed, *_WORLD_TOPICS, *SERVICE_TYPES, *self._services)))
         raise UnreadableError(f"the world has no {topic!r} to get; there are: {known}")
 
     def _route_to_topic(self, key: str, robot: str, topic: str) -> _Route:
@@ -226,11 +226,9 @@ class Requests:
         self._check_reading(query)
         return [reading._replace(reply_to=PendingReply(query, key, action))]
 
-    def _decode_time(
-        self, query: zenoh.Query, key: str, read: Callable[[TimeRequests, bytes, Any], AnyCommand]
-    ) -> list[AnyCommand]:
+    def _decode_time(self, query: zenoh.Query, key: str, read: Callable[[bytes, Any], AnyCommand]) -> list[AnyCommand]:
         payload = query.payload
-        return [read(self._time, payload.to_bytes() if payload else b"", PendingReply(query, key))]
+        return [read(payload.to_bytes() if payload else b"", PendingReply(query, key))]
 
     def _call_service(self, query: zenoh.Query, key: str, name: str, reader: SchemaValidator) -> list[AnyCommand]:
         return [CallService(name, self._read(reader, query, empty=b"{}"), PendingReply(query, key))]

@@ -7,8 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache, partial
 from itertools import repeat
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import zenoh
 from pydantic import AfterValidator, Field, SkipValidation, ValidationError
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.keys import Keys
 
 _FOLDER: Final = "time/"
-_ADVANCE: Final = "advance"
 _KEPT: Final = 1024
 
 SERVICE_TYPES: Final = {
@@ -141,32 +139,27 @@ class TimeRequests:
         max_payload: The largest request in bytes.
         policy: The access control that the session enforces; None if it has none. Members with restricted rights
             advance on the key `advance/NAME`, which shows whose rights apply to each command.
-
-    Attributes:
-        readers: For each topic of the world that is a request about time, the function of this object, a payload and a
-            ``reply_to`` that returns the command; it raises an `UnreadableError` if the request is invalid.
     """
 
     def __init__(
         self, keys: Keys, actions: Mapping[str, AnyAction], max_payload: int, policy: AccessControl | None = None
     ) -> None:
-        self.readers: dict[str, Callable[[TimeRequests, bytes, Any], TimeCommand]] = {
-            **{f"{_FOLDER}{name}": reader for name, reader in self._READERS.items()},
-            **{
-                f"{_FOLDER}{_ADVANCE}/{member}": partial(TimeRequests._advance, member=member)
-                for member in (policy.rules if policy else ())
-            },
-        }
+        self._members = policy.rules if policy else ()
         self._denial = lru_cache(_KEPT)(policy.denial if policy else _no_denial)
         self._keys = keys
         self._resolve = lru_cache(_KEPT)(keys.resolve)
         self._actions = actions
         self._max_payload = max_payload
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the requests, as the ends of keys."""
-        return tuple(f"{_FOLDER}{name}" for name in self._READERS)
+    def readers(self) -> dict[str, Callable[[bytes, Any], TimeCommand]]:
+        """Return the reader of each topic of the world that is a request about time.
+
+        It returns the command of a payload and a ``reply_to``, and raises an `UnreadableError` if the payload is
+        invalid.
+        """
+        readers = (self._join, self._advance, self._leave, self._set, self._state)
+        by_member = {f"{_FOLDER}advance/{each}": partial(self._advance, member=each) for each in self._members}
+        return {**dict(zip(SERVICE_TYPES, readers, strict=True)), **by_member}
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         return read_request(plain(kind), payload, self._max_payload)
@@ -270,10 +263,6 @@ class TimeRequests:
             denial = f"{key!r} is not a key of an action"
         if denial:
             raise UnreadableError(denial)
-
-    _READERS: ClassVar[Mapping[str, Callable[[TimeRequests, bytes, Any], TimeCommand]]] = MappingProxyType(
-        {"join": _join, _ADVANCE: _advance, "leave": _leave, "set": _set, "state": _state}
-    )
 
 
 def _sends_goal(item: dict[str, Any]) -> bool:
