@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from hmrsim.diagnostics import listed
@@ -265,10 +267,47 @@ class Causes:
     def _idle(self, robot: Vehicle, detail: str, offline: Collection[str]) -> tuple[str, str]:
         if robot.name in offline:
             return "its connection is lost", _OFFLINE
+        better = "or use the traffic policy `planned`, under which idle robots make room"
         park = f"send {robot.name} elsewhere when it has nothing to do"
         if self._yields:
-            return detail, f"{park}, or add a waypoint where it can move aside"
-        return detail, f"{park}, or use the traffic policy `planned`, under which idle robots make room"
+            better = "or add a waypoint where it can move aside"
+        shut_in_by = self._rules.shut_in_by(robot) if self._rules is not None else ()
+        waiting = self._waiting_for(robot)
+        others = [each.name for each in shut_in_by if each not in waiting]
+        if waiting and not others and (past := self._way_past(waiting[0], robot, shut_in=bool(shut_in_by))):
+            return detail, past if self._yields else f"{past}; {better}"
+        if others and not any(each.moves for each in shut_in_by):
+            park = f"send {' and '.join(others)} elsewhere first, as {robot.name} can't leave before"
+        return detail, f"{park}, {better}"
+
+    def _waiting_for(self, robot: Vehicle) -> list[Vehicle]:
+        """Return the vehicles that wait for a vehicle."""
+        others = self._rules.waiting_for(robot) if self._rules is not None else ()
+        return [each for each in others if robot in self.blockers(each)]
+
+    def _way_past(self, robot: Vehicle, other: Vehicle, *, shut_in: bool) -> str:
+        """Return the remedy for a vehicle that waits for an idle one which can't leave first; empty if that one can.
+
+        *shut_in* says whether it can't leave at all.
+        """
+        behind = [robot]
+        for each in behind:
+            behind += [late for late in self._waiting_for(each) if late not in behind]
+        before = [each for each in self.blockers(robot) if each.may_yield and each not in behind]
+        moves = self._rules.moves_past([*behind, *before]) if self._rules is not None else ()
+        if not moves and shut_in:
+            order = ", then ".join(each.name for each in reversed(behind))
+            return (
+                f"send {order} elsewhere, then {other.name}, which can't leave before: they can't pass each other here "
+                "unless you add a waypoint where one can move aside"
+            )
+        if not moves or moves[0][0] in before:
+            return ""
+        # Of several moves in a row, the last one counts.
+        turns = [[*turn][-1] for _, turn in groupby(moves, key=itemgetter(0))]
+        *aside, _ = [f"{each.name} to {self.places.of(to)}" for each, to in turns]
+        steps = ", then ".join([*aside, f"{robot.name} to its goal again"])
+        return f"send {steps}: {other.name} can't leave before {robot.name}"
 
 
 def _opening(cause: str, why: str) -> str:

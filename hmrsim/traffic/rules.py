@@ -215,6 +215,18 @@ class Rules(Protocol):
     def why_stays(self, other: Vehicle, robot: Vehicle) -> str:
         """Return why *other* does not make room for *robot*, as the end of a sentence: "it …"."""
 
+    def waiting_for(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles that wait for a slot which a vehicle holds."""
+
+    def shut_in_by(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles that occupy all ways out of where a vehicle stands; none if a way is free."""
+
+    def moves_past(self, robots: Sequence[Vehicle]) -> Sequence[tuple[Vehicle, Point]]:
+        """Return moves of vehicles, in order, that bring the first one, which waits, to its goal or ahead.
+
+        All other vehicles stay; the result is empty if no moves are found.
+        """
+
     def halted(self, robot: Vehicle) -> None:
         """Record that a vehicle was stopped on its leg, so that it will not arrive."""
 

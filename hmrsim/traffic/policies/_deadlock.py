@@ -33,6 +33,9 @@ _MAX_CLEARING = 24
 _MAX_AROUND = 80
 """The maximum number of places to examine, nearest first, for vehicles that may have to move."""
 
+_MAX_FOR_REMEDY = 4_000
+"""Maximum combinations of places to visit for a remedy in a message."""
+
 _FEW_STEPS = 4
 """The maximum number of steps of a solution that is accepted without a search for a shorter one."""
 
@@ -118,7 +121,7 @@ class DeadlockResolver:
             group.add(other)
             if number and not group.gains_ways_from(other):
                 continue
-            steps, searched = self._search(group, max_states)
+            steps, searched = _search(group, max_states)
             max_states -= searched
             if steps is not None or max_states <= 0:
                 return steps, False
@@ -187,28 +190,39 @@ class DeadlockResolver:
             self._around_waypoint[place] = cached
         return cached
 
-    def _search(self, group: Group, max_states: int) -> tuple[list[Step] | None, int]:
-        """Search breadth-first from the places of a group; return the steps, and the number of reached combinations."""
-        start = group.start
-        first = group.key(start)
-        reached: _Predecessors = {first: (start, None, ())}
-        todo = deque([first])
-        while todo and len(reached) < max_states:
-            key = todo.popleft()
-            places = reached[key][0]
-            for drives in _moves(group, places):
-                moved = [*places]
-                for i, way in drives:
-                    moved[i] = way.end
-                after = tuple(moved)
-                key_after = group.key(after)
-                if key_after in reached:
-                    continue
-                reached[key_after] = (after, key, drives)
-                if after[0] == group.target:
-                    return _steps(reached, key_after, group), len(reached)
-                todo.append(key_after)
-        return None, len(reached)
+
+def find_pass(
+    admission: Admission, slots: Slots, ways: Ways, robots: Sequence[Vehicle], target: int
+) -> list[Step] | None:
+    """Return steps of some vehicles that bring the first to a slot, while all others stay; None if none are found."""
+    group = Group(admission, slots, ways, None, robots[0], target)
+    for robot in robots[1:_MAX_SEARCHED]:
+        group.add(robot)
+    return _search(group, _MAX_FOR_REMEDY)[0]
+
+
+def _search(group: Group, max_states: int) -> tuple[list[Step] | None, int]:
+    """Search the places of a group breadth-first; return the steps, and the number of combinations reached."""
+    start = group.start
+    first = group.key(start)
+    reached: _Predecessors = {first: (start, None, ())}
+    todo = deque([first])
+    while todo and len(reached) < max_states:
+        key = todo.popleft()
+        places = reached[key][0]
+        for drives in _moves(group, places):
+            moved = [*places]
+            for i, way in drives:
+                moved[i] = way.end
+            after = tuple(moved)
+            key_after = group.key(after)
+            if key_after in reached:
+                continue
+            reached[key_after] = (after, key, drives)
+            if after[0] == group.target:
+                return _steps(reached, key_after, group), len(reached)
+            todo.append(key_after)
+    return None, len(reached)
 
 
 def _length(steps: Sequence[Step]) -> float:

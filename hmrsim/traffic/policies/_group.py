@@ -27,7 +27,7 @@ class Group:
     Args:
         slots: Know the places of all vehicles.
         ways: Find the ways from these places.
-        resolutions: The resolutions in progress, which need slots.
+        resolutions: The resolutions in progress, which need slots; None to ignore them.
         first: The blocked vehicle for which the others move.
         target: The slot that the blocked vehicle has to reach.
 
@@ -42,7 +42,7 @@ class Group:
         admission: Admission,
         slots: Slots,
         ways: Ways,
-        resolutions: Resolutions,
+        resolutions: Resolutions | None,
         first: Vehicle,
         target: int,
     ) -> None:
@@ -140,7 +140,7 @@ class Group:
             beside = [way for way in self._finder.to_places(place) if way.end != self.target]
             found = [*self._finder.from_waypoint(place), *beside, *into]
         ways = [way for way in self._finder.open(robot, found) if not (i and way.end in self._middles)]
-        if self._resolutions.by_robot:
+        if self._resolutions is not None and self._resolutions.by_robot:
             ways = [way for way in ways if self._resolutions.against(robot, way.slots, self.robots[0]) is None]
         return [(way, self._others_on(robot, way)) for way in ways]
 

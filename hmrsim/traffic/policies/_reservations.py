@@ -308,6 +308,10 @@ class Slots:
         """Return whether vehicles in their new slots would touch each other, or a vehicle that stays."""
         return any(any(self._beside(robot, slot, moving)) for robot, slots in moving.items() for slot in slots)
 
+    def waiting_for(self, robot: Vehicle) -> list[Vehicle]:
+        """Return the vehicles that wait for a slot which a vehicle holds, each once."""
+        return [*dict.fromkeys(other for slot in self.held(robot) for other in self._wanted.get(slot, ()))]
+
     def watch(self, robot: Vehicle, slots: Collection[int]) -> None:
         """Make a waiting vehicle request again as soon as another leaves one of these slots or stops there."""
         self._unwatch(robot)

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from operator import itemgetter
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -188,22 +187,17 @@ class Priority(Reserve):
         return super().why_stays(other, robot)
 
     def _why_idle_stays(self, other: Vehicle, robot: Vehicle) -> str:
-        names, slots = self.admission.graph.lanes.names, self.slots
+        names = self.admission.graph.lanes.names
         ways = self.ways.leaving(other)
         if not ways:
             return "has nowhere to go: no open lane leads away"
-        missing = [slots.missing(other, way.slots) for way in ways]
-        if not all(missing):
+        holders = [each.name for each in self.shut_in_by(other)]
+        if not holders:
             return f"can't make room: no moves were found that let {robot.name} pass"
-        ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
-        blocking = (robot for slot in chain.from_iterable(missing) for robot in slots.in_the_way(other, slot))
-        holders = dict.fromkeys(vehicle.name for vehicle in blocking)
-        holders.pop(other.name, None)
-        if [*holders] == [robot.name]:
+        if holders == [robot.name]:
             return f"can't get out past {robot.name}"
-        return (
-            f"has nowhere to go: {' and '.join(ends)} {'is' if len(ends) == 1 else 'are'} taken by {listed([*holders])}"
-        )
+        ends = list(dict.fromkeys(names[way.end] for way in ways if way.end < len(names)))
+        return f"has nowhere to go: {' and '.join(ends)} {'is' if len(ends) == 1 else 'are'} taken by {listed(holders)}"
 
     def opened(self) -> None:
         """Continue moves that waited for a door or a lift, and make stuck vehicles request again."""

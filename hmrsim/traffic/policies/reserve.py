@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 from pydantic import Field
@@ -25,12 +26,14 @@ from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies import Policy, Settings
+from hmrsim.traffic.policies._deadlock import find_pass
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
 from hmrsim.traffic.rules import by_rank
 from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
+    from hmrsim.geometry import Point
     from hmrsim.navigation.graph import Lane
     from hmrsim.navigation.lanes import Lanes
     from hmrsim.navigation.route import Leg
@@ -41,6 +44,9 @@ if TYPE_CHECKING:
 
 _KEPT_POINTS = 1_024
 """The number of points beside the lanes whose surroundings are cached."""
+
+_KEPT_PASSES = 64
+"""Pairs of a waiting vehicle and one before it for which moves are kept, as causes are often read again."""
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None
 
@@ -86,6 +92,7 @@ class Reserve:
             reserved=self.is_reserved,
         )
         self.ways = Ways(admission, self.slots)
+        self._moves_past: LruCache[object, Sequence[tuple[Vehicle, Point]]] = LruCache(_KEPT_PASSES)
         self.held, self.inside = self.slots.held, self.slots.inside
         self.full, self.near, self.spot = self.slots.full, self.slots.holders_near, self.slots.spot
 
@@ -148,6 +155,40 @@ class Reserve:
     def _why_idle_stays(self, _other: Vehicle, _robot: Vehicle) -> str:
         """Return why an idle vehicle that could be moved is not moved."""
         return f"makes no room under the policy {self.admission.world.policy!r}"
+
+    def waiting_for(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles that wait for a slot which a vehicle holds."""
+        return self.slots.waiting_for(robot)
+
+    def shut_in_by(self, robot: Vehicle) -> Sequence[Vehicle]:
+        """Return the vehicles that occupy all ways out of where a vehicle stands; none if a way is free."""
+        slots = self.slots
+        missing = [slots.missing(robot, way.slots) for way in self.ways.leaving(robot)]
+        if not all(missing):
+            return ()
+        found = dict.fromkeys(other for at in chain.from_iterable(missing) for other in slots.in_the_way(robot, at))
+        return [other for other in found if other is not robot]
+
+    def moves_past(self, robots: Sequence[Vehicle]) -> Sequence[tuple[Vehicle, Point]]:
+        """Return moves of vehicles, in order, that bring the first one, which waits, to its goal or ahead.
+
+        All other vehicles stay; the result is empty if no moves are found.
+        """
+        wait = self.admission.waits.get(robots[0])
+        if wait is None:
+            return ()
+        key = wait.leg, *((each.name, self.slots.held(each)) for each in robots)
+        return self._moves_past.get(key, lambda: self._find_moves_past(robots, wait.leg))
+
+    def _find_moves_past(self, robots: Sequence[Vehicle], leg: Leg) -> Sequence[tuple[Vehicle, Point]]:
+        goal = robots[0].goal
+        at = None if goal is None else self.admission.graph.lanes.at.get(goal)
+        # The way to its goal may be too long for the search.
+        for target in (*([] if at is None else [at]), self.slots.destination(leg)):
+            steps = find_pass(self.admission, self.slots, self.ways, robots, target)
+            if steps:
+                return [(move.robot, move.way.legs[-1].end) for step in steps for move in step]
+        return ()
 
     def blocked(self, robot: Vehicle) -> None:
         """Resolve the deadlock if the wait closes a cycle; otherwise reroute around vehicles that stand for good."""

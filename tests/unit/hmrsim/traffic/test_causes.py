@@ -44,7 +44,7 @@ def test_a_chain_leads_to_the_idle_robot_that_starts_it(policy):
 
     assert [("r1", "robots"), ("r2", "robots"), ("r3", "idle")] == links
     assert "r3 is idle at e: it has had no goal yet" == text
-    assert remedy.startswith("send r3 elsewhere when it has nothing to do")
+    assert remedy.startswith("send r1, then r2 elsewhere, then r3, which can't leave before")
 
 
 @ALL_POLICIES
@@ -56,6 +56,63 @@ def test_a_robot_in_a_dead_end_cannot_get_out_past_the_waiting_one(policy):
     cause = scene(run.simulator)["robots"][0]["cause"]
     assert f"r1 has waited at d since 12 s for r2, which {why}" == cause["text"]
     assert ("robots", ["r2"], "r2") == (cause["kind"], cause["held_by"], cause["next"])
+
+
+DEAD_END = {
+    "waypoints": {"west": [0, 0], "mouth": [4, 0], "east": [8, 0], "alley": [4, 4], "face": [4, 8]},
+    "lanes": [["west", "mouth"], ["mouth", "east"], ["mouth", "alley"], ["alley", "face"]],
+    "robots": {"hauler": {"at": "west"}, "digger": {"at": "face"}},
+}
+
+
+def to(robot, name, goal_id):
+    """Return the command that sends a robot to a waypoint of the dead end."""
+    x, y = DEAD_END["waypoints"][name]
+    return send(robot, "navigate_to_pose", pose={"pose": {"position": {"x": x, "y": y}}})._replace(goal_id=goal_id * 32)
+
+
+def test_the_help_in_a_dead_end_works():
+    """To send the robot in the dead end elsewhere does not help, as the other one stands before it."""
+    run = simulate({**DEAD_END, "traffic": {"policy": "reserve", "patience": None}})
+    run((0.0, to("hauler", "face", "a")), until=30.0)
+    told = str(run.simulator.roster.admission.causes.chain(run.simulator.robots["hauler"]))
+
+    steps = "send hauler to east, then digger to west, then hauler to its goal again"
+    assert told.endswith(
+        f"what would help: {steps}: digger can't leave before hauler; or use the traffic policy `planned`, under which "
+        "idle robots make room"
+    )
+    moves = [("hauler", "east", "b"), ("digger", "west", "c"), ("hauler", "face", "d")]
+    run(*((30.0 + 20 * number, to(*move)) for number, move in enumerate(moves)), until=200.0)
+    assert ["SUCCEEDED"] * 3 == [run.log.changes(number * 32)[-1][1] for number in "bcd"]
+
+
+def test_the_help_in_a_dead_end_without_room_to_pass():
+    links, _, remedy = chain("r1", (0.0, go("r1", 16)), robots={"r1": {"at": "a"}, "r2": {"at": "e"}}, policy="planned")
+
+    assert [("r1", "robots"), ("r2", "idle")] == links
+    assert remedy.startswith("send r1 elsewhere, then r2, which can't leave before: they can't pass each other here")
+
+
+def test_the_help_for_several_robots_before_a_dead_end():
+    world = {**DEAD_END, "waypoints": {**DEAD_END["waypoints"], "far": [-4, 0]}}
+    world["lanes"] = [*DEAD_END["lanes"], ["far", "west"]]
+    world["robots"] = {**DEAD_END["robots"], "truck": {"at": "far"}}
+    run = simulate({**world, "traffic": {"policy": "reserve", "patience": None}})
+    run((0.0, to("hauler", "face", "a")), (0.0, to("truck", "face", "b")), until=30.0)
+    told = str(run.simulator.roster.admission.causes.chain(run.simulator.robots["truck"]))
+
+    steps = (
+        "send truck to west, then hauler to east, then truck to far, then digger to west, then hauler to its goal again"
+    )
+    assert f"what would help: {steps}: digger can't leave before hauler" in told
+
+
+def test_the_help_for_a_robot_that_idle_ones_shut_in():
+    robots = {"r1": {"at": "a"}, "r2": {"at": "b"}, "r3": {"at": "c"}}
+    _, _, remedy = chain("r1", (0.0, go("r1", 16)), robots=robots)
+
+    assert remedy.startswith("send r3 elsewhere first, as r2 can't leave before")
 
 
 def test_a_robot_that_works_is_a_cause():
