@@ -56,16 +56,3 @@ def test_a_subscriber_gets_a_message_each_second_and_at_each_event(tester, wait)
 
     assert {"battery_low", "battery_critical"} <= {body["kind"] for body in events.bodies}
     assert any(body["percentage"] == pytest.approx(0.2) and body["header"]["stamp"]["sec"] == 10 for body in bodies)
-
-
-def test_a_robot_docks_charges_and_undocks(tester):
-    docked = tester.do("eve/dock_robot", {"dock_id": "charger"})
-    state = tester.one("eve/battery_state")
-    tags = tester.one("_world/get_entity_info", {"entity": "charger"})["info"]["tags"]
-    undocked = tester.do("eve/undock_robot", {})
-
-    assert {"success": True, "error_code": 0, "num_retries": 0, "error_msg": ""} == docked["result"]
-    assert (SUCCEEDED, SUCCEEDED) == (docked["status"], undocked["status"])
-    assert CHARGING == state["power_supply_status"]
-    assert 2 / 25.2 == pytest.approx(state["current"])
-    assert ["dock", "charger", "full", "docked:eve"] == tags

@@ -179,15 +179,3 @@ def test_the_tokens_of_a_crashed_simulation_disappear(broken, serve, wait):
     assert [] == list(tester.session.liveliness().get("hmrsim/**"))
     assert [] == tester.ask(f"{WAIT}/_action/send_goal", {"goal": {}})
     assert not heard.items
-
-
-def test_goals_are_aborted_at_the_duration_of_the_run(serve, wait):
-    tester = serve(real_time_factor=50.0, duration=50.0)
-    events = tester.hear("_world/events")
-    tester.begin(f"{WAIT}/_action/send_goal", {"goal_id": A, "goal": wait(1000)})
-
-    answer = tester.result(WAIT, A)
-
-    assert (6, "the simulation has ended") == (answer["status"], answer["result"]["error_msg"])
-    assert serve.hosts[0].wait(PATIENCE)
-    assert {"sec": 50, "nanosec": 0} == events.wait(lambda bodies: bodies and "result" in bodies[-1])[-1]["stamp"]

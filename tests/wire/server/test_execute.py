@@ -193,22 +193,6 @@ class TestEnds:
 
         assert goal.bodies()[-1] == held.one() == live.result(WAIT, A)
 
-    @pytest.mark.parametrize(
-        ("service", "request_", "text"),
-        [
-            ("delete_entity", {"entity": "wall_e"}, "the robot was deleted"),
-            ("reset_simulation", {}, "the simulation was reset"),
-            ("load_world", {"resource_string": '{"robots": {"zoe": {"at": [0, 0]}}}'}, "another world was loaded"),
-        ],
-    )
-    def test_a_goal_is_aborted_when_its_robot_fails(self, live, service, request_, text):
-        goal = begun(live, WAIT, long_wait(feedback=True))
-
-        live.one(f"_world/{service}", request_)
-
-        ended = goal.bodies()[-1]
-        assert (6, text) == (ended["status"], ended["result"]["error_msg"])
-
     def test_a_goal_is_aborted_before_the_simulator_ends(self, live, serve):
         goal = begun(live, WAIT, long_wait(feedback=True))
 
@@ -216,16 +200,6 @@ class TestEnds:
 
         ended = goal.bodies()[-1]
         assert (6, "the simulator was stopped") == (ended["status"], ended["result"]["error_msg"])
-
-    def test_a_goal_continues_when_its_client_has_gone(self, live, serve):
-        dying = serve.tester(serve.hosts[0])
-        begun(dying, WAIT, long_wait(feedback=True))
-
-        dying.close()
-
-        assert [(A, 2)] == live.status(WAIT)
-        live.cancel(WAIT, A)
-        assert 5 == live.result(WAIT, A)["status"]
 
     def test_a_get_that_times_out_still_has_the_acceptance(self, live):
         """The acceptance has the id with which to request the result."""

@@ -65,14 +65,6 @@ def test_info_lists_services_and_actions_of_the_world(shared):
     assert ["simulate_steps"] == info["actions"]
 
 
-def test_steps_are_made_as_fast_as_possible_before_the_answer(live):
-    live.one("_world/set_simulation_state", PAUSED)
-    now = live.one("_world/time/state")["now"]
-
-    assert {"result": OK} == live.one("_world/step_simulation", {"steps": 10_000})
-    assert now + 1000.0 == pytest.approx(live.one("_world/time/state")["now"])
-
-
 def test_steps_are_available_as_an_action_with_feedback(live):
     live.one("_world/set_simulation_state", PAUSED)
     heard = live.hear("_world/simulate_steps/_action/feedback")

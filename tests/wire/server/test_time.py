@@ -73,16 +73,6 @@ def test_commands_can_use_aliases(steps, go):
     assert (5, 1.0) == (ended["events"][0]["status"], ended["now"])
 
 
-def test_feedback_is_granted_as_a_wake_up_or_in_a_later_report(steps, go):
-    steps.one("_world/time/join", {"name": "nurse"})
-    sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
-    woken = advance(steps, wake=["feedback"], commands=[sent]).one()
-    beside = advance(steps, epoch=1, until=2.0, report=["feedback"]).one()
-
-    assert (0.1, 3.9) == (woken["now"], pytest.approx(woken["events"][0]["feedback"]["distance_remaining"]))
-    assert (2.0, 2.0) == (beside["now"], pytest.approx(beside["events"][0]["feedback"]["distance_remaining"]))
-
-
 def test_time_stops_for_each_condition_by_name(steps, go):
     steps.one("_world/time/join", {"name": "nurse"})
     sent = {"robot": "wall_e", "action": "navigate_to_pose", "goal": go(5, 2)}
@@ -126,40 +116,6 @@ def test_an_invalid_condition_is_an_error_in_its_place(steps, bad, field, text):
 
     assert any(text in each["message"] and each["field"].startswith(field) for each in error["details"])
     assert 0.0 == granted["now"]
-
-
-def test_ordinary_keys_work_while_time_is_stopped(steps, wait):
-    accepted = steps.send("eve/wait", wait(3), A)
-    result = steps.begin("eve/wait/_action/get_result", {"goal_id": A})
-    steps.one("_world/time/join", {"name": "nurse"})
-    advance(steps, until=9.0).one()
-
-    assert {"sec": 0, "nanosec": 1} == accepted["stamp"]
-    assert 4 == result.one()["status"]
-
-
-def test_time_advances_when_all_expected_participants_have_asked(serve, wait):
-    tester = serve(clock="lockstep", participants=2)
-    tester.one("_world/time/join", {"name": "b"})
-    held = advance(tester, "b", until=5.0)
-    before = tester.one("_world/time/state")
-    tester.one("_world/time/join", {"name": "a"})
-    waiting = tester.one("_world/time/state")["waiting_for"]
-    command = {"robot": "eve", "action": "wait", "goal": wait(3)}
-    granted = advance(tester, "a", commands=[command]).one()
-
-    assert (0.0, ["1 more to join"], ["a"]) == (before["now"], before["waiting_for"], waiting)
-    assert (3.0, "event") == (granted["now"], granted["reason"])
-    assert granted["events"] == held.one()["events"]
-
-
-def test_a_repeated_request_of_an_epoch_gets_the_same_answer(steps, wait):
-    steps.one("_world/time/join", {"name": "nurse"})
-    command = {"robot": "eve", "action": "wait", "goal_id": A, "goal": wait(3)}
-    first = advance(steps, commands=[command]).one()
-
-    assert first == advance(steps, commands=[command]).one()
-    assert 3.0 == steps.one("_world/time/state")["now"]
 
 
 @pytest.mark.parametrize(
@@ -322,33 +278,6 @@ def test_steps_without_a_participant_are_rejected(steps):
     assert 4 == answer["result"]["result"]
     assert "lockstep has no participant" in answer["result"]["error_message"]
     assert steps.one("_world/time/state")["paused"]
-
-
-def test_a_pending_advance_is_answered_once_at_the_end(serve):
-    host = serve.host(clock="lockstep", participants=2)
-    host.start()
-    tester = serve.tester(host)
-    tester.one("_world/time/join", {"name": "nurse"})
-    held = advance(tester)
-    tester.one("_world/time/state")
-    host.stop()
-
-    assert "end" == held.one()["reason"]
-
-
-def test_a_participant_that_stalls_is_dropped(serve):
-    tester = serve(clock="lockstep", participants=2, participant_timeout=0.2)
-    tester.one("_world/time/join", {"name": "a"})
-    # Before the other one has joined, so that it can't be late itself on a busy machine.
-    granting = advance(tester, "a", until=5.0)
-    tester.one("_world/time/join", {"name": "b"})
-    granted = granting.one()
-    (late,) = advance(tester, "b").all()
-
-    assert (5.0, "until") == (granted["now"], granted["reason"])
-    assert (
-        "participant 'b' was dropped at 0.000 s: it has not asked to advance for more than 0.2 s" in late.body["error"]
-    )
 
 
 def test_a_participant_without_its_token_is_dropped_before_any_timeout(serve):

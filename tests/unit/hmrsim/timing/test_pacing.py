@@ -136,15 +136,18 @@ def test_as_fast_as_possible_the_clock_is_told_when_time_stands(wall):
     assert 4_000_000_000 == last.message.clock.to_nanoseconds()
 
 
-def test_results_are_dropped_after_their_wall_time(wall):
-    """A result kept for 10 wall seconds is there after 9 and gone after 11."""
-    retention = Retention(10.0)
+@pytest.mark.parametrize(
+    ("timeout", "statuses"), [(10.0, [4, 4, 0]), (0.0, [4, 0, 0]), (-1.0, [4, 4, 4])], ids=["10 s", "none", "for ever"]
+)
+def test_results_are_dropped_after_their_wall_time(wall, timeout, statuses):
+    """The goal ends after 4.5 wall seconds; results are requested before that, and 9 and 11 s later."""
+    retention = Retention(timeout)
     run = simulate(topics=frozenset(), sinks=[retention])
-    ask = [(t, GetResult("wall_e", "wait", A, t)) for t in (4.5 + 9.0, 4.5 + 11.0)]
+    ask = [(t, GetResult("wall_e", "wait", A, t)) for t in (1.0, 4.5 + 9.0, 4.5 + 11.0)]
     inbox = wall.inbox([(0.0, WAIT), *ask], close_at=20.0)
     Pacing(run.simulator, inbox, retention).run()
 
-    assert [4, 0] == [run.log.answer(t).status for t, _ in ask]
+    assert statuses == [run.log.answer(t).status for t, _ in ask]
 
 
 def test_as_many_expiries_are_kept_as_results(wall):
