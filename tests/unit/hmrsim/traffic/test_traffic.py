@@ -91,9 +91,9 @@ class TestReserve:
 
         text = (
             "blocked for 5 s: ann has waited at b since 10 s for bob, which makes no room under the policy 'reserve';"
-            " bob is idle at c: it has had no goal yet; what would help: send ann to a, then bob to bay, then ann to its"
-            " goal again: bob can't leave before ann; or use the traffic policy `planned`, under which idle robots make"
-            " room"
+            " bob is idle at c: it has had no goal yet; what would help: send ann to a, then bob to bay, then ann to"
+            " its goal again: bob can't leave before ann; or use the traffic policy `planned`, under which idle robots"
+            " make room"
         )
         assert (15.0, "ABORTED", text) == end(log, A)
         assert FollowPath.Result.PATIENCE_EXCEEDED == log.result(A).error_code
