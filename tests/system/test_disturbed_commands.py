@@ -88,13 +88,6 @@ def test_a_killed_command_restarts_at_the_same_simulated_time(disturbed):
     assert [(0, "nurse"), (7, "nurse"), (17, "nurse"), (27, "nurse")] == goals(trace)
 
 
-def test_time_continues_without_a_killed_command(disturbed):
-    ended, trace = disturbed(KILLED, duration=50.0)
-
-    assert "killed" == ended.ending
-    assert trace.endswith('{"kind":"end","stamp":{"nanosec":0,"sec":50}}\n')
-
-
 def test_a_command_is_killed_as_soon_as_it_was_started(disturbed, monkeypatch):
     """The disturbance may be due before this process knows that the command has started or joined."""
     acts = [threading.Event(), threading.Event()]

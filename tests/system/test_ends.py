@@ -45,15 +45,6 @@ def test_a_taken_port_exits_with_2_and_names_the_options(serve, command):
     assert "--connect" in err
 
 
-def test_a_second_simulator_of_one_prefix_refuses_to_start(serve, command):
-    """It may listen elsewhere; only another prefix is accepted."""
-    _, endpoint = serve("scenario1")
-    code, _, err = command("hmrsim", "run", "scenario1", "--connect", endpoint)
-
-    assert 2 == code
-    assert "--prefix" in err
-
-
 def test_no_simulator_exits_with_3_within_the_timeout(command):
     code, out, err = command("hmrsim", "action", "list", "--connect", "tcp/127.0.0.1:9", "--timeout", "0.5")
 
@@ -82,9 +73,3 @@ def test_the_goal_of_a_killed_client_continues(serve, start, command):
 
     assert 0 == code
     assert "/wall_e/wait" in json.dumps(out)
-
-
-def test_the_duration_ends_the_simulator(serve):
-    simulator, _ = serve("scenario1", "--real-time-factor", "100", "--duration", "20")
-
-    assert 0 == simulator.end()[0]

@@ -42,17 +42,3 @@ def test_a_fleet_delivers_everything_the_same_each_time(deliver):
     assert told.index("nan_e gets blood_samples") < told.index("nan_e has brought blood_samples to lab")
     assert told.index("gopher has to charge: 16%") < told.index("gopher is charged") < told.index("gopher gets")
     assert (news, trace) == (again[1], again[3])
-
-
-def test_another_seed_orders_the_tasks_differently(deliver):
-    code, news, _, _ = deliver("--robots", "all", "--set", "seed=3")
-
-    assert 0 == code
-    assert news[0][1].startswith("new task: blood_samples from ward_a to lab; ")
-
-
-def test_a_task_that_no_robot_can_do_is_given_up(deliver):
-    code, _, end, _ = deliver("--robots", "type:courier", "type:responder")
-
-    assert (1, {"fleet": "FAILURE"}) == (code, end["robots"])
-    assert "meal is given up: no robot can do it" in json.dumps(end)

@@ -137,25 +137,6 @@ def test_a_loss_can_end_the_run(lockstep, control):
     assert ["end"] == [line["kind"] for line in lines(trace)[-1:]]
 
 
-@pytest.mark.parametrize("barrier", ["2", "ann,bob"])
-def test_time_waits_until_all_have_joined(lockstep, control, barrier):
-    simulator, endpoint, trace = lockstep("--participants", barrier)
-    ann = control(endpoint, "ann", ROBOTS[:2])
-    ann.line_with("joined")
-    bob = control(endpoint, "bob", ROBOTS[2:])
-    codes = [each.end()[0] for each in (ann, bob)]
-    simulator.end(signal.SIGTERM)
-    first = [(line["kind"], line["participant"]) for line in lines(trace)[1:5]]
-
-    assert [0, 0] == codes
-    assert [
-        ("command", "ann"),
-        ("participant_joined", "ann"),
-        ("command", "bob"),
-        ("participant_joined", "bob"),
-    ] == first
-
-
 def test_the_trace_of_a_killed_simulator_replays(lockstep, control, replayed):
     simulator, endpoint, trace = lockstep()
     ann = control(endpoint, "ann", ROBOTS, "--stall", 8)

@@ -44,21 +44,6 @@ def test_the_tree_goes_through_its_four_stages(serve, command):
     assert sorted(set(remaining), reverse=True) == list(dict.fromkeys(remaining))
 
 
-def test_the_remapped_name_of_the_action_is_served(serve, command):
-    _, endpoint = serve("scenario2", "--real-time-factor", "10")
-    code, out, _ = command(
-        "hmrsim",
-        "action",
-        "send-goal",
-        "navigate_to_pose/wall_e",
-        "{pose: {pose: {position: {x: 450, y: 330}}}}",
-        endpoint=endpoint,
-    )
-
-    assert 0 == code
-    assert "Goal finished with status: SUCCEEDED" in out
-
-
 def test_a_controller_exits_with_1_when_its_simulator_dies(serve, start_tree):
     simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
     controller = start_tree(endpoint)
@@ -68,23 +53,3 @@ def test_a_controller_exits_with_1_when_its_simulator_dies(serve, start_tree):
     assert 1 == code
     assert "simulator" in out + err
     assert "Traceback" not in err
-
-
-def test_a_goal_continues_when_its_controller_dies(serve, start_tree, command):
-    _, endpoint = serve("scenario2", "--real-time-factor", "2")
-    controller = start_tree(endpoint)
-    controller.process.kill()
-    code, out, _ = command("hmrsim", "action", "send-goal", "/wall_e/wait", "{time: {sec: 1}}", endpoint=endpoint)
-
-    assert 0 == code
-    assert "SUCCEEDED" in out
-
-
-def test_an_interrupted_controller_cancels_its_goal(serve, start_tree):
-    simulator, endpoint = serve("scenario2", "--real-time-factor", "0.05")
-    controller = start_tree(endpoint)
-    code, _, _ = controller.end(2)
-    _, _, log = simulator.end(2)
-
-    assert 130 == code
-    assert "navigate_to_pose CANCELED" in log

@@ -93,13 +93,6 @@ def test_a_duration_without_a_pace_is_explained(monkeypatch, capsys):
     assert "--duration 5: as fast as possible, time advances only while robots are active" == first
 
 
-def test_a_negative_result_timeout_must_be_minus_1(capsys):
-    code = main(["run", "scenario1", "--result-timeout", "-2"])
-
-    assert 2 == code
-    assert "argument --result-timeout: -2 is less than 0; -1 is for ever; see" in capsys.readouterr().err
-
-
 def test_a_malformed_prefix_exits_with_2(capsys):
     code = main(["run", "scenario1", "--prefix", "a/*", *FREE_PORT])
 

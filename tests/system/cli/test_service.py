@@ -139,13 +139,6 @@ def test_an_unknown_service_exits_with_1_and_the_known_ones(call, name, error):
     assert err.startswith(error)
 
 
-def test_no_simulator_exits_with_3(capsys):
-    code = main(["service", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
-
-    assert 3 == code
-    assert "hmrsim run WORLD" in capsys.readouterr().err
-
-
 def test_ctrl_c_ends_the_wait_for_a_result(call, endpoint, start):
     goal_id = "f" * 32
     call(SEND_GOAL, LONG_WAIT.replace(GOAL_ID, goal_id))

@@ -11,13 +11,6 @@ from hmrsim.cli import connection, main, topic
 from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 
-def test_no_simulator_exits_with_3(capsys):
-    code = main(["topic", "list", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.3"])
-
-    assert 3 == code
-    assert "hmrsim run WORLD" in capsys.readouterr().err
-
-
 def test_topics_are_listed_with_those_of_the_world_last(endpoint, capsys):
     code = main(["topic", "list", "--show-types", "--connect", endpoint])
 

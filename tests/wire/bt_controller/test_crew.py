@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import pytest
-from py_trees.common import ParallelPolicy, Status
+from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel
 
 from bt_controller.fleet.allocation import Task
@@ -67,13 +66,6 @@ def breakdown(at, duration=None):
     return [{"type": "breakdown", "name": "flat", "robot": "ann", "at": at, **lasts}]
 
 
-def test_the_nearest_robot_brings_the_item():
-    day = Day([TEA], [])
-
-    assert (Status.SUCCESS, [TEA]) == (day.status, day.fleet_manager.task_queue.done)
-    assert 15.0 < day.when("ann has brought tea to table") < 16.0
-
-
 def test_another_robot_takes_over_at_the_instant_of_a_breakdown():
     day = Day([TEA], breakdown(3.0))
 
@@ -96,20 +88,8 @@ def test_a_task_is_given_up_when_its_item_is_held_too_long():
     assert 200.0 < day.when("tea is given up") < 201.0
 
 
-def test_a_task_without_progress_is_given_up():
-    """The only robot is never repaired."""
-    day = Day([TEA], breakdown(3.0), robots=("ann",), patience=200.0)
-
-    assert {"tea": "it waited too long; ann failed"} == day.fleet_manager.task_queue.lost
-
-
 def test_a_free_robot_gets_the_longest_waiting_task_at_once():
     day = Day([TEA, Task("milk", "shelf", "table")], [], robots=("ann",))
     first, second = day.fleet_manager.task_queue.done
 
     assert day.when(f"ann has brought {first.item} to table") == day.when(f"ann gets {second.item}")
-
-
-@pytest.mark.parametrize("robots", [("ann", "bob"), ("bob", "ann")])
-def test_the_order_of_the_robots_does_not_matter(robots):
-    assert 0.0 < Day([TEA], [], robots=robots).when("ann gets tea") < 0.2

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 import zenoh
 
-from hmrsim_zenoh.errors import PortTaken, PrefixTaken
+from hmrsim_zenoh.errors import PrefixTaken
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.wire.server.conftest import Heard
 
@@ -58,13 +56,6 @@ def test_simulators_with_different_prefixes_do_not_interfere(serve, wait):
 
     assert 4 == second.do("wall_e/wait", wait(3))["status"]
     assert [1, 0] == [len(client.status("wall_e/wait")) for client in (second, tester)]
-
-
-def test_a_taken_port_is_named_with_the_options_that_help(serve):
-    tester = serve(real_time_factor=0)
-
-    with pytest.raises(PortTaken, match=f"{re.escape(tester.endpoint)} is in use; .*--listen.*--connect"):
-        serve.host(None, SessionOptions(listen=(tester.endpoint,)))
 
 
 def test_a_prefix_and_port_are_free_when_the_simulator_has_stopped(serve):
