@@ -1,8 +1,11 @@
-"""Simulators as processes: many robots, and a crash."""
+"""Simulators as processes: many robots, a crash, and several simulators in one domain."""
 
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
+from contextlib import contextmanager
 
 import pytest
 
@@ -58,3 +61,47 @@ def test_a_client_continues_with_a_restarted_simulator():
             drive.wait()
 
             assert SUCCEEDED == drive.do(goal_to(512, 215))[0]
+
+
+MEETING_AT = """
+import sys
+from hmrsim.cli import main
+from hmrsim_zenoh.wire.options import DEFAULT_ENDPOINT, SessionOptions
+
+endpoint, make = sys.argv.pop(1), SessionOptions.__init__
+make.__defaults__ = tuple(endpoint if one == DEFAULT_ENDPOINT else one for one in make.__defaults__)
+main()
+"""
+"""Starts ``hmrsim`` with the first argument as the endpoint at which processes meet, in place of port 7447."""
+
+
+@contextmanager
+def meeting(endpoint, world, *arguments, log):
+    """Start a simulator as users do, without an endpoint to listen on."""
+    command = [sys.executable, "-c", MEETING_AT, endpoint, "run", world, "--ros2", *map(str, arguments)]
+    with log.open("w") as file, subprocess.Popen(command, stdout=subprocess.PIPE, stderr=file, text=True) as process:
+        try:
+            assert process.stdout.readline().startswith("ready "), log.read_text()
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("last", [signal.SIGTERM, signal.SIGKILL])
+def test_a_simulator_warns_of_a_second_one_in_its_domain_and_survives_it(tmp_path, last):
+    endpoint, logs = free_endpoint(), [tmp_path / "first", tmp_path / "second"]
+    speed = ("--real-time-factor", 10)
+    with (
+        meeting(endpoint, "scenario1", *speed, log=logs[0]) as first,
+        meeting(endpoint, "scenario1", *speed, "--prefix", "other", log=logs[1]),
+    ):
+        with RosClient(endpoint) as client:
+            client.graph.wait(lambda tokens: 2 == sum(token.endswith("/%/hmrsim") for token in tokens))
+        first.send_signal(last)
+        first.wait()
+        with RosClient(endpoint) as client:
+            status, _ = client.action("/wall_e/wait").wait().do({"time": {"sec": 0}})
+
+    assert SUCCEEDED == status
+    assert "node /hmrsim publishes /clock, too: nodes with use_sim_time see time jump" in logs[1].read_text()
+    assert f"the router has ended; listening on {endpoint} in its place" in logs[1].read_text()
