@@ -94,7 +94,6 @@ class GoalHandle(Generic[R, F]):
         self._ended_before: GoalStatus | None = None
         self._read_result = True
         self._sends = 0
-        self._replied = False
         self._deadline = math.inf
         self._pause = _FIRST_PAUSE
         self._result_asked = False
@@ -225,7 +224,7 @@ class GoalHandle(Generic[R, F]):
             return
         self._sends = 1
         self._result_asked = True
-        self._link.worker.after(_ONE_TRY, lambda: None if self._replied else self._send_goal(), rounded=True)
+        self._link.worker.after(_ONE_TRY, self._send_goal, rounded=True)
         self._link.connection.execute(
             self._target,
             self._command,
@@ -252,8 +251,7 @@ class GoalHandle(Generic[R, F]):
         self._finish(self._status, error=error)
 
     def _on_execution(self, answer: Answer) -> None:
-        if not self._replied:
-            self._replied = True
+        if isinstance(answer, GoalResponse) or not self._accepted:
             self._on_goal_answer(answer)
         else:
             self._on_result_answer(True, answer)
