@@ -28,7 +28,7 @@ from hmrsim.interfaces.hmrsim_msgs import GetOrders
 from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.simulation_interfaces import GetNamedPoses
 from hmrsim_zenoh.client.action_client import ActionClient
-from hmrsim_zenoh.client.connection import PATIENCE, Ask, Read, ReadInfo, unless_closed
+from hmrsim_zenoh.client.connection import PATIENCE, Ask, Read, ReadInfo
 from hmrsim_zenoh.client.link import Link
 from hmrsim_zenoh.client.lockstep import Lockstep, check_name
 from hmrsim_zenoh.client.places import NamedPlaces
@@ -45,7 +45,7 @@ from hmrsim_zenoh.errors import (
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read_often
 from hmrsim_zenoh.wire.keys import Keys
 from hmrsim_zenoh.wire.options import SessionOptions
-from hmrsim_zenoh.wire.session import enclave_of, open_client
+from hmrsim_zenoh.wire.session import enclave_of, open_client, unless_closed
 
 if TYPE_CHECKING:
     from hmrsim.actions import Action, F, G, R

@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, TypeVar, Union
 
-import zenoh
 from pydantic_core import ValidationError, to_json
 
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client.threads import Worker
-from hmrsim_zenoh.errors import ClientClosed, RequestError
+from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.wire.envelopes import plain, unreadable
 
 if TYPE_CHECKING:
@@ -260,19 +259,6 @@ class Connection(ABC):
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:  # noqa: ARG002 - for subclasses
         """Return why a command to an action is denied; None if access control allows it, or there is none."""
         return None
-
-
-@contextmanager
-def unless_closed() -> Iterator[None]:
-    """Turn Zenoh's error about a closed session into that of a closed client.
-
-    Raises:
-        ClientClosed: The session is closed.
-    """
-    try:
-        yield
-    except zenoh.ZError:
-        raise ClientClosed("the client is closed") from None
 
 
 def body_of(reply: Any) -> Reply:

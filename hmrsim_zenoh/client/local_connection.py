@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import zenoh
 
 from hmrsim.protocol.commands import CallService
-from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_within, unless_closed
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_within
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
+from hmrsim_zenoh.wire.session import unless_closed
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Reply

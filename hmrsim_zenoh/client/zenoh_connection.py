@@ -24,7 +24,7 @@ from hmrsim.protocol.goal import CancelResponse, GoalEntry, GoalResponse, GoalSt
 from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch, Watching
-from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, Watched, body_of, take_within, unless_closed
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, Watched, body_of, take_within
 from hmrsim_zenoh.client.threads import Worker
 from hmrsim_zenoh.errors import Denied, RequestError
 from hmrsim_zenoh.wire import encoding
@@ -44,6 +44,7 @@ from hmrsim_zenoh.wire.envelopes import (
     unreadable,
 )
 from hmrsim_zenoh.wire.keys import Verb
+from hmrsim_zenoh.wire.session import unless_closed
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Reply

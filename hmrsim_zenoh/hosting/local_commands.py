@@ -9,13 +9,13 @@ from pydantic import ValidationError
 from hmrsim.actions import registry as all_actions
 from hmrsim.interfaces.message import Message, complete
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.goal import Refused, parse_goal_id
+from hmrsim.protocol.goal import Refused
 from hmrsim.protocol.outputs import Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.connection import Watched
 from hmrsim_zenoh.errors import RequestError
-from hmrsim_zenoh.server.decode_time import WatchRequest, condition, read_goal
-from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts_of, plain, unreadable, unreadable_at
+from hmrsim_zenoh.server.decode_time import WatchRequest, condition, goal_id_in, read_goal
+from hmrsim_zenoh.wire.envelopes import UnreadableError, check_texts_of, plain, unreadable
 
 if TYPE_CHECKING:
     from hmrsim_zenoh.client.local_connection import Pending
@@ -81,10 +81,7 @@ class LocalCommands:
             return Unreadable(error_of(error))
 
     def _named(self, command: CancelGoal | GetResult, pending: Pending | None, field: str) -> CancelGoal | GetResult:
-        try:
-            goal_id = parse_goal_id(command.goal_id)
-        except ValueError as error:
-            raise unreadable_at(field, str(error), command.goal_id) from None
+        goal_id = goal_id_in(field, command.goal_id)
         robot, action = self._keys.resolve(command.robot, command.action)
         return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=pending)
 

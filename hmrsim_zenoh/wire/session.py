@@ -8,12 +8,14 @@ from __future__ import annotations
 import json
 import logging
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Final
 
 import zenoh
 
-from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, PortTaken, SimulatorNotFound
+from hmrsim_zenoh.errors import BadOptions, ClientClosed, ConnectionDenied, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.configuration import base_config, first_line
 from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.handshake import why_denied
@@ -325,3 +327,16 @@ def _endpoints(config: zenoh.Config, side: str, mode: str | None) -> tuple[Any, 
 
 def _is_default(config: zenoh.Config, key: str) -> bool:
     return bool(json.loads(config.get_json(key)) == json.loads(zenoh.Config().get_json(key)))
+
+
+@contextmanager
+def unless_closed() -> Iterator[None]:
+    """Turn Zenoh's error about a closed session into that of a closed client.
+
+    Raises:
+        ClientClosed: The session is closed.
+    """
+    try:
+        yield
+    except zenoh.ZError:
+        raise ClientClosed("the client is closed") from None
