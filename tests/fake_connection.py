@@ -144,7 +144,7 @@ class FakeCall:
 
 
 class FakeConnection(Connection):
-    """A connection whose other end is the test.
+    """A connection whose other end is the test; its clients call back in the thread of the test.
 
     Attributes:
         goals: The goals that came, in order.
@@ -156,13 +156,14 @@ class FakeConnection(Connection):
         script: The answers to other requests by their types; the last one is repeated. A function is called with the
             request; `LOST` and `HELD` are answers, too.
         latest: The messages of later subscribers with history, by key.
-        listeners: The listeners to feedback, by robot and action.
+        listeners: The receivers of feedback, by robot and action.
         later: The deferred calls of clients, with their delays.
         now: The time of the next grant.
     """
 
-    def __init__(self, *, in_process=True):
-        self.in_process = in_process
+    in_process = True
+
+    def __init__(self):
         self.goals = []
         self.robot = lambda _goal: None
         self.requests = []
@@ -180,7 +181,6 @@ class FakeConnection(Connection):
         self.now = 0.0
         self._epoch = 0
         self._events = []
-        self._answers = []
         self._alive = True
         self.followers = []
         self.listeners = {}

@@ -167,14 +167,10 @@ class Client:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `get`.
         """
         info: dict[str, Any] = self._answer(ReadInfo(), timeout)
-        self._meet(str(info.get("run_id") or ""))
-        return info
-
-    def _meet(self, run_id: str) -> None:
-        """Log if this is another run than the one before."""
-        before, self._run_id = self._run_id, run_id
-        if before and run_id != before:
+        before, self._run_id = self._run_id, str(info.get("run_id") or "")
+        if before and self._run_id != before:
             _log.warning("the simulator was restarted; the goals of the previous run are lost")
+        return info
 
     def get_orders(self, state: str = "", timeout: float = PATIENCE) -> list[Order]:
         """Return the orders of the demand, oldest first: all, or those in one state, such as ``open`` or ``waiting``.
