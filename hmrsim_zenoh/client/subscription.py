@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
-import threading
-from collections import deque
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.rosgraph_msgs import Clock
+from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.errors import ClientClosed
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 
 if TYPE_CHECKING:
@@ -33,18 +34,15 @@ class Subscription:
     ) -> None:
         self._key = key
         self._callback = callback
-        self._changed = threading.Condition()
-        self._waiting: deque[tuple[str, bytes]] = deque(maxlen=_MAX_WAITING)
         self._closed = False
-        self._calling = False
-        self._thread: threading.Thread | None = None
-        if connection.in_process:
-            self._undeclare = connection.subscribe(key, self._take, history=history)
-            return
-        self._undeclare = connection.subscribe(key, self._wait, history=history)
         # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there crashes the process.
-        self._thread = threading.Thread(target=self._run, name=f"subscription to {key}", daemon=True)
-        self._thread.start()
+        self._worker = None if connection.in_process else Worker(f"subscription to {key}", most=_MAX_WAITING)
+        try:
+            self._undeclare = connection.subscribe(key, self._take, history=history)
+        except ClientClosed:
+            if self._worker is not None:
+                self._worker.close()
+            raise
 
     @property
     def closed(self) -> bool:
@@ -53,20 +51,16 @@ class Subscription:
 
     def close(self) -> None:
         """Stop calling back; waits for a running callback, unless it is the one that closes."""
-        with self._changed:
-            if self._closed:
-                return
+        if not self._closed:
             self._closed = True
-            self._changed.notify_all()
-        self._undeclare()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
+            self._undeclare()
+            if self._worker is not None:
+                self._worker.close()
 
     def settle(self) -> None:
         """Wait until the callback was called with all samples that have come."""
-        if self._thread is not None:
-            with self._changed:
-                self._changed.wait_for(lambda: self._closed or not (self._waiting or self._calling))
+        if self._worker is not None:
+            self._worker.settle()
 
     def __enter__(self) -> Self:
         """Return the subscription."""
@@ -76,32 +70,18 @@ class Subscription:
         """Close it."""
         self.close()
 
-    def _wait(self, key: str, payload: bytes) -> None:
-        with self._changed:
-            self._waiting.append((key, payload))
-            self._changed.notify_all()
-
     def _take(self, key: str, payload: bytes) -> None:
-        if not self._closed:
+        if self._worker is None:
             self._call(key, payload)
-
-    def _run(self) -> None:
-        while (item := self._next()) is not None:
-            self._call(*item)
+        else:
+            self._worker.after(0.0, partial(self._call, key, payload))
 
     def _call(self, key: str, payload: bytes) -> None:
         try:
-            self._callback(key, payload)
+            if not self._closed:
+                self._callback(key, payload)
         except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
             _log.exception("the callback of the subscription to %r failed", self._key)
-
-    def _next(self) -> tuple[str, bytes] | None:
-        with self._changed:
-            self._calling = False
-            self._changed.notify_all()
-            self._changed.wait_for(lambda: self._waiting or self._closed)
-            self._calling = not self._closed
-            return None if self._closed else self._waiting.popleft()
 
 
 def read_clock(payload: bytes) -> float:

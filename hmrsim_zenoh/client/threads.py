@@ -19,14 +19,16 @@ class Worker:
     Args:
         at_once: Whether to start the thread now and not upon first use: that may be in Zenoh's thread, which must not
             wait for another thread to start.
+        most: How many calls may wait; a further one takes the place of the first.
     """
 
-    def __init__(self, name: str, *, at_once: bool = True) -> None:
+    def __init__(self, name: str, *, at_once: bool = True, most: float = math.inf) -> None:
         self._changed = threading.Condition()
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
-        self._closed = False
+        self._closed = self._calling = False
         self._name = name
+        self._most = most
         self._thread: threading.Thread | None = None
         if at_once:
             self._start()
@@ -42,11 +44,18 @@ class Worker:
                 return
             at = time.monotonic() + delay
             due = (math.ceil(at / delay) * delay if rounded else at, next(self._order), call)
+            if len(self._due) >= self._most:
+                heapq.heappop(self._due)
             heapq.heappush(self._due, due)
             if self._thread is None:
                 self._start()
             elif self._due[0] is due:
-                self._changed.notify()
+                self._changed.notify_all()
+
+    def settle(self) -> None:
+        """Wait until all calls have been made, or the worker is closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or not (self._due or self._calling))
 
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
@@ -57,7 +66,7 @@ class Worker:
         with self._changed:
             self._closed = True
             self._due.clear()
-            self._changed.notify()
+            self._changed.notify_all()
         if self._thread is not threading.current_thread():
             self._thread.join()
 
@@ -74,11 +83,14 @@ class Worker:
 
     def _next(self) -> Callable[[], None] | None:
         with self._changed:
+            self._calling = False
+            self._changed.notify_all()
             while not self._closed:
                 if not self._due:
                     self._changed.wait()
                 elif (delay := self._due[0][0] - time.monotonic()) > 0:
                     self._changed.wait(delay)
                 else:
+                    self._calling = True
                     return heapq.heappop(self._due)[2]
             return None
