@@ -72,7 +72,8 @@ def passing_time(options) -> Iterator[None]:
 def interrupted_script(options, at) -> Interrupt:
     """Interrupt a script before or while it waits for a goal that it then cancels; return where it was."""
     interrupt, goal = Interrupt(at), None
-    with Client(options, name="script") as client:
+    # Of two clients of one name, the token of the first may be reported as gone after that of the second has come.
+    with Client(options, name=f"script_{at}") as client:
         wait = client.action_client("wall_e", WAIT)
         # It takes part before it sends something.
         assert client.now >= 0.0
