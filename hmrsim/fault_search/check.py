@@ -141,6 +141,9 @@ class ReproFile(CheckFile):
         default=".", description="The folder of the controller's files, relative to the folder of this file."
     )
     trace: str = Field(default="", description="SHA-256 of the run's trace; empty if unknown.")
+    left_out: str = Field(
+        default="", description="What the search has left out of the world of the check, in words; empty for nothing."
+    )
 
 
 _KEPT_WORLDS: Final = 64

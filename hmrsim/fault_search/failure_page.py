@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from hmrsim.fault_search.check import ReproFile
+from hmrsim.fault_search.reducer import left_out
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.story import passes
 from hmrsim.fault_search.summary import by_begin
@@ -60,7 +62,11 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
     failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
     title = failure.property if failure else "no property is violated"
-    heading = Heading(f"Failing run of {check.name}", title, text, "The run fails without any fault.")
+    lacks = check.file.left_out if isinstance(check.file, ReproFile) else ""
+    if case.definition is not None:
+        lacks = left_out(check.definition, case.definition)
+    note = f"The world is reduced to what this failure needs. The search has left out {lacks}." if lacks else ""
+    heading = Heading(f"Failing run of {check.name}", title, text, "The run fails without any fault.", note)
     return page_of(heading, causes, (failing, twin) if twin else (failing,))
 
 

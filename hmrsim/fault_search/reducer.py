@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.components.battery import BatterySettings
@@ -98,6 +98,10 @@ ROUNDS: Final = (("robots",), ("demand", "items", "faults"), ("lifts", "doors", 
 """The keys whose entries are left out in one round, in this order."""
 
 
+_NAMED_ROBOTS: Final = 4
+"""The maximum number of robots whose names are among what was left out."""
+
+
 def parts_of(definition: Mapping[str, Any], keys: Iterable[str]) -> list[Part]:
     """Return the parts of a world under some keys, in order."""
     found: list[Part] = []
@@ -105,6 +109,18 @@ def parts_of(definition: Mapping[str, Any], keys: Iterable[str]) -> list[Part]:
         entries = definition.get(key) or ()
         found += [(key, name) for name in (entries if key in _NAMED else range(len(entries)))]
     return found
+
+
+def left_out(definition: Mapping[str, Any], reduced: Mapping[str, Any]) -> str:
+    """Return what a reduced world lacks, such as "2 of 3 robots (ann, bob), 1 of 20 lanes"; empty for nothing."""
+    texts = []
+    for key in (*chain.from_iterable(ROUNDS), "waypoints"):
+        before, after = definition.get(key) or (), reduced.get(key) or ()
+        if number := len(before) - len(after):
+            missing = [name for name in before if name not in after] if key == "robots" else []
+            names = f" ({', '.join(missing)})" if 0 < len(missing) <= _NAMED_ROBOTS else ""
+            texts.append(f"{number} of {len(before)} {'entries of demand' if key == 'demand' else key}{names}")
+    return ", ".join(texts)
 
 
 def restricted(definition: Mapping[str, Any], keys: Iterable[str], kept: Iterable[Part]) -> dict[str, Any]:

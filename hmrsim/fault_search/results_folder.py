@@ -17,6 +17,7 @@ from markupsafe import Markup
 
 from hmrsim import __version__
 from hmrsim.errors import OutputError, reason_of
+from hmrsim.fault_search.reducer import left_out
 from hmrsim.fault_search.story import LONG, events_of, mark_of, passes, story_of
 from hmrsim.report.html import page_around, part, templates
 from hmrsim.world.writing import block
@@ -131,6 +132,7 @@ def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
         **({"trace": finding.trace_hash} if finding.trace_hash else {}),
         "schedule": [dict(injection.spec) for injection in finding.schedule],
         "properties": check.properties.model_dump(mode="json", by_alias=True, exclude_defaults=True),
+        **({"left_out": text} if definition is not None and (text := left_out(check.definition, definition)) else {}),
         "world": check.definition if definition is None else dict(definition),
     }
 

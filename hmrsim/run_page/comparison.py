@@ -43,12 +43,14 @@ class Heading:
         title: The title, such as the name of the property that is violated.
         text: The line below it; may be empty.
         alone: The cause of the failure if no fault causes it.
+        note: A remark about the world of the run; may be empty.
     """
 
     kind: str
     title: str
     text: str
     alone: str
+    note: str = ""
 
 
 @dataclass(frozen=True)

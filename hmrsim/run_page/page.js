@@ -236,7 +236,7 @@ class Run {
 const runs = data.runs.map((values, number) => new Run(number, values));
 const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");
 let playing = 0, before = 0, followed = 0;
-const cursor = { at: 0, lines: runs.map(() => 0) };
+const cursor = { at: 0, lines: runs.map(() => 0), ticked: runs.map(() => 0) };
 
 /** Return how many events of each run have happened at a time, or after the *count*-th event of run *number*. */
 function linesAt(at, number, count) {
@@ -252,7 +252,7 @@ function linesAt(at, number, count) {
 /** Show a time; with the number of a run and a count, the moment after so many of its events. */
 function show(at, number, count) {
   cursor.at = Math.min(data.length, Math.max(0, at));
-  cursor.lines = linesAt(cursor.at, number, count);
+  cursor.lines = cursor.ticked = linesAt(cursor.at, number, count);
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
@@ -268,7 +268,7 @@ function show(at, number, count) {
 
 function showTrees() {
   if (!treeOf) return;
-  const ticks = runs.map((run, i) => run.tickOf(treeOf.value, cursor.at, cursor.lines[i]));
+  const ticks = runs.map((run, i) => run.tickOf(treeOf.value, cursor.at, cursor.ticked[i]));
   runs.forEach((run, i) => run.showTree(ticks[i], ticks[1 - i]));
 }
 
@@ -283,6 +283,9 @@ function showDifference() {
   if (!data.difference) return;
   pause();
   show(data.difference.at, 0, data.difference.seen[0]);
+  // The trees react to the event after it, at the same instant.
+  cursor.ticked = linesAt(cursor.at);
+  showTrees();
 }
 
 const play = find("#play"), speed = find("#speed");

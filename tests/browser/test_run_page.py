@@ -80,6 +80,12 @@ def test_it_opens_at_the_first_difference_and_jumps_back_to_it(page):
     ]
 
 
+def test_the_trees_at_the_first_difference_have_reacted_to_it(page):
+    page.click("#difference")
+
+    assert 0 < page.locator(".tree .differs").count()
+
+
 def test_the_tree_is_shown_as_it_was_ticked(page):
     to(page, 1)
     assert ["R", "R"] == page.eval_on_selector_all(".tree li:nth-child(2)", "(all) => all.map((li) => li.dataset.is)")

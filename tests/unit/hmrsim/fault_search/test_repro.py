@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from hmrsim.fault_search.failure_page import failure_page, run_logged
 from hmrsim.fault_search.reading import read_repro
 from hmrsim.fault_search.results_folder import ResultsFolder, junit_text, page_of
 from hmrsim.fault_search.run import Failure, Outcome, Wanted, run_case
@@ -34,6 +35,15 @@ def test_file_reproduces_the_failure(found, tmp_path):
     assert (repro.failure.property, repro.failure.reason) in outcome.failures
     assert outcome.trace == summary.findings[0].outcome.trace
     assert path.with_suffix(".jsonl").read_text("utf-8") == outcome.trace
+
+
+def test_file_tells_its_page_what_the_search_has_left_out(found, tmp_path):
+    check, summary = found
+    repro = read_repro(ResultsFolder(tmp_path / "results").keep(check, summary.findings[0]))
+    page = failure_page(repro.check, repro.case, *run_logged(repro.check, repro.case, Wanted()))
+
+    assert repro.check.file.left_out.startswith("1 of 2 robots (other), ")
+    assert f"The search has left out {repro.check.file.left_out}." in page
 
 
 def test_world_name_may_have_two_words(tmp_path):

@@ -52,6 +52,19 @@ def test_a_run_that_fails_without_any_fault_stands_alone():
     assert 1 == len(data_of(page)["runs"])
 
 
+def test_a_reduced_world_is_named():
+    check = check_of("vain")
+    world = {**check.definition, "robots": {"porter": check.definition["robots"]["porter"]}}
+    case = Case((BREAKDOWN,), world)
+    page = failure_page(check, case, *run_logged(check, case, Wanted()))
+
+    assert "The search has left out 1 of 2 robots (other)." in page
+
+
+def test_the_whole_world_is_not_called_reduced(page):
+    assert "The world is reduced" not in page
+
+
 def test_names_can_not_end_the_data():
     world = {**WORLD, "waypoints": {**WORLD["waypoints"], "</script><b>": [5, 5]}}
     check = check_of("careful", world=world)
