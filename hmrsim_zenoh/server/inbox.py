@@ -14,7 +14,7 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -130,6 +130,11 @@ class _LentChannel:
 
     Args:
         add: Adds a query in the other thread; returns whether the channel returns to the simulation thread.
+
+    Attributes:
+        lent: Whether the other thread reads it.
+        recv: Waits for the next query and returns it; raises `zenoh.ZError` once the channel is closed and empty.
+        try_recv: The same without waiting; returns None if there is no query now.
     """
 
     def __init__(
@@ -137,8 +142,8 @@ class _LentChannel:
     ) -> None:
         self.reader = reader
         self.lent = False
+        self.recv, self.try_recv = queryable.handler.recv, queryable.handler.try_recv
         self._queryable = queryable
-        self._handler = queryable.handler
         self._add = add
         # The other thread reads when it gets True, and ends when it gets False.
         self._orders: SimpleQueue[bool] = SimpleQueue()
@@ -153,22 +158,6 @@ class _LentChannel:
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="hmrsim-queries", daemon=True)
             self._thread.start()
-
-    def drain(self, queries: deque[tuple[Reader, zenoh.Query]], most: int = _BATCH, *, block: bool = False) -> None:
-        """Add the queries that have arrived, up to *most*, for the simulation thread; none while the channel is lent.
-
-        *block* waits for so many, or for the end of the channel.
-        """
-        if self.lent:
-            return
-        take = self._handler.recv if block else self._handler.try_recv
-        try:
-            while most and (query := take()) is not None:
-                queries.append((self.reader, query))
-                most -= 1
-        except zenoh.ZError:
-            # The channel is closed and empty.
-            return
 
     def close(self) -> None:
         """Undeclare the queryable, and end the other thread."""
@@ -185,7 +174,7 @@ class _LentChannel:
             added = False
             while not added:
                 try:
-                    query = self._handler.recv()
+                    query = self.recv()
                 except zenoh.ZError:
                     return
                 added = self._add(query, self)
@@ -278,10 +267,11 @@ class ChannelInbox(QueryInbox):
         with self._changed:
             if self.closed:
                 return
+            if further:
+                self._receive(further)
             super().close()
             # From now on the other threads refuse the queries.
             for channel in further:
-                channel.drain(self._queries, _CHANNEL)
                 channel.lend()
         first.close()
 
@@ -295,7 +285,10 @@ class ChannelInbox(QueryInbox):
         self._asleep = True
         try:
             if not (self._commands or self._queries or self.closed):
-                self._channels[0].drain(self._queries, 1, block=True)
+                self._queries.append((self._reader, self._channels[0].recv()))
+        except zenoh.ZError:
+            # The channel is closed and empty.
+            return
         finally:
             self._asleep = False
 
@@ -327,13 +320,21 @@ class ChannelInbox(QueryInbox):
             channel.reader.refuse(query)
         return taken
 
-    def _receive(self) -> bool:
-        """Take the queries that have arrived; return whether any waits.
+    def _receive(self, channels: Sequence[_LentChannel] | None = None) -> bool:
+        """Take the queries that have arrived, on all or some of the channels; return whether any waits.
 
         After closing, this waits for the first channel's end, which is near.
         """
         queries = self._queries
         if len(queries) < _BATCH:
-            for channel in self._channels:
-                channel.drain(queries, block=self.closed and channel is self._channels[0])
+            for channel in channels or self._channels:
+                take = channel.recv if self.closed and channel is self._channels[0] else channel.try_recv
+                try:
+                    for _ in range(0 if channel.lent else _BATCH):
+                        if (query := take()) is None:
+                            break
+                        queries.append((channel.reader, query))
+                except zenoh.ZError:
+                    # The channel is closed and empty.
+                    continue
         return bool(queries)
