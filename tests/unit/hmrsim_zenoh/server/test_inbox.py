@@ -71,6 +71,7 @@ def inbox(channel, refused):
     inbox = ChannelInbox(session, "a/**", Reader(lambda query: [query], refused.append), wakeup_key="a/b")
     yield inbox
     inbox.close()
+    inbox.leave()
 
 
 def test_the_simulations_thread_reads_the_queries_that_come_while_it_computes(inbox, channel):
