@@ -150,7 +150,7 @@ class FakeConnection(Connection):
         goals: The goals that came, in order.
         robot: Called with each new goal.
         requests: All other requests that came, in order.
-        calls: What the clients wait for, of each.
+        calls: The calls whose answers the clients wait for.
         participants: The announced participants.
         followers: The functions that follow whether the simulator is alive.
         script: The answers to other requests by their types; the last one is repeated. A function is called with the

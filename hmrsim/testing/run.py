@@ -123,10 +123,10 @@ def _plan(tree: AnyTree, values: Mapping[str, str], nodes: Sequence[str]) -> Pla
 
 
 class _Canceled:
-    """What held robots up when `Run.play` canceled its controller, before their goals were canceled.
+    """The causes that held up robots when `Run.play` canceled its controller, before it canceled their goals.
 
     Attributes:
-        at: When, in simulated seconds.
+        at: The time of the cancellation, in simulated seconds.
         stuck: Why robots that were held up did not go on, by name, as of `Causes.stuck`.
         chains: The causes for each robot.
     """

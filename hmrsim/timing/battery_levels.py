@@ -1,6 +1,6 @@
-"""The conditions on the level of one robot's battery, and when the next of them may be met.
+"""The conditions on the level of one robot's battery, and the time at which the next of them may be met.
 
-The level is a formula of time between two changes of the load, so that the instant at which a value is reached can be
+Between two changes of the load the level is a formula of time, so that the instant at which it reaches a value can be
 computed.
 """
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hmrsim.robots.power import Energy
 
 ConditionId = tuple[str, str]
-"""A participant, and what it calls a condition."""
+"""A participant, and its name for a condition."""
 
 _SHARE: Final = ("percentage",)
 _LEVELS: Final = (_SHARE, ("charge",))
@@ -30,7 +30,7 @@ _FALLING: Final = ("<", "<=")
 
 
 class _Kind(NamedTuple):
-    """Comparisons of one field with one operator: a level that falls or rises reaches the nearest value first."""
+    """The comparisons of one field with one operator, of which the one with the nearest value holds first."""
 
     path: tuple[str, ...]
     operator: str
@@ -40,7 +40,7 @@ class _Kind(NamedTuple):
 
 
 class _Waiting(NamedTuple):
-    """A condition that waits for one of its comparisons; the nearest value sorts last."""
+    """A condition that waits for one of its comparisons to hold; the nearest value sorts last."""
 
     order: float
     condition: ConditionId
@@ -50,12 +50,12 @@ class _Waiting(NamedTuple):
 class BatteryLevels:
     """The conditions on the level of one robot's battery.
 
-    Each waits for one of its comparisons that does not hold now: until that one does, the condition can't be met. So
-    whatever happens to the battery, only the nearest value of each field and operator is looked at.
+    Each condition waits for one of its comparisons that does not hold now; until that one holds, the condition can't be
+    met. So only the nearest value of each field and operator has to be checked.
 
     Args:
         energy: The account of the battery, which is observed from now on.
-        changed: Called when another load begins, or the charge has jumped.
+        changed: Called when the load changes or the charge jumps.
     """
 
     def __init__(self, energy: Energy, changed: Callable[[], None]) -> None:
@@ -64,16 +64,16 @@ class BatteryLevels:
         self._watches: dict[ConditionId, Watch] = {}
         self._waiting: dict[_Kind, list[_Waiting]] = {}
         self._places: dict[ConditionId, tuple[_Kind, _Waiting]] = {}
-        # Those of which all comparisons of levels hold, and others may not.
+        # The conditions of which all comparisons of levels hold; their other comparisons may not hold.
         self._open: dict[ConditionId, None] = {}
         energy.observe(changed)
 
     def close(self) -> None:
-        """Observe the battery no longer."""
+        """Stop observing the battery."""
         self.energy.ignore(self._changed)
 
     def add(self, condition: ConditionId, watch: Watch, now: float) -> float:
-        """Add a condition; return when it is to be looked at, infinite if others come before it or it is never met."""
+        """Add a condition; return when to check it, infinite if others come before it or it is never met."""
         self._watches[condition] = watch
         never = False
         for path, operator, value in filter(is_level, watch.comparisons):
@@ -100,7 +100,7 @@ class BatteryLevels:
             del waiting[bisect_left(waiting, entry)]
 
     def take(self, now: float) -> list[tuple[ConditionId, Watch]]:
-        """Return the conditions that may be met now; each is to be removed then, or added again."""
+        """Return the conditions that may be met now; the caller removes each of them, or adds it again."""
         taken = [*self._open]
         for kind, waiting in self._waiting.items():
             level = _level(self.energy, kind.path, now)
@@ -111,18 +111,18 @@ class BatteryLevels:
         return [(condition, self._watches[condition]) for condition in taken]
 
     def due(self, now: float, *, looked: bool) -> float:
-        """Return when a condition is to be looked at next; infinite if none is as things are.
+        """Return when to check a condition next; infinite if none will be met under the present load.
 
         Args:
-            now: The present time, which is the answer if one may be met now.
-            looked: Whether those that may be met now were looked at.
+            now: The present time, which is returned if a condition may be met now.
+            looked: Whether those that may be met now were checked already.
         """
         if self._open and not looked:
             return now
         return min((self._reached(kind, now) for kind, waiting in self._waiting.items() if waiting), default=math.inf)
 
     def _reached(self, kind: _Kind, now: float) -> float:
-        """Return when the nearest value of a kind is reached: now, or after whole nanoseconds."""
+        """Return when the level reaches the nearest value of a kind: now, or after whole nanoseconds."""
         value = self._waiting[kind][-1].value
         if kind.holds(_level(self.energy, kind.path, now), value):
             return now
@@ -135,7 +135,7 @@ def is_level(comparison: Comparison) -> bool:
 
 
 def _number(value: object) -> float | None:
-    """Return what a level is compared with; None for what it has no order with."""
+    """Return the number that a level is compared with; None for a value that can't be compared with a number."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
     try:
@@ -151,7 +151,7 @@ def _level(energy: Energy, path: tuple[str, ...], seconds: float) -> float:
 
 
 def _reached(energy: Energy, kind: _Kind, value: float, now: float) -> float:
-    """Return from when on a comparison holds that does not hold now; infinite if it never does as things are."""
+    """Return when a comparison that does not hold now begins to hold; infinite if it never does under this load."""
     battery = energy.battery
     flow, charge = battery.flow(now), battery.charge(now)
     level = value * battery.usable if kind.path == _SHARE else battery.energy(value)
@@ -168,7 +168,7 @@ def _reached(energy: Energy, kind: _Kind, value: float, now: float) -> float:
 
 
 def _first(holds: Callable[[int], bool], low: int, high: int) -> float:
-    """Return the first whole number above *low* at which a condition holds, which is about *high*, if there is one."""
+    """Return the first whole number above *low* at which a condition holds, which is about *high*; else infinity."""
     step = 1
     while not holds(high):
         low, high, step = high, high + step, step * 2

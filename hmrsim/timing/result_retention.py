@@ -1,4 +1,4 @@
-"""Retention of results, in wall seconds from a goal's end."""
+"""The retention of results for some wall seconds after the end of a goal."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
 
 _PART: Final = 0.01
+"""The largest part of their time by which results are kept longer."""
 _MAX_LATENESS: Final = 1.0
-"""By how much of their time results are kept longer, at most, and by how many wall seconds."""
+"""The largest number of wall seconds by which results are kept longer."""
 
 
 class Retention(SelectiveSink):
-    """A sink that records when goals ended by the wall clock, so that their results are dropped in time.
+    """A sink that records when goals end by the wall clock, and drops their results when these have expired.
 
     Args:
-        timeout: Wall seconds that a result is kept; negative for ever.
-        keep_results: Results that are kept per robot anyway: of more goals none needs to be dropped.
+        timeout: Wall seconds for which a result is kept; negative to keep it for ever.
+        keep_results: The number of results that the simulator keeps per robot; older ones it drops by itself.
     """
 
     def __init__(self, timeout: float, keep_results: int = 1000) -> None:
@@ -57,5 +58,5 @@ class Retention(SelectiveSink):
                 simulator.submit(ForgetResult(robot, action, goal_id))
         self._ended = {robot: ended for robot, ended in self._ended.items() if ended}
         earliest = min((ended[0][0] for ended in self._ended.values()), default=math.inf)
-        # Where goals end all the time, the robots are not looked through for each of them.
+        # If goals end all the time, this loop does not run for each of them.
         self._next = max(earliest, now + min(self._timeout * _PART, _MAX_LATENESS))

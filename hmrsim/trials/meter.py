@@ -1,4 +1,4 @@
-"""The time that a run has used: wall time, and processor time of this process and its children."""
+"""The time that a run uses: wall time, and the processor time of this process and its descendants."""
 
 from __future__ import annotations
 
@@ -19,10 +19,16 @@ _PROCESSES: Final = Path("/proc")
 _NANO: Final = 1e-9
 _AFTER_NAME: Final = slice(11, 15)
 """The fields of ``/proc/PID/stat`` after the name with user and system time of the process and its ended children."""
-_LINE: Final = 128
-"""An upper bound of the bytes of ``/proc/PID/task/TID/schedstat``."""
 _PARENT: Final = 1
-"""The place of the parent's id among these fields."""
+"""The index of the parent's id among the fields after the name."""
+_MAX_LINE: Final = 128
+"""An upper bound of the bytes of ``/proc/PID/task/TID/schedstat``."""
+
+_BETWEEN_LOOKS: Final = 0.02
+"""The minimum of wall seconds between two looks."""
+_PATIENCE: Final = 0.5
+_GRACE: Final = 5.0
+"""A run that exceeds its limit has to end within the share `_PATIENCE` of the limit, plus `_GRACE` wall seconds."""
 
 
 class Usage(NamedTuple):
@@ -30,7 +36,7 @@ class Usage(NamedTuple):
 
     Attributes:
         used: Processor time.
-        delayed: Time in which they were ready to run but other processes had the processor; 0 except on Linux.
+        delayed: Time in which they were ready to run while other processes had the processor; 0 except on Linux.
     """
 
     used: float
@@ -46,6 +52,67 @@ class Usage(NamedTuple):
             used += seconds
             delayed += _delayed(process)
         return cls(used, delayed)
+
+
+class Meter:
+    """Measures the time that a run uses, from the construction of the meter.
+
+    Wall time in which the run is ready to compute while other processes have the processor counts towards no limit.
+
+    Args:
+        limits: The limits of the run.
+        seconds: Wall seconds after which its time is over in any case.
+        clock: Returns the wall time, in seconds.
+        usage: Returns the usage of the processor.
+
+    Attributes:
+        why: The limit that the run exceeds, in words; empty if none.
+    """
+
+    def __init__(
+        self,
+        limits: Limits,
+        seconds: float = math.inf,
+        clock: Callable[[], float] = time.monotonic,
+        usage: Callable[[], Usage] = Usage.now,
+    ) -> None:
+        self.why = ""
+        self._wall, self._seconds = limits.wall, seconds
+        self._processor = limits.wall if limits.processor is None else limits.processor
+        self._clock, self._usage = clock, usage
+        # The clock is read after the usage here, and before it in `look`: time between the readings is not waiting.
+        self._at_first = self._before = usage()
+        self._began = self._looked = clock()
+        # Seconds in which the run computed or was ready to.
+        self._busy = 0.0
+
+    @property
+    def left(self) -> float:
+        """The wall seconds until the run can exceed a limit."""
+        used = self._before.used - self._at_first.used
+        since = self._looked - self._began
+        return max(_BETWEEN_LOOKS, min(self._wall - since + self._busy, self._processor - used, self._seconds - since))
+
+    @property
+    def patience(self) -> float:
+        """The wall seconds after which a run counts as ignoring its limit."""
+        return self.left + _PATIENCE * min(self._wall, self._processor) + _GRACE
+
+    def look(self) -> bool:
+        """Measure the time used so far, and return whether the run exceeds a limit."""
+        self._looked = self._clock()
+        usage, before = self._usage(), self._before
+        self._before = usage
+        # The delays of a thread or process are lost when it ends.
+        self._busy += max(0.0, usage.used - before.used) + max(0.0, usage.delayed - before.delayed)
+        since = self._looked - self._began
+        if usage.used - self._at_first.used >= self._processor:
+            self.why = f"it takes longer than {self._processor:g} s of processor time"
+        elif since - self._busy >= self._wall:
+            self.why = f"it has waited for {self._wall:g} wall seconds without computing anything"
+        elif since >= self._seconds:
+            self.why = f"it takes longer than the {self._seconds:.3g} wall seconds that were left for it"
+        return bool(self.why)
 
 
 def _descendants() -> Iterator[tuple[str, float]]:
@@ -70,7 +137,7 @@ def _descendants() -> Iterator[tuple[str, float]]:
 
 
 def _has_children() -> bool:
-    """Return whether this process has children, a thousand times faster than by a look at all processes."""
+    """Return whether this process has children, a thousand times faster than by listing all processes."""
     try:
         os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
     except ChildProcessError:
@@ -95,76 +162,8 @@ def _waited(path: str) -> int:
     except OSError:
         return 0
     try:
-        return int(os.read(file, _LINE).split()[1])
+        return int(os.read(file, _MAX_LINE).split()[1])
     except OSError:
         return 0
     finally:
         os.close(file)
-
-
-_BETWEEN_LOOKS: Final = 0.02
-"""The minimum of wall seconds between two looks."""
-_PATIENCE: Final = 0.5
-"""A run that exceeds its limit has to end within this share of the limit, plus `_GRACE`."""
-_GRACE: Final = 5.0
-"""Wall seconds."""
-
-
-class Meter:
-    """Measures the time that a run uses, from the construction of the meter.
-
-    Wall time in which the run is ready to compute but other processes have the processor counts towards no limit.
-
-    Args:
-        limits: The limits of the run.
-        seconds: Wall seconds after which its time is over in any case.
-        clock: Returns the wall time, in seconds.
-        usage: Returns the usage of the processor.
-
-    Attributes:
-        why: The limit that the run exceeds, in words; empty if none.
-    """
-
-    def __init__(
-        self,
-        limits: Limits,
-        seconds: float = math.inf,
-        clock: Callable[[], float] = time.monotonic,
-        usage: Callable[[], Usage] = Usage.now,
-    ) -> None:
-        self.why = ""
-        self._wall, self._seconds = limits.wall, seconds
-        self._processor = limits.wall if limits.processor is None else limits.processor
-        self._clock, self._usage = clock, usage
-        # In this order, and the one in `look`, time between the two readings does not count as waiting.
-        self._at_first = self._before = usage()
-        self._began = self._looked = clock()
-        self._busy = 0.0
-
-    @property
-    def left(self) -> float:
-        """The wall seconds until the run can exceed a limit."""
-        used = self._before.used - self._at_first.used
-        since = self._looked - self._began
-        return max(_BETWEEN_LOOKS, min(self._wall - since + self._busy, self._processor - used, self._seconds - since))
-
-    @property
-    def patience(self) -> float:
-        """The wall seconds after which a run counts as ignoring its limit."""
-        return self.left + _PATIENCE * min(self._wall, self._processor) + _GRACE
-
-    def look(self) -> bool:
-        """Measure; return whether the run exceeds a limit."""
-        self._looked = self._clock()
-        usage, before = self._usage(), self._before
-        self._before = usage
-        # The delays of a thread or process are lost when it ends.
-        self._busy += max(0.0, usage.used - before.used) + max(0.0, usage.delayed - before.delayed)
-        since = self._looked - self._began
-        if usage.used - self._at_first.used >= self._processor:
-            self.why = f"it takes longer than {self._processor:g} s of processor time"
-        elif since - self._busy >= self._wall:
-            self.why = f"it has waited for {self._wall:g} wall seconds without computing anything"
-        elif since >= self._seconds:
-            self.why = f"it takes longer than the {self._seconds:.3g} wall seconds that were left for it"
-        return bool(self.why)

@@ -1,7 +1,7 @@
-"""The connection between a client and its simulator: typed commands there, typed answers back.
+"""The connection from a client to its simulator, which carries typed commands and their typed answers.
 
-Within one process a command goes to the simulator's inbox as it is. Over Zenoh it is encoded at this end and decoded
-at the server's. Nothing else in the client knows which, or what JSON looks like.
+Within one process a command goes to the simulator's inbox as it is. Over Zenoh it is encoded here and decoded by the
+server. The rest of the client neither knows which of the two is used nor handles JSON.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 
 PATIENCE: Final = 60.0
-"""Wall seconds to wait for an answer by default; an absent simulator is noticed earlier."""
+"""Wall seconds to wait for an answer by default; the absence of a simulator is noticed earlier."""
 
 # Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
 _TIMED_OUT: Final = b"Timeout"
 
 _LOOK: Final = 1.0
-"""The longest wait in wall seconds."""
+"""The longest uninterruptible wait, in wall seconds."""
 
 Answer = Any
-"""The answer, as in `hmrsim.protocol.goal`; an `HmrsimError`, such as one that was replied; or None: nothing came
-back, and the effect of the command is unknown."""
+"""The answer to a command, as in `hmrsim.protocol.goal`; an `HmrsimError`, such as one that the simulator sent; or None
+if no reply came and the effect of the command is unknown."""
 
 
 class ActionTarget(Protocol):
@@ -65,11 +65,11 @@ class ActionTarget(Protocol):
 
 
 class ReadInfo(NamedTuple):
-    """Read the simulator's description; answered by plain values, which the caller may modify."""
+    """A request for the simulator's description; the answer is plain values, which the caller may modify."""
 
 
 class Ask(NamedTuple):
-    """Ask one of the world's services; answered by its response.
+    """A request to one of the world's services; the answer is its response.
 
     Attributes:
         service: Its name, such as ``get_named_poses``.
@@ -82,14 +82,14 @@ class Ask(NamedTuple):
 
 
 class Read(NamedTuple):
-    """Read the latest value of a key, or call the service at a key with a payload; answered by bytes."""
+    """A request for the latest value of a key, or with a payload to the service at a key; the answer is bytes."""
 
     key: str
     payload: bytes | None = None
 
 
 Reply = bytes | RequestError | None
-"""The reply, the error that was replied, or None: nothing came back, and the request's effect is unknown."""
+"""The bytes of a reply, the error that came instead, or None if no reply came and the request's effect is unknown."""
 
 Operator = Literal["==", "!=", "<", "<=", ">", ">="]
 
@@ -110,7 +110,7 @@ class Condition:
 
 
 class Watched(NamedTuple):
-    """A command of an advance: watch a condition.
+    """A command of an advance that adds a condition to watch.
 
     Attributes:
         name: The sender's name for the condition.
@@ -128,7 +128,7 @@ Asked = Union["Join", "Advance", "Leave", "ReadTime", ReadInfo, Ask, Read]
 
 
 class Call(Protocol):
-    """A request for whose answer one thread waits.
+    """A request whose answer one thread waits for.
 
     Attributes:
         answer: The answer; None before it arrives, and if it was lost.
@@ -144,7 +144,7 @@ class Call(Protocol):
 
 
 class Connection(ABC):
-    """A way to one simulator.
+    """A connection to one simulator.
 
     Attributes:
         ordered: Whether commands arrive in the order in which they are sent.
@@ -193,9 +193,9 @@ class Connection(ABC):
         on_end: Callable[[], None],
         read: bool = True,  # noqa: ARG002 - for subclasses
     ) -> None:
-        """Send a goal and ask for its result in one; both answers come to *on_answer*, then *on_end* is called.
+        """Send a goal that also requests its result; *on_answer* receives both answers, then *on_end* is called.
 
-        By default only the goal is sent, and what is missing at the end is to be asked for.
+        By default only the goal is sent; a caller that has no result when *on_end* is called requests it separately.
         """
         self.send(target, command, on_answer, timeout=timeout)
         on_end()
@@ -206,7 +206,7 @@ class Connection(ABC):
 
     @abstractmethod
     def call(self, command: Asked, *, timeout: float) -> Call:
-        """Send a command for whose answer a thread waits; see `hmrsim.protocol.time` for answers about time."""
+        """Send a command whose answer a thread waits for; see `hmrsim.protocol.time` for answers about time."""
 
     @abstractmethod
     def ask(self, request: Read, then: Callable[[Reply], None], *, timeout: float) -> None:
@@ -214,14 +214,14 @@ class Connection(ABC):
 
     @abstractmethod
     def subscribe(self, key: str, take: Callable[[str, bytes], None], *, history: bool = False) -> Callable[[], object]:
-        """Call a function with the key and payload of each sample; return a function that ends that.
+        """Call a function with the key and payload of each sample; return a function that unsubscribes.
 
         Raises:
             ClientClosed: The connection is closed.
         """
 
     def worker(self) -> Worker:
-        """Return what runs a client's deferred calls."""
+        """Return a worker that runs a client's deferred calls."""
         return Worker("hmrsim client", at_once=False)
 
     @abstractmethod
@@ -229,7 +229,7 @@ class Connection(ABC):
         """Return a text that no other connection has."""
 
     def fitting(self, commands: list[Any]) -> int:
-        """Return how many of some commands go with one advance; one at least."""
+        """Return how many of these commands, from the first on, fit into one advance; at least one."""
         return len(commands)
 
     @abstractmethod
@@ -250,24 +250,24 @@ class Connection(ABC):
 
     @abstractmethod
     def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:
-        """Look whether the simulator is alive: call a function if it is, and then, within *timeout* s, the other."""
+        """Check whether the simulator is alive: call *on_alive* if it is, then *then* within *timeout* seconds."""
 
     @abstractmethod
     def unlisten(self) -> None:
         """Unsubscribe from all feedback; the session stays open."""
 
     def denial(self, target: ActionTarget, command: GoalCommand) -> Denied | None:  # noqa: ARG002 - for subclasses
-        """Return why a command to an action is denied; None if access control allows it, or there is none."""
+        """Return why access control denies a command to an action; None if it allows it, or if there is none."""
         return None
 
 
 def body_of(reply: Any) -> Reply:
-    """Return the payload or the error of a reply of Zenoh, or of what passes for one."""
+    """Return the payload or the error of a reply of Zenoh, or of an object with the same attributes."""
     if (sample := reply.ok) is not None:
         payload: bytes = sample.payload.to_bytes()
         if (attachment := sample.attachment) is None:
             return payload
-        # Why a goal did not succeed comes beside its result, which has the fields of its ROS type.
+        # The cause of a goal's failure is in the attachment, since a result has only the fields of its ROS type.
         cause = to_json(attachment.to_bytes().decode(errors="replace"))
         return b'%b,"cause":%b}' % (payload[:-1], cause)
     body = reply.err.payload.to_bytes() if reply.err is not None else b""
@@ -281,7 +281,7 @@ def take_within(queue: SimpleQueue[T], timeout: float) -> T:
         Empty: There is none within *timeout* wall seconds.
     """
     limit = time.monotonic() + timeout
-    # Ctrl-C may not interrupt a wait that begins at the same moment, so that each wait is a short one.
+    # Waits are short, since Ctrl-C may fail to interrupt a wait that begins at the same moment.
     while (left := limit - time.monotonic()) > _LOOK:
         with suppress(Empty):
             return queue.get(timeout=_LOOK)

@@ -36,7 +36,7 @@ class Pending:
         self.may_be_lost = False
 
     def take(self, answer: Answer) -> None:
-        """Take the answer unless the connection was cut off; only the first one counts. None: it is lost."""
+        """Pass on the first answer unless the connection was cut off; None for one that is lost."""
         then, self._then = self._then, None
         if then is not None and self._connection.error is None:
             then(answer)
@@ -52,7 +52,7 @@ class LocalCall(Pending):
     __slots__ = ("_bell", "_ended", "answer")
 
     def __init__(self, connection: LocalConnection) -> None:
-        # As the base class does, in place of a call for each advance.
+        # The same as in the base class, without a call of its constructor for each advance.
         self._connection, self.may_be_lost = connection, False
         self.answer: Answer = None
         self._ended = False
@@ -81,7 +81,7 @@ class LocalCall(Pending):
 
 
 class Simulation(Protocol):
-    """The simulation of a process, as its connections reach it."""
+    """The simulation of a process, as its connections use it."""
 
     @property
     def exchange(self) -> Exchange:
@@ -102,9 +102,9 @@ class Simulation(Protocol):
 
 
 class LocalConnection(Connection):
-    """A connection to the simulation of this process. Requests are answered, if possible, before a call returns.
+    """A connection to the simulation of this process, which answers requests before a call returns if it can.
 
-    Commands go to the simulation as objects. On keys it passes for a session of Zenoh, with what is used of that here.
+    Commands go to the simulation as objects. For keys it has those methods of a Zenoh session that are used here.
 
     Args:
         simulation: The simulation.
@@ -148,7 +148,7 @@ class LocalConnection(Connection):
         """Do nothing: there are no listeners."""
 
     def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
-        """Send a command for whose answer a thread waits."""
+        """Send a command whose answer a thread waits for."""
         call = LocalCall(self)
         if isinstance(command, Read):
             self._query(command, call)
@@ -161,7 +161,7 @@ class LocalConnection(Connection):
         self._query(request, Pending(self, then))
 
     def subscribe(self, key: str, take: Callable[[str, bytes], None], *, history: bool = False) -> Callable[[], object]:
-        """Call a function with the key and payload of each sample; return a function that ends that."""
+        """Call a function with the key and payload of each sample; return a function that unsubscribes."""
 
         def on_sample(sample: Any) -> None:
             take(str(sample.key_expr), sample.payload.to_bytes())
@@ -192,7 +192,7 @@ class LocalConnection(Connection):
         return self.simulation.follow(on_change)
 
     def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:  # noqa: ARG002 - as above
-        """Call a function if the simulator is alive, and then the other."""
+        """Call *on_alive* if the simulator is alive, and *then* in any case."""
         self.simulation.follow(lambda alive: on_alive() if alive else None)()
         then()
 
@@ -219,7 +219,7 @@ class LocalConnection(Connection):
         return f"{self._delivery.number()}/{self._number}"
 
     def declare_keyexpr(self, key: str) -> str:
-        """Return a key: they need not be declared here."""
+        """Return the key itself: keys need not be declared here."""
         return key
 
     def put(self, key: object, payload: Any, *, encoding: object = "", **_: object) -> None:

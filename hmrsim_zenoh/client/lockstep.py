@@ -1,7 +1,7 @@
-"""A client's participation in lockstep: requests go with the next advance, and events come with its grant.
+"""A client's participation in lockstep: commands go with the next advance, and events come with its grant.
 
-A goal handle sends its commands as over any connection. Simulated time stands still while no thread waits: a thread
-that waits for a condition advances time until it holds. Time moves only when every participant has requested an
+A goal handle sends its commands as over any other connection. A thread that waits for a condition advances time until
+it holds; while no thread waits, simulated time stands still. Time moves only when every participant has requested an
 advance. If a reply is lost, the same request is sent again and gets the same answer.
 """
 
@@ -59,7 +59,7 @@ _NO_KINDS: Final[Kinds] = frozenset()
 _RESULT: Final[Kinds] = frozenset({"result"})
 _RESULT_OR_FEEDBACK: Final[Kinds] = frozenset({"result", "feedback"})
 _SURE: Final = 2
-"""Idle grants in a row after which waiting fails: every participant knew that time stood, and none sent a command."""
+"""Idle grants in a row after which waiting fails: every participant knew that time stood still, and sent no command."""
 
 _Queued = tuple[Any, Callable[["Answer"], None], "ActionTarget | None"]
 """A command for the next advance, the callback for its answer, and its action, if it has one."""
@@ -427,7 +427,7 @@ class Lockstep:
         self._link.fail(error)
 
     def _hand_out(self) -> None:
-        """Run callbacks. After an interrupt the next step runs the rest, from the interrupted one on."""
+        """Run the pending callbacks; after an interrupt the next step runs the rest, from the interrupted one on."""
         while self._undelivered:
             try:
                 self._undelivered[0]()
@@ -507,14 +507,14 @@ class Lockstep:
         raise NameTaken(str(answer), answer.details) if _field(answer) == "name" else answer
 
     def _leave(self) -> None:
-        """Leave without a request to the simulator."""
+        """Leave lockstep without a request to the simulator."""
         self._link.leave(self)
         withdraw, self._withdraw = self._withdraw, None
         if withdraw is not None and not self._link.closed:
             withdraw()
 
     def _take(self, limit: float) -> Granted | None:
-        """Wait for the grant; None if it does not come by *limit* of the wall clock: the caller may wait again.
+        """Return the grant; None if it has not come by *limit* of the wall clock, and the caller may wait again.
 
         An interrupt loses nothing: this returns the same grant until it was accepted.
 
@@ -542,7 +542,7 @@ class Lockstep:
         return None
 
     def _answered(self, call: Call, timeout: float) -> bool:
-        """Wait for the answer; an answer of None was lost, and the request may be repeated."""
+        """Return whether the answer came in time; if it is None, it was lost, and the request may be repeated."""
         if self._failure is not None:
             raise self._failure
         if not call.wait(timeout):
@@ -585,7 +585,7 @@ class Lockstep:
 
 
 class _Turns:
-    """Lets one thread at a time do the work that all of them wait for."""
+    """Lets one thread at a time do work that several threads wait for."""
 
     def __init__(self) -> None:
         # Acquired directly where no thread has to be woken: a condition does it in Python.
@@ -602,10 +602,10 @@ class _Turns:
     def run(
         self, work: Callable[[], bool], needless: Callable[[], bool], timeout: float, *, again: bool = False
     ) -> bool:
-        """Wait for the calling thread's turn and work; an interrupt at any time ends the turn.
+        """Wait for the calling thread's turn, and call *work*; an interrupt at any time ends the turn.
 
         Args:
-            work: Called unless it became needless before this thread's turn came, or the time was over.
+            work: Called unless it became needless, or the time was over, before this thread's turn came.
             needless: Returns whether there is nothing left to wait for; called after each turn of another thread.
             timeout: Wall seconds.
             again: Whether to work again, in further turns, until *needless* or *work* returns False.

@@ -1,4 +1,4 @@
-"""The thread of a client for deferred calls, since Zenoh's threads must not block."""
+"""The thread in which a client runs its deferred calls, since Zenoh's threads must not block."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ class Worker:
     """Calls functions after a delay, in a daemon thread.
 
     Args:
-        at_once: Whether to start the thread now and not upon first use: that may be in Zenoh's thread, which must not
-            wait for another thread to start.
-        most: How many calls may wait; a further one takes the place of the first.
+        name: The name of the thread.
+        at_once: Whether to start the thread now instead of upon first use, which may be in Zenoh's thread, where
+            waiting for another thread to start is not allowed.
+        most: The number of calls that may wait; a further one replaces the first.
     """
 
     def __init__(self, name: str, *, at_once: bool = True, most: float = math.inf) -> None:
@@ -36,8 +37,8 @@ class Worker:
     def after(self, delay: float, call: Callable[[], None], *, rounded: bool = False) -> None:
         """Call a function after *delay* wall seconds, unless the worker is closed by then.
 
-        If *rounded*, it may take twice as long, so that many functions are due at once: to wake a thread costs more
-        than a goal.
+        If *rounded*, the delay may be up to twice as long, so that many functions become due together: waking the
+        thread takes more time than a goal.
         """
         with self._changed:
             if self._closed:
@@ -60,7 +61,7 @@ class Worker:
     def close(self) -> None:
         """Drop the pending calls and wait for the running one."""
         if self._thread is None:
-            # A call that comes later finds it closed.
+            # A later call of `after` finds the worker closed.
             self._closed = True
             return
         with self._changed:

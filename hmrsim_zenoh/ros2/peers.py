@@ -1,10 +1,10 @@
-"""Other participants of the ROS domain, as known from the liveliness tokens of their nodes and endpoints.
+"""The other participants of a ROS domain, as known from the liveliness tokens of their nodes and endpoints.
 
 ROS ignores type hashes in service discovery: a client whose types differ from the simulator's finds the server, sends
 a request and waits forever. The simulator logs the difference and the remedy, once for each client.
 
-The simulator's own tokens are not watched, as far as patterns can leave them out: Zenoh compares each new token with
-all that match the same pattern.
+Where a pattern can exclude the simulator's own tokens, it does: Zenoh compares each new token with all others that
+match the same pattern.
 """
 
 from __future__ import annotations
@@ -42,10 +42,11 @@ _WHAT: Final = {Kind.CLIENT: "client", Kind.SUBSCRIBER: "subscriber"}
 
 
 class Peers:
-    """Watches the tokens of a domain.
+    """Watches the tokens of a ROS domain, and warns of clients that can't work with the simulator.
 
     Args:
         session: The session to watch on; its own tokens are ignored.
+        domain: The number of the ROS domain.
         served: Returns types and hashes of the simulator's endpoints with a name.
         rejections: Logs each warning once.
         came: Called with the name of a remote client's or subscriber's endpoint; in a thread of Zenoh's.
@@ -81,7 +82,7 @@ class Peers:
         self._subscribers.append(self._watch(keys.publishers_of(domain, _CLOCK), own_thread=False))
 
     def look(self, new: Callable[[str], bool]) -> None:
-        """Check the known endpoints with new names again, after the served names have changed."""
+        """Check again the known endpoints with new names, after the served names have changed."""
         with self._lock:
             others = list(self._others.values())
         for token in others:
@@ -165,7 +166,7 @@ class Peers:
                     self._services[session] = watch
 
     def _session_went(self, session: str) -> None:
-        """Count off a token of a session; its services are watched until its last token has gone."""
+        """Count a token of a session as gone; its services are watched until its last token has gone."""
         with self._lock:
             if session not in self._sessions:
                 return

@@ -1,6 +1,6 @@
-"""A wire of ROS 2: a query becomes a command, an event becomes a reply or a publication.
+"""The server of a ROS 2 wire, which turns queries into commands, and outputs into replies and publications.
 
-The server is a sink beside the JSON wire's server, and feeds the same inbox. Everything except the callbacks of `Peers`
+It is a sink beside the server of the JSON wire, and feeds the same inbox. Everything except the callbacks of `Peers`
 runs in the simulation thread.
 """
 
@@ -82,10 +82,14 @@ def open_servers(
 
 
 class Ros2Server(SelectiveSink):
-    """Serves one simulation on one wire.
+    """Serves one simulation on one wire of ROS 2.
 
     Args:
         session: An open session, which the caller closes.
+        wire: How keys are spelled, and the distributions whose types are served.
+        simulator: The simulation.
+        inbox: Receives the commands of clients.
+        planner: The external planner, which may have to be found before a goal.
         hurries: Returns whether time may pass faster than the wall's.
         max_payload: The largest request in bytes.
     """
@@ -205,7 +209,7 @@ class Ros2Server(SelectiveSink):
             self._requests.log_rejection(pending.client, pending.handler.name, f"rejected: {answer.error_msg}")
         pending.answer(answer)
         if isinstance(pending.handler, SendGoalHandler):
-            # A client that subscribes and then sends a goal must see all of it. Status is published anyway.
+            # A client that subscribes and then sends a goal must get all of its feedback. Status is published anyway.
             self._look_for_feedback(pending.handler)
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
@@ -244,7 +248,7 @@ class Ros2Server(SelectiveSink):
             self._inbox.put(InterestChanged())
 
     def _gone(self, gid: bytes) -> None:
-        """Drop the pending requests of a gone client; in a thread of Zenoh's."""
+        """Drop the pending requests of a client that has gone; runs in a thread of Zenoh."""
         with suppress(SimulationStopped):
             for command in self._waiting.gone(gid.hex()):
                 self._inbox.put(command)

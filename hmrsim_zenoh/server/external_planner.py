@@ -34,7 +34,7 @@ _SHOWN = 200
 
 
 class Planner:
-    """Sends requests to the planner on the network.
+    """Finds the planner on the network, and sends it requests for paths.
 
     Args:
         wanted: Returns whether any robot needs a planner.
@@ -68,9 +68,9 @@ class Planner:
         self._querier.declare_matching_listener(zenoh.handlers.Callback(self._on_matching))
 
     def look(self) -> list[AnyCommand]:
-        """Return the commands that precede a goal: a planner may have appeared just before it.
+        """Return the commands to process before a goal: a planner may have appeared just before it.
 
-        Without a robot that needs a planner, goals need not wait until Zenoh has found one.
+        If no robot needs a planner, there are none, and goals do not wait until Zenoh has found one.
         """
         if not self._wanted():
             return []
@@ -91,7 +91,7 @@ class Planner:
         return [PlannerPresent(present)]
 
     def ask(self, event: PlanWanted) -> None:
-        """Request a path; the answer is put when it comes."""
+        """Request a path; the answer becomes a command when it arrives."""
         question = _Question(event.request, self)
         handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(question.take, question.end)
         payload, mime = encoding.message(event.goal), encoding.of_message(event.goal)
@@ -101,7 +101,7 @@ class Planner:
             question.answer(_failed(f"the request to the planner can't be sent: {error}"))
 
     def read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
-        """Return a reply's answer."""
+        """Return the result in a reply; an error of the planner becomes a result with an error code."""
         if reply.err is not None:
             text = reply.err.payload.to_bytes()
             if text == _TIMED_OUT:
@@ -136,7 +136,7 @@ class _Question:
         self._open = True
 
     def take(self, reply: zenoh.Reply) -> None:
-        """Process a reply; all but the first are dropped."""
+        """Process the first reply; drop any other."""
         if self._open:
             self.answer(self._planner.read(reply))
 

@@ -41,17 +41,18 @@ _MIMES: Final[Mapping[type, str]] = MappingProxyType(
 _PARTS: Final[Mapping[type, str]] = MappingProxyType(
     {GoalResponse: "SendGoal_Response", ResultResponse: "GetResult_Response"}
 )
-"""The parts of an action that answers are."""
+"""The part of an action's type that each type of answer is."""
 
 ENDED: Final = "the simulation has ended"
-"""Why a request is refused that comes after the end."""
+"""The reason for refusing a request that comes after the end."""
 
 
 class SharedQuery:
-    """A query with several answers, with the interface of a query; it is dropped after the last one.
+    """A query that gets several answers and is dropped after the last one; it has the interface of a query.
 
     Args:
-        answers: How many there are.
+        query: Zenoh's query.
+        answers: The number of answers.
     """
 
     def __init__(self, query: zenoh.Query, answers: int) -> None:
@@ -66,7 +67,7 @@ class SharedQuery:
         """Ignore the error: a query with wildcards gets the values that exist."""
 
     def drop(self) -> None:
-        """Count one of the answers."""
+        """Count an answer as sent, and drop the query after the last one."""
         self._open -= 1
         if not self._open:
             self._query.drop()
@@ -96,7 +97,7 @@ class PendingReply:
             self.query.drop()
 
     def refuse(self, payload: bytes) -> None:
-        """Send the only reply, an error reply."""
+        """Send an error as the only reply."""
         try:
             self.query.reply_err(payload, encoding=encoding.JSON)
         except zenoh.ZError as error:
@@ -124,7 +125,7 @@ class PendingExecution(PendingReply):
     timestamp: Callable[[], zenoh.Timestamp] = field(kw_only=True)
 
     def send(self, payload: bytes, mime: str, attachment: bytes | None = None) -> None:
-        """Send a reply with a timestamp; others may follow."""
+        """Send a reply that others may follow, with a timestamp."""
         try:
             self.query.reply(self.key, payload, encoding=mime, timestamp=self.timestamp(), attachment=attachment)
         except zenoh.ZError as error:
@@ -168,7 +169,7 @@ def _granted(answer: Granted) -> bytes:
 
 
 def _fields(answer: NamedTuple) -> bytes:
-    """Return an answer whose fields are those of its message."""
+    """Return the JSON of an answer whose fields are those of its message."""
     return dump(answer._asdict())
 
 
@@ -220,12 +221,12 @@ def after_the_end(command: object) -> GoalResponse | Refused:
 
 
 def finish(inbox: Inbox, submit: Callable[[AnyCommand], None], answer: Callable[[Any, Any], None]) -> None:
-    """Close an inbox, and answer what still waits there when the simulation has ended.
+    """Close an inbox after the end of the simulation, and answer all commands that still wait there.
 
     Args:
         inbox: The inbox.
         submit: Processes all commands except new goals and services.
-        answer: Sends the answer to these.
+        answer: Sends the answer to a new goal or a service call.
     """
     inbox.close()
     while (command := inbox.poll()) is not None:

@@ -1,10 +1,10 @@
-"""The liveliness tokens of a simulator: those of itself and its robots, and its claim on the prefix.
+"""The liveliness tokens of a simulator and its robots, and the simulator's claim on its prefix.
 
-Of several simulators that start at the same time with one prefix, one remains.
+If several simulators start at the same time with one prefix, only one of them goes on.
 
 A simulator declares that it starts, and then looks for others. Of two that start, at least the second one sees the
-other. The one with the greater id gives way. The other one waits until it is gone, or serves because it has not seen
-any other. If two simulators connect to each other, neither may see the other before both serve. So a simulator keeps
+other. The one with the greater id gives way. The other one waits until that has gone, or serves because it has seen no
+other. If two simulators connect to each other, neither may see the other before both serve. So a simulator keeps
 looking while it is young: the one with the greater id gives way, and any young one gives way to an older one.
 """
 
@@ -34,6 +34,7 @@ _PATIENCE: Final = 2.0
 _YOUTH: Final = 10.0
 """Wall seconds within which a simulator that serves gives way to another one."""
 _LOOK: Final = 0.02
+"""Wall seconds between two looks for other simulators."""
 _ANSWER: Final = 10.0
 """Wall seconds to wait for answers; without another simulator Zenoh ends the query at once."""
 
@@ -136,7 +137,7 @@ class LivelinessTokens:
         self._simulator = self._liveliness.declare_token(self._keys.alive())
 
     def follow(self, robots: Collection[str], lost: Collection[str] = ()) -> None:
-        """Declare the tokens of exactly these robots, if the simulator has its own; lost robots have none."""
+        """Declare the tokens of exactly these robots, except for *lost* ones; do nothing before `declare`."""
         if self._simulator is not None:
             with suppress(zenoh.ZError):
                 self._follow(robots, lost)

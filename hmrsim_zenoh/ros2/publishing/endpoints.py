@@ -1,4 +1,4 @@
-"""The simulator's endpoints on a wire: publishers and services with their types, grouped in parts."""
+"""The simulator's endpoints on a wire: publishers and services with their types, declared in groups called parts."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ class Endpoints:
         return result
 
     def tokens(self, part: Part) -> int:
-        """Return the number of tokens of a part, except for those of nodes that other parts have, too."""
+        """Return the number of tokens of a part, without those of nodes that other parts have, too."""
         endpoints = sum(len(self._roles(action)) for _, action in part.actions) + len(part.topics) + len(part.states)
         return endpoints + len(part.nodes) + sum(len(_declared_services(node)) for node in part.served)
 
@@ -212,7 +212,7 @@ class Endpoints:
             yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
 
     def _distinct(self, types: Iterable[T]) -> list[T]:
-        """Return one type for each key, the first."""
+        """Return the types without those that have the same key as an earlier one."""
         result: dict[str, T] = {}
         for one in types:
             result.setdefault(self._wire.key("/any", one.dds_name, one.hash), one)
@@ -254,7 +254,7 @@ _ACTION: Final = "/_action/"
 
 
 class Parts:
-    """All parts of the robots that are served.
+    """The parts with all endpoints of the served robots and the world, in the order to declare them.
 
     Args:
         lost: The robots to which the connection is lost, which have no parts.
@@ -317,10 +317,10 @@ class _RobotParts(NamedTuple):
 
 
 def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
-    """Return all parts in the order to declare them; none of robots to which the connection is lost.
+    """Return all parts in the order to declare them, without robots to which the connection is lost.
 
-    First the world and one node of each robot, then `FIRST` of all robots, then their nodes, topics and states, each
-    other action, topics for viewers, and the services of nodes last.
+    The order is: the world, one node of each robot, action `FIRST` of all robots, their nodes, their topics and states,
+    each other action, topics for viewers, and finally the services of nodes.
     """
     aliases: dict[str, dict[str, str]] = {}
     for alias, target in names.aliases.items():
@@ -347,7 +347,7 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     ]
 
 
-# Cached, since one robot may join hundreds of others that do not change.
+# Cached, since the parts of hundreds of robots stay the same when another one joins.
 @cached_per_robot
 def _parts_of(
     robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]
@@ -368,7 +368,7 @@ def _parts_of(
 def _called(
     robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...]
 ) -> dict[str, list[tuple[str, str]]]:
-    """Return the names of each action of a robot, each with the action."""
+    """Return the pairs of name and action to declare for each action of a robot, by action."""
     own = {name: action for name, (_, action) in named_actions(robot, actions).items()}
     result: dict[str, list[tuple[str, str]]] = {}
     for name, action in {**own, **dict(aliases)}.items():
