@@ -14,7 +14,6 @@ import yaml
 from hmrsim.cli.check import check_trace
 from hmrsim.cli.check_search import _write_page
 from hmrsim.cli.entry import main
-from hmrsim.errors import PropertyError, TraceError
 from hmrsim.testing import simulation
 from tests.porters import HERE, WORLD
 
@@ -87,13 +86,6 @@ def test_a_failure_whose_world_lacks_something_is_inconclusive(folder, found, ca
     assert code == 0, out
     assert f"set aside {found.relative_to(folder)}: its world does not fit the controller any more; " in err
     assert "without its schedule the run ends as crashed: KeyError: 'crate'" in err
-
-
-def test_a_function_is_a_participant_by_its_own_name(found):
-    (story,) = found.parent.glob("*.jsonl")
-
-    assert '"vain"' in story.read_text("utf-8")
-    assert "bt_controller" not in story.read_text("utf-8")
 
 
 def test_a_failure_by_comparison_is_repeated(folder, capsys):
@@ -298,22 +290,6 @@ def test_without_a_file_the_built_in_properties_are_checked(check_run, capsys):
     code = check_run()
 
     assert (0, 7) == (code, len(capsys.readouterr().out.splitlines()) - 1)
-
-
-def test_unknown_names_are_errors(check_run):
-    with pytest.raises(PropertyError, match=r"properties\.x\.never\.robot: no robot 'eva'; did you mean 'eve'\?"):
-        check_run({"x": {"never": {"robot": "eva", "at": "lab"}}})
-
-
-def test_a_property_without_meaning_is_a_warning(check_run, capsys):
-    check_run({"x": {"never": {"event": "lift_called"}}})
-
-    assert "warning: properties.x.never.event: lift_called never comes in this world" in capsys.readouterr().err
-
-
-def test_a_file_that_is_no_trace_is_an_error(check_run):
-    with pytest.raises(TraceError, match=r"run\.jsonl: line 1: no header of a trace"):
-        check_run(trace="hello\n")
 
 
 def test_a_failure_is_written_as_a_page(found, folder, capsys):

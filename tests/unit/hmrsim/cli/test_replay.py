@@ -72,13 +72,6 @@ def test_json_is_one_object(trace, capsys):
     )
 
 
-def test_two_runs_write_the_same_bytes(trace, tmp_path):
-    again = tmp_path / "again.jsonl"
-    main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(again)])
-
-    assert trace.read_bytes() == again.read_bytes()
-
-
 @pytest.mark.parametrize(
     ("content", "why"),
     [

@@ -9,14 +9,11 @@ from hypothesis import strategies as st
 
 from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import distance
-from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
-from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.navigation.motion import Trapezoid
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.outputs import EventStamped
 from hmrsim.protocol.topics import Topic
 from tests.profiles import examples
-from tests.simulation import simulate
+from tests.simulation import go, simulate
 
 SIDE = 4
 LANES = [
@@ -55,16 +52,10 @@ def run_of(traffic, base, orders, *, looks=(), topics=frozenset({Topic.EVENTS}))
         run.simulator.advance(at)
         if order is None:
             for robot in run.simulator.robots.values():
-                (
-                    robot.motion.progress(),
-                    robot.velocity(),
-                    robot.legs_ahead,
-                    robot.sets_out,
-                    robot.motion.to_json(),
-                )
+                _ = robot.motion.progress(), robot.velocity(), robot.legs_ahead, robot.sets_out, robot.motion.to_json()
         else:
             give(run, order)
-    run.simulator.advance(200.0)
+    run.simulator.advance(100.0)
     run.simulator.stop()
     return run
 
@@ -73,9 +64,7 @@ def give(run, order):
     """Send a goal or inject a fault."""
     what, whom, more = order
     if what == "go":
-        x, y = (3.0 * more[0] + 0.1 * more[1], 4.0 * more[1])
-        goal = NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
-        run.simulator.submit(SendGoal(whom, "navigate_to_pose", goal))
+        run.simulator.submit(go(3.0 * more[0] + 0.1 * more[1], 4.0 * more[1], None, whom))
         return
     fields = {"lane": whom, "duration": more} if what == "lane_closed" else {"robot": whom}
     if what == "breakdown":

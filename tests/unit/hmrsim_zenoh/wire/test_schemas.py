@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import shutil
-
-import pytest
 
 from hmrsim.actions import registry
 from hmrsim_zenoh.schemas import main
@@ -14,22 +11,14 @@ from tests.paths import ROOT
 SCHEMAS = ROOT / "schemas"
 
 
-@pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """Return a folder with all schemas as they are written."""
-    folder = tmp_path_factory.mktemp("schemas")
-    main([str(folder)])
-    return folder
-
-
 def test_the_committed_schemas_are_in_step():
     """After a change of a model, run make schemas."""
     assert 0 == main(["--check", str(SCHEMAS)])
 
 
-def test_a_schema_that_is_out_of_date_is_named(written, tmp_path, capsys):
+def test_a_schema_that_is_out_of_date_is_named(tmp_path, capsys):
     """The check writes nothing, and says which file and what to do."""
-    shutil.copytree(written, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(SCHEMAS, tmp_path, dirs_exist_ok=True)
     (tmp_path / "world.schema.json").write_text("{}")
 
     assert 1 == main(["--check", str(tmp_path)])
@@ -37,6 +26,5 @@ def test_a_schema_that_is_out_of_date_is_named(written, tmp_path, capsys):
     assert "{}" == (tmp_path / "world.schema.json").read_text()
 
 
-def test_every_action_has_a_schema(written):
-    assert sorted(registry()) == sorted(path.name.split(".")[0] for path in (written / "actions").iterdir())
-    assert "goal" in json.dumps(json.loads((written / "actions" / "wait.schema.json").read_text()))
+def test_every_action_has_a_schema():
+    assert sorted(registry()) == sorted(path.name.split(".")[0] for path in (SCHEMAS / "actions").iterdir())
