@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type, service_type
@@ -23,10 +23,11 @@ from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
     Layouts,
-    NodeHandler,
+    ReadingHandler,
     SendGoalHandler,
     WorldServiceHandler,
 )
+from hmrsim_zenoh.ros2.requests.lifecycle_services import ChangeStateHandler, ManageNodesHandler, managed
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType
     from hmrsim_zenoh.ros2.keys import Node
-    from hmrsim_zenoh.ros2.names import Names
+    from hmrsim_zenoh.ros2.names import Names, NodeService
     from hmrsim_zenoh.ros2.requests.handlers import Handler
 
 _T = TypeVar("_T")
@@ -48,6 +49,26 @@ _ACTION_HANDLERS: Final[Mapping[str, type[SendGoalHandler | CancelGoalHandler | 
 _RESPONSES: Final = {**parameter_services.RESPONSES, **lifecycle_services.RESPONSES, **view_services.RESPONSES}
 _MAX_LOST: Final = 10_000
 """The largest number of lost names of each kind; the oldest are forgotten."""
+
+
+class _Known(Generic[_T]):
+    """The names that are served, and those that are not served any more."""
+
+    def __init__(self) -> None:
+        self._served: Mapping[str, _T] = {}
+        self._lost: dict[str, _T] = {}
+
+    def follow(self, served: Mapping[str, _T]) -> None:
+        """Serve these names, and remember those that are no longer among them."""
+        self._lost |= {name: of for name, of in self._served.items() if name not in served}
+        for name in list(self._lost)[: max(0, len(self._lost) - _MAX_LOST)]:
+            del self._lost[name]
+        self._served = served
+
+    def find(self, name: str) -> tuple[_T | None, bool]:
+        """Return what a name stands for, None if that is unknown, and whether it is lost."""
+        lost = name not in self._served
+        return (self._lost if lost else self._served).get(name), lost
 
 
 class Catalog:
@@ -74,18 +95,18 @@ class Catalog:
         self._services = ros_services(services)
         self._layouts = cache(self._find_layouts)
         self._responses = {**_RESPONSES, GET_TYPE_DESCRIPTION: self._describe_type}
-        self._names = names
         self._handlers: dict[str, Handler] = {}
-        self._lost_actions: dict[str, tuple[str, str]] = {}
-        self._lost_nodes: dict[str, Node] = {}
-        self._lost_services: dict[str, Node] = {}
+        self._known_actions: _Known[tuple[str, str]] = _Known()
+        self._known_nodes: _Known[Node] = _Known()
+        self._known_services: _Known[Node] = _Known()
+        self.follow(names)
 
     def follow(self, names: Names) -> None:
         """Serve these names; earlier ones are kept as lost, so that their clients get a reply."""
-        _remember_lost(self._lost_actions, self._names.actions, names.actions)
-        _remember_lost(self._lost_nodes, self._names.all_nodes, names.all_nodes)
-        _remember_lost(self._lost_services, self._names.own_services, names.own_services)
         self._names = names
+        self._known_actions.follow(names.actions)
+        self._known_nodes.follow(names.all_nodes)
+        self._known_services.follow(names.own_services)
         self._handlers.clear()
 
     def find(self, name: str) -> Handler | None:
@@ -100,45 +121,32 @@ class Catalog:
     def _create(self, name: str) -> Handler | None:
         if name in self._services:
             service = self._services[name]
-            return WorldServiceHandler(
-                name, self._of_service(service.ros_type, service.request, service.response), service
-            )
+            return WorldServiceHandler(name, self._layouts_of(service), service)
         node_name, _, verb = name.rpartition("/")
         if verb in NODE_SERVICES:
-            nodes = self._names.all_nodes
-            return self._of_node(name, verb, nodes.get(node_name), self._lost_nodes.get(node_name))
+            return self._of_node(name, verb, self._known_nodes.find(node_name))
         if verb in _RESPONSES or verb == MANAGE_NODES:
-            return self._of_node(name, verb, self._names.own_services.get(name), self._lost_services.get(name))
+            return self._of_node(name, verb, self._known_services.find(name))
         of, _, verb = name.rpartition(_ACTION)
-        actions = self._names.actions
-        target = actions.get(of) or self._lost_actions.get(of)
+        target, lost = self._known_actions.find(of)
         if target is None or verb not in _ACTION_HANDLERS:
             return None
         robot, action = target
-        return _ACTION_HANDLERS[verb](
-            name, self._layouts(action, verb), robot, self._actions[action], lost=of not in actions
-        )
+        return _ACTION_HANDLERS[verb](name, self._layouts(action, verb), robot, self._actions[action], lost=lost)
 
-    def _of_node(self, name: str, verb: str, there: Node | None, lost: Node | None) -> Handler | None:
+    def _of_node(self, name: str, verb: str, known: tuple[Node | None, bool]) -> Handler | None:
         """Return the handler of a service of a node that is there, or was there."""
-        node = there or lost
+        node, lost = known
         service = services_of(node).get(name) if node else None
         if node is None or service is None:
             return None
-        layouts = Layouts(tuple(service.in_distro(distro) for distro in self._distros))
+        about = name, self._layouts_of(service), node, self._simulator, service.response
         if verb in self._responses:
-            response, respond = service.response, self._responses[verb]
-            return NodeHandler(name, layouts, node, self._simulator, response, respond, lost=there is None)
+            return ReadingHandler(*about, self._responses[verb], lost=lost)
         if verb == MANAGE_NODES:
-            nodes = lifecycle_services.managed(self._names.nodes.get(node.robot, ()), node)
-            actions = {one: self._actions_of(one) for one in nodes}
-            return lifecycle_services.ManageNodesHandler(
-                name, layouts, node, self._simulator, actions, lost=there is None
-            )
-        actions_of_node = self._actions_of(node)
-        return lifecycle_services.ChangeStateHandler(
-            name, layouts, node, self._simulator, actions_of_node, lost=there is None
-        )
+            managed_nodes = managed(self._names.nodes.get(node.robot, ()), node)
+            return ManageNodesHandler(*about, {one: self._actions_of(one) for one in managed_nodes}, lost=lost)
+        return ChangeStateHandler(*about, {node: self._actions_of(node)}, lost=lost)
 
     def _actions_of(self, node: Node) -> tuple[str, ...]:
         """Return the actions that a node serves."""
@@ -156,21 +164,14 @@ class Catalog:
         for action in self._actions_of(node):
             for type_ in action_types(self._actions[action], self._distros):
                 yield from (type_.send_goal, type_.cancel_goal, type_.get_result, type_.feedback, type_.status)
-        for service in services_of(node).values():
-            yield from (service.in_distro(distro) for distro in self._distros)
-        for of_world in self._services.values() if node == WORLD_NODE else ():
-            yield from self._of_service(of_world.ros_type, of_world.request, of_world.response).types
+        of_world = self._services.values() if node == WORLD_NODE else ()
+        for service in (*services_of(node).values(), *of_world):
+            yield from self._layouts_of(service).types
 
-    def _of_service(self, ros_type: str, request: type, response: type) -> Layouts:
-        return Layouts(tuple(service_type(ros_type, request, response, distro) for distro in self._distros))
+    def _layouts_of(self, service: NodeService | AnyService) -> Layouts:
+        kinds = service.ros_type, service.request, service.response
+        return Layouts(tuple(service_type(*kinds, distro) for distro in self._distros))
 
     def _find_layouts(self, action: str, verb: str) -> Layouts:
         types = action_types(self._actions[action], self._distros)
         return Layouts(tuple(getattr(one, verb) for one in types), self._distros)
-
-
-def _remember_lost(lost: dict[str, _T], before: Mapping[str, _T], now: Mapping[str, _T]) -> None:
-    """Remember the names that are no longer served."""
-    lost |= {name: of for name, of in before.items() if name not in now}
-    for name in list(lost)[: max(0, len(lost) - _MAX_LOST)]:
-        del lost[name]

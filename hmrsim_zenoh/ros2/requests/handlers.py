@@ -251,25 +251,39 @@ class WorldServiceHandler(Handler):
 
     def refusal(self, text: str) -> Message:
         """Return that the call failed, with the reason if the response has a field for it."""
-        response: Message = self.service.response()
-        if not isinstance(getattr(response, "result", None), Result):
-            return response
-        failed = Result(result=Result.RESULT_OPERATION_FAILED, error_message=text)
-        return response.model_copy(update={"result": failed})
+        return _failed(self.service.response(), text)
 
 
 @dataclass(frozen=True)
 class NodeHandler(Handler):
-    """The handler of a service that each ROS node has; it answers at once, without a command.
+    """The handler of a service of a node.
 
     Attributes:
         response: The type of the response. An empty one means that nothing was done.
-        respond: Returns the response to a request.
     """
 
     node: Node
     simulator: Simulator
     response: type[Message]
+
+    @property
+    def serving(self) -> Node:
+        """The node."""
+        return self.node
+
+    def refusal(self, text: str) -> Message:
+        """Return an empty response, with the reason if the response has a field for it."""
+        return _failed(self.response(), text)
+
+
+@dataclass(frozen=True)
+class ReadingHandler(NodeHandler):
+    """The handler of a service that answers at once, without a command.
+
+    Attributes:
+        respond: Returns the response to a request.
+    """
+
     respond: Callable[[Simulator, Node, Mapping[str, Any]], Message | Mapping[str, Any]]
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
@@ -284,12 +298,17 @@ class NodeHandler(Handler):
         """Return the response."""
         return answer
 
-    def refusal(self, text: str) -> Message:
-        """Return an empty response, with the reason if the response has a field for it."""
-        response = self.response()
-        if not isinstance(getattr(response, "result", None), SetParametersResult):
-            return response
-        return response.model_copy(update={"result": SetParametersResult(reason=text)})
+
+def _failed(response: Message, text: str) -> Message:
+    """Return a response with the reason of a failure, if it has a field for that."""
+    result = getattr(response, "result", None)
+    if isinstance(result, Result):
+        result = Result(result=Result.RESULT_OPERATION_FAILED, error_message=text)
+    elif isinstance(result, SetParametersResult):
+        result = SetParametersResult(reason=text)
+    else:
+        return response
+    return response.model_copy(update={"result": result})
 
 
 def _goal_id(request: Mapping[str, Any]) -> str:

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.goals.node_states import ACTIVE, NAMES, TRANSITIONS
-from hmrsim.interfaces.lifecycle_msgs import ChangeState as ChangeStateService
 from hmrsim.interfaces.lifecycle_msgs import (
     GetAvailableStates,
     GetAvailableTransitions,
@@ -21,7 +20,7 @@ from hmrsim.interfaces.nav2_msgs import ManageLifecycleNodes
 from hmrsim.interfaces.std_srvs import Trigger
 from hmrsim.protocol.commands import ChangeState
 from hmrsim_zenoh.ros2.names import LOCALIZATION, has_lifecycle, nodes_of
-from hmrsim_zenoh.ros2.requests.handlers import Handler
+from hmrsim_zenoh.ros2.requests.handlers import NodeHandler
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -94,16 +93,22 @@ def get_transition_graph(_simulator: Simulator, _node: Node, _request: Mapping[s
 
 
 @dataclass(frozen=True)
-class ChangeStateHandler(Handler):
-    """The handler of ``change_state`` of a lifecycle node.
+class _StatesHandler(NodeHandler):
+    """The handler of a service that changes the states of nodes.
 
     Attributes:
-        actions: The actions that the node serves.
+        actions: The nodes, each with the actions that it serves.
     """
 
-    node: Node
-    simulator: Simulator
-    actions: tuple[str, ...]
+    actions: Mapping[Node, tuple[str, ...]]
+
+    def answer(self, changed: object) -> Message:
+        """Return whether the states have changed."""
+        return self.response.model_validate({"success": changed is True})
+
+
+class ChangeStateHandler(_StatesHandler):
+    """The handler of ``change_state`` of a lifecycle node."""
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that changes the state."""
@@ -114,15 +119,7 @@ class ChangeStateHandler(Handler):
         if number is None:
             reply_to.answer(False)
             return []
-        return [ChangeState(self.node.robot, self.node.name, self.actions, number, reply_to)]
-
-    def answer(self, changed: object) -> Message:
-        """Return whether the state has changed."""
-        return ChangeStateService.Response(success=changed is True)
-
-    def refusal(self, _text: str) -> Message:
-        """Return that the state has not changed."""
-        return ChangeStateService.Response()
+        return [ChangeState(self.node.robot, self.node.name, self.actions[self.node], number, reply_to)]
 
 
 def managed(nodes: Iterable[Node], manager: Node) -> list[Node]:
@@ -186,18 +183,8 @@ def _path(state: int, target: int) -> list[int] | None:
     return wanted[len(done) :] or [back[number] for number in reversed(done[len(wanted) :])]
 
 
-@dataclass(frozen=True)
-class ManageNodesHandler(Handler):
-    """The handler of ``manage_nodes`` of a lifecycle manager.
-
-    Attributes:
-        node: The node that serves as the manager.
-        actions: The managed nodes, each with the actions that it serves.
-    """
-
-    node: Node
-    simulator: Simulator
-    actions: Mapping[Node, tuple[str, ...]]
+class ManageNodesHandler(_StatesHandler):
+    """The handler of ``manage_nodes`` of a lifecycle manager, whose node serves as the manager."""
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the commands that change the states; the last one is answered."""
@@ -215,14 +202,6 @@ class ManageNodesHandler(Handler):
             reply_to.answer(True)
             return []
         return [*commands[:-1], commands[-1]._replace(reply_to=reply_to)]
-
-    def answer(self, changed: object) -> Message:
-        """Return whether the states have changed."""
-        return ManageLifecycleNodes.Response(success=changed is True)
-
-    def refusal(self, _text: str) -> Message:
-        """Return that they have not."""
-        return ManageLifecycleNodes.Response()
 
 
 def _state_of(simulator: Simulator, node: Node) -> int:

@@ -91,7 +91,7 @@ class DeclaredKeys(list):
 class Desk:
     def __init__(self, wire=RmwZenoh(), names=NAMES):  # noqa: B008 - frozen
         self.waiting = PendingResults()
-        self.wrong = []
+        self.wrong, self.rejected = [], []
         simulator = Simulator(World.model_validate(SMALL_WORLD))
         catalog = Catalog(names, wire.distros, actions=all_actions(), services=all_services(), simulator=simulator)
         self.catalog = catalog
@@ -106,7 +106,7 @@ class Desk:
                 name_of=lambda who: f"client {who[:4]}",
                 wrong_hash=lambda address, who: self.wrong.append((address, who)),
             ),
-            reject=lambda _node, _text: None,
+            reject=lambda node, text: self.rejected.append((node.full_name, text)),
             max_payload=1000,
         )
 
@@ -465,6 +465,17 @@ class TestNames:
         assert [key("send_goal"), kept] == declared
         assert [kept] == desk.keys
         assert not reply_of(lost, wait_type().send_goal)["accepted"]
+
+    def test_the_log_of_the_asked_node_has_the_rejection(self):
+        desk = Desk()
+        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        for asked in (
+            query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", b"x"),
+            query(key("send_goal"), b"x"),
+        ):
+            desk.requests.decode(asked)
+
+        assert ["/wall_e/amcl", "/wall_e/behavior_server"] == [node for node, _ in desk.rejected]
 
     def test_the_node_of_a_lost_robot_has_state_0(self):
         desk = Desk()
