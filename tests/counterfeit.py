@@ -51,11 +51,9 @@ class Counterfeit:
         self._subscriber = self._real.declare_subscriber("**", self._republish)
 
     def __enter__(self) -> Self:
-        """Return the counterfeit."""
         return self
 
     def __exit__(self, *_error: object) -> None:
-        """Close both sessions."""
         self._queries.put(None)
         for session in (self._real, self._session):
             session.close()

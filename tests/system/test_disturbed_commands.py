@@ -76,7 +76,6 @@ def disturbed(tmp_path):
 
 
 def goals(trace):
-    """Return the times of ann's goals, with their senders."""
     lines = map(json.loads, trace.splitlines())
     return [(line["stamp"]["sec"], line["by"]) for line in lines if line.get("command") == "send_goal"]
 

@@ -78,7 +78,6 @@ def lines(trace):
 
 
 def happened(trace, kind):
-    """Return the lines of one kind."""
     return [line for line in lines(trace) if line["kind"] == kind]
 
 

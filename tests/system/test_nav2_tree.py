@@ -96,7 +96,6 @@ def codes(board):
 
 
 def goals(trace, action):
-    """Return the goals of an action, with their seconds."""
     sent = [line for line in trace if line["kind"] == "command" and line.get("action") == action]
     return [(line["stamp"]["sec"], line["goal"]) for line in sent if line["command"] == "send_goal"]
 

@@ -50,7 +50,6 @@ def follow(command, endpoint, orders, *, typed=False):
 
 
 def placed(command, endpoint):
-    """Return the robot's position."""
     _, out, _ = command("hmrsim", "topic", "echo", "/wall_e/odom", "--once", "--json", endpoint=endpoint)
     position = json.loads(out)["pose"]["pose"]["position"]
     return position["x"], position["y"]

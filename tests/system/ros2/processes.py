@@ -52,7 +52,6 @@ class Running:
         return int(status.partition("VmRSS:")[2].split()[0]) / 1000
 
     def end(self, number: int = signal.SIGTERM) -> int:
-        """Send a signal and return the exit code."""
         self.process.send_signal(number)
         return self.process.wait()
 

@@ -30,7 +30,6 @@ DEFINITIONS = Path(__file__).with_name("definitions.msg")
 
 
 def tell(what: str, **facts: Any) -> None:
-    """Print a line of JSON."""
     sys.stdout.write(json.dumps({"what": what, **facts}) + "\n")
     sys.stdout.flush()
 
@@ -93,7 +92,6 @@ class Sdk:
         return [self._zero(of, what) for _ in range(size if kind == Nodetype.ARRAY else 0)]
 
     def id(self, values: bytes) -> Any:
-        """Return a goal's id as the SDK has it."""
         message = self.zero("unique_identifier_msgs/msg/UUID")
         message.uuid = np.frombuffer(values, np.uint8)
         return message
@@ -130,11 +128,9 @@ class Action:
         return chosen, self._send_goal.call(goal_id=self._sdk.id(chosen), goal=goal)
 
     def result(self, goal_id: bytes) -> Any:
-        """Return the answer of get_result."""
         return self._get_result.call(goal_id=self._sdk.id(goal_id))
 
     def cancel(self, goal_id: bytes) -> tuple[int, list[bytes]]:
-        """Cancel a goal; return the code and the ids of the goals that end."""
         info = self._sdk.zero("action_msgs/msg/GoalInfo")
         info.goal_id = self._sdk.id(goal_id)
         answer = self._cancel_goal.call(goal_info=info)
@@ -151,7 +147,6 @@ class Action:
 
 
 def to(drive: Action, x: float, y: float) -> Any:
-    """Return the goal to drive to a point."""
     goal = drive.goal()
     goal.pose.pose.position.x, goal.pose.pose.position.y = x, y
     goal.pose.pose.orientation.w = 1.0

@@ -58,7 +58,6 @@ class FakeClient(Client):
 
     @property
     def lockstep(self) -> None:
-        """Time moves by itself."""
         if self.refuses is not None:
             raise self.refuses
 

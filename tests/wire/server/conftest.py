@@ -84,7 +84,6 @@ class Heard:
 
 
 def statuses(body: Any) -> list[tuple[str, int]]:
-    """Return (goal id, status) of each goal in a status list."""
     return [(item["goal_info"]["goal_id"], item["status"]) for item in body["status_list"]]
 
 
@@ -95,7 +94,6 @@ class Pending:
         self._replies = replies
 
     def all(self) -> list[Reply]:
-        """Return the replies when all have come."""
         return [_reply(reply) for reply in self._replies]
 
     def one(self) -> Any:
@@ -127,7 +125,6 @@ class Tester:
         return Pending(self.session.get(self.key(key), payload=raw, timeout=PATIENCE))
 
     def ask(self, key: str, payload: Any = None) -> list[Reply]:
-        """Send a query, and return all replies."""
         return self.begin(key, payload).all()
 
     def one(self, key: str, payload: Any = None) -> Any:
@@ -146,7 +143,6 @@ class Tester:
         return self.one(f"{name}/_action/send_goal", {"goal": goal} | ({"goal_id": goal_id} if goal_id else {}))
 
     def result(self, name: str, goal_id: str) -> Any:
-        """Return a goal's status and result, when it has ended."""
         return self.one(f"{name}/_action/get_result", {"goal_id": goal_id})
 
     def do(self, name: str, goal: Any) -> Any:
@@ -160,7 +156,6 @@ class Tester:
         return self.one(f"{name}/_action/cancel_goal", {"goal_info": info})
 
     def status(self, name: str) -> list[tuple[str, int]]:
-        """Return (goal id, status) of each goal that is kept."""
         return statuses(self.one(f"{name}/_action/status"))
 
     def where(self, robot: str) -> tuple[float, float]:
@@ -172,7 +167,6 @@ class Tester:
 
 
 def to(x: float, y: float, frame: str = "") -> Any:
-    """Return the goal to drive to a point."""
     return {"pose": {"header": {"frame_id": frame}, "pose": {"position": {"x": x, "y": y}}}}
 
 
@@ -188,7 +182,6 @@ class Served:
         self._testers: list[Tester] = []
 
     def host(self, world: Any = None, options: SessionOptions | None = None, **settings: Any) -> Host:
-        """Return a host that has not been started."""
         model = World.model_validate(world or SMALL_WORLD)
         loaded: Any = SimpleNamespace(world=model, hash=world_hash(model), warnings=(), path=None)
         self.hosts.append(Host(loaded, options or SessionOptions(listen=ANY_PORT), RunSettings(**settings)))
@@ -241,11 +234,9 @@ def shared() -> Iterator[Tester]:
 
 @pytest.fixture(scope="session")
 def go() -> Any:
-    """Return the goal to drive to a point."""
     return to
 
 
 @pytest.fixture(scope="session")
 def wait() -> Any:
-    """Return the goal to wait for whole seconds."""
     return seconds

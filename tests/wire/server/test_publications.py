@@ -20,7 +20,6 @@ FEEDBACK = "wall_e/navigate_to_pose/_action/feedback"
 
 
 def nanoseconds(stamp):
-    """Return a time or duration as one number."""
     return stamp["sec"] * 1_000_000_000 + stamp["nanosec"]
 
 

@@ -45,7 +45,6 @@ def tape():
 
 
 def lines(body: bytes) -> list:
-    """Return the parsed lines of a body."""
     return [json.loads(line) for line in body.splitlines()]
 
 

@@ -33,15 +33,12 @@ class FakeTopics:
         self.stops = False
 
     def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
-        """Remember the watched topic and its robot."""
         self.watched.append((robot, topic))
 
     def stop_time(self, _robot: str, _topic: str) -> bool:
-        """Return what the test says."""
         return self.stops
 
     def latest(self, _robot: str, topic: str) -> Message:
-        """Return what the test has put there."""
         return self.messages[topic]
 
 
@@ -49,7 +46,6 @@ class FakePlaces:
     """A world with one place."""
 
     def pose(self, name: str) -> PoseStamped:
-        """Return where the kitchen is."""
         if name != "kitchen":
             raise ValueError(f"no place {name!r}; there are kitchen")
         return pose_at(3.0, 4.0)

@@ -50,15 +50,12 @@ class Battery:
         """Take no note of it."""
 
     def stop_time(self, _robot, _topic):
-        """Return whether time stops for conditions."""
         return self.stops
 
     def ask(self, _robot, _topic):
-        """Return where the robot is."""
         return Odometry()
 
     def latest(self, _robot, _topic):
-        """Return how full it is."""
         return BatteryState(percentage=self.percentage, power_supply_status=self.status)
 
 
@@ -106,7 +103,6 @@ class Robots:
 
 
 def leaf(seconds, robot=None):
-    """Return a leaf that waits."""
     goal = WaitAction.Goal(time=Duration(sec=seconds))
     if robot is None:
         return Wait(seconds)

@@ -32,7 +32,6 @@ def goals(*each):
 
 @pytest.fixture
 def leaf(client):
-    """Return a leaf that asks wall_e to wait."""
     leaf = ActionLeaf("Wait", "wait", WAIT)
     leaf.setup(client=client, robot="wall_e")
     return leaf
@@ -304,7 +303,6 @@ class TestResume:
 
     @pytest.fixture
     def leaf(self, life):
-        """Return the leaf of one life."""
         return life()
 
     def test_each_life_has_the_same_ids(self, client, life):

@@ -25,7 +25,6 @@ class _Sum(Leaf):
     result: object = Status.SUCCESS
 
     def update(self):
-        """Return what the test says."""
         return self.result
 
 

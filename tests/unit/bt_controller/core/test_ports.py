@@ -49,7 +49,6 @@ class Add(Leaf):
     OUTPUTS: ClassVar = {"sum": output_port(DOUBLE)}
 
     def update(self):
-        """Write the sum."""
         self.write("sum", self.read("a") + self.read("b"))
         return Status.SUCCESS
 

@@ -23,7 +23,6 @@ def possible(root, name):
 
 
 def sequence(*children, memory=True):
-    """Return a sequence."""
     return Sequence("Root", memory=memory, children=list(children))
 
 
@@ -63,7 +62,6 @@ class Own(Behaviour):
     """A leaf of a user's."""
 
     def update(self):
-        """Return what its place in the world says."""
         return Status.SUCCESS
 
 

@@ -53,7 +53,6 @@ class Stage:
         self.goals = client.goals
 
     def tick(self, times=1):
-        """Tick the recorded tree once."""
         for _ in range(times):
             self.mission.tick(0.0)
 

@@ -35,7 +35,6 @@ class Step(Behaviour):
         self._last = statuses[-1]
 
     def update(self) -> Status:
-        """Return the next status; the last one again and again."""
         return next(self._next, self._last)
 
 
@@ -48,7 +47,6 @@ class Look(Condition):
         self._ticks = 0
 
     def update(self) -> Status:
-        """Return the next status."""
         self._ticks += 1
         return self._statuses[self._ticks % len(self._statuses)]
 

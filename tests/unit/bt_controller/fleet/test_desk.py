@@ -10,12 +10,10 @@ CAN = ("navigate_to_pose", "pickup", "place")
 
 
 def waiting(item, since=0.0, types=()):
-    """Return a task that waits."""
     return PendingTask(Task(item, "a", "b", types), (0.0, 0.0), since=since)
 
 
 def robot(name, robot_type="nurse"):
-    """Return an idle robot."""
     return Robot(name, robot_type, CAN, (1.0, 0.0))
 
 
@@ -28,7 +26,6 @@ def task_queue():
 
 
 def items(tasks):
-    """Return the items of some tasks."""
     return [each.task.item for each in tasks]
 
 

@@ -26,7 +26,6 @@ class All(Control):
     """A control that ticks all its children."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick all children and succeed."""
         for child in self.children:
             yield from child.tick()
         return Status.SUCCESS
@@ -42,7 +41,6 @@ class Same(Decoration):
     """A decorator that returns the status of its child."""
 
     def advance(self) -> Generator[Behaviour, None, Status]:
-        """Tick the child and return its status."""
         return (yield from self.tick_child())
 
 
@@ -52,7 +50,6 @@ class Say(Leaf):
     INPUTS: ClassVar = {"text": input_port(STRING, default="nothing")}
 
     def update(self) -> Status:
-        """Read the text into the message."""
         self.feedback_message = self.read("text")
         return Status.SUCCESS
 
@@ -68,7 +65,6 @@ class Go(Leaf):
     OUTPUTS: ClassVar = {"code": output_port(INT), "where": output_port(POSE)}
 
     def update(self) -> Status:
-        """Write the code and succeed."""
         self.write("code", 7)
         return Status.SUCCESS
 
@@ -81,7 +77,6 @@ class Put(Leaf):
     KEYS: ClassVar = ("to",)
 
     def update(self) -> Status:
-        """Write it."""
         self.write("to", self.read("value"))
         return Status.SUCCESS
 
@@ -112,12 +107,10 @@ class Files:
         return str(path)
 
     def load(self, text, *, tree=None, values=None):
-        """Return the tree of a file that has this text."""
         found, self.unset, self.doubts = load_file(self.write(text), self.nodes, tree=tree, values=values or {})
         return found
 
     def read(self, name="tree.xml"):
-        """Return the tree of a file that is there already."""
         found, self.unset, self.doubts = load_file(name, self.nodes, tree=None, values={})
         return found
 

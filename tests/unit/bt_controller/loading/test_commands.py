@@ -32,7 +32,6 @@ UNSET = "bt-controller: tree.xml:4: <NavigateToPose>: nothing writes 'goal'; giv
 
 @pytest.fixture(autouse=True)
 def tree(files):
-    """Write a file."""
     files.write(NAVIGATE)
 
 

@@ -42,11 +42,9 @@ class Told(Leaf):
         self.begun = self.ticks = self.halts = 0
 
     def initialise(self):
-        """Count the beginning of a run."""
         self.begun += 1
 
     def update(self):
-        """Return the next status."""
         self.ticks += 1
         return self._statuses.pop(0) if len(self._statuses) > 1 else self._statuses[0]
 
@@ -73,7 +71,6 @@ class Topics:
         self.at()
 
     def stop_time(self, _robot, _topic):
-        """Return what the test says."""
         return self.stops
 
     def at(self, x=0.0, y=0.0, yaw=0.0, speed=0.0, seconds=0.0):
@@ -85,11 +82,9 @@ class Topics:
         )
 
     def watch(self, robot, topic):
-        """Remember the watched robot and topic."""
         self.watched.append((robot, topic))
 
     def latest(self, _robot, topic):
-        """Return what the test says."""
         return self.messages[topic]
 
 

@@ -47,7 +47,6 @@ class Robot(FakeClient):
     now = 0.0
 
     def info(self):
-        """Return the robot."""
         known = {getattr(node, "ACTION", None) for node in registry().values()} - {None}
         return {"robots": [{"name": "wall_e", "actions": sorted({*known, "navigate_to_pose"})}], "aliases": {}}
 
@@ -64,7 +63,6 @@ class Places:
     """A world in which any place is somewhere."""
 
     def pose(self, _name):
-        """Return where it is."""
         return pose_at(1.0, 2.0)
 
 
@@ -76,7 +74,6 @@ class Same(Behaviour):
         self._status = status
 
     def update(self):
-        """Return it."""
         return self._status
 
 

@@ -55,7 +55,6 @@ def sent(node, tree, known, client):
 
 
 def at(x, y):
-    """Return what a goal has of a pose."""
     return {"pose": {"position": {"x": x, "y": y}}}
 
 
@@ -193,7 +192,6 @@ class TestServer:
             """Takes an item of a number, where the message wants a name."""
 
             def goal(self):
-                """Return it."""
                 return registry()["pickup"].goal(target_name=7)
 
         wanted = r"^Tabled1: the goal of 'pickup': target_name: input should be a valid string, got 7$"

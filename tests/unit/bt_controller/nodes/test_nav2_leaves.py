@@ -33,7 +33,6 @@ from hmrsim_zenoh.errors import RequestTimeout
 
 
 def points(path):
-    """Return the points of a path."""
     return [point_of(pose) for pose in path.poses]
 
 

@@ -32,7 +32,6 @@ class World:
         self.kind = "MultiLineString"
 
     def get(self, key):
-        """Return the graph as Nav2 writes it."""
         assert "hmrsim/_world/route_graph" == key
         if self.error:
             raise self.error
@@ -44,7 +43,6 @@ class World:
         return json.dumps({"features": features}).encode()
 
     def close(self, *lanes):
-        """Close lanes."""
         self.lanes = [lane for lane in LANES if lane not in lanes]
 
 

@@ -50,7 +50,6 @@ class Stage:
         return self.client.goals[number]
 
     def stop(self):
-        """Request the end, as Ctrl-C does."""
         self.mailbox.put(STOP)
 
 
@@ -61,7 +60,6 @@ def stage(client):
 
 
 def wait():
-    """Return a tree of one leaf."""
     return ActionLeaf("Wait", "wait", Wait.Goal())
 
 
@@ -74,7 +72,6 @@ class Broken(Behaviour):
     """Raises an error at its first tick."""
 
     def update(self):
-        """Raise an error in a tick."""
         raise KeyError("whoops")
 
 
@@ -82,11 +79,9 @@ class BreaksWhenStopped(Behaviour):
     """Runs, and raises an error when it is stopped."""
 
     def update(self):
-        """Run."""
         return Status.RUNNING
 
     def terminate(self, new_status):
-        """Raise an error in a halt."""
         raise KeyError(new_status.name)
 
 
@@ -369,12 +364,10 @@ class TestEntries:
             """Writes how often it was ticked, and wants an end the tenth time."""
 
             def setup(self, **_kwargs):
-                """Register the key for writing."""
                 self.board = self.attach_blackboard_client()
                 self.board.register_key("count", Access.WRITE)
 
             def update(self):
-                """Write."""
                 ticks.append(len(ticks))
                 self.board.set("count", len(ticks))
                 if len(ticks) == 10:

@@ -47,7 +47,6 @@ def due_after_a_tick(root, now=10.25):
 
 
 def both(*children, policy=None):
-    """Return a parallel."""
     return Parallel("Both", policy=policy or ParallelPolicy.SuccessOnAll(synchronise=True), children=children)
 
 
@@ -199,7 +198,6 @@ class Lockstep:
         self.asked = 0
 
     def watch(self, condition, then):
-        """Record a condition to watch."""
         self.watched[condition] = then
         self.asked += 1
         return partial(self.watched.pop, condition, None)
@@ -207,25 +205,21 @@ class Lockstep:
 
 @pytest.fixture
 def lockstep():
-    """Return it without a condition."""
     return Lockstep()
 
 
 @pytest.fixture
 def topics(lockstep):
-    """Return the topics of a client in lockstep."""
     return Topics(SimpleNamespace(lockstep=lockstep), asks=True)
 
 
 @pytest.fixture
 def woken():
-    """Return the trees that were woken."""
     return []
 
 
 @pytest.fixture
 def alarms(lockstep, topics, woken):
-    """Return alarms without a condition."""
     return Alarms(lockstep, topics, woken.append)
 
 

@@ -28,7 +28,6 @@ def ticked(root):
 
 
 def mission(function):
-    """Return the mission of a robot."""
     return Mission("wall_e", Plan("test", function, takes_robot=False, confirmed=False))
 
 

@@ -16,17 +16,14 @@ class Board(dict):
     """A blackboard that is a dictionary."""
 
     def set(self, name, value):
-        """Write an entry."""
         self[name] = value
 
 
 def value_of(text, **entries):
-    """Return the value of a script."""
     return parse(text).run(Board(entries))
 
 
 def after(text, **entries):
-    """Return what is on the blackboard after a script."""
     board = Board(entries)
     parse(text).run(board)
     return dict(board)

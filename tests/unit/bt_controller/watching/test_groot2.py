@@ -20,7 +20,6 @@ SYMBOLS = {"Selector": "{o}", "SubTree": "-^-", "Inverter": "-^-"}
 
 
 def node(depth, kind, name, status=Status.INVALID):
-    """Return a node of a snapshot."""
     return Node(depth, SYMBOLS.get(kind, "-->"), kind, name, status, "")
 
 
@@ -44,13 +43,11 @@ class FakeMission:
         self.entries = {"goal": "ward_a"}
 
     def snapshot(self, sim_time, *, blackboard=False):
-        """Return the tree as it is."""
         return Snapshot(self.robot, sim_time, 1, self.nodes, blackboard=self.entries if blackboard else None)
 
 
 @pytest.fixture
 def port():
-    """Return a free port."""
     with socket.create_server(("127.0.0.1", 0)) as probe:
         return probe.getsockname()[1]
 

@@ -24,7 +24,6 @@ class Step(Behaviour):
         self.outcome = outcome
 
     def update(self):
-        """Return the status."""
         return self.outcome
 
 
@@ -159,7 +158,6 @@ class Prints(Behaviour):
         self.seen = []
 
     def update(self):
-        """Draw the display at the current height."""
         self.seen.append(self.display.text(24).plain)
         return Status.RUNNING
 

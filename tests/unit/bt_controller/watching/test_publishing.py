@@ -26,7 +26,6 @@ class Step(Behaviour):
     outcome = Status.RUNNING
 
     def update(self):
-        """Return the status."""
         return self.outcome
 
 
@@ -46,7 +45,6 @@ class Controller:
         self.publisher.ticked(mission, now)
 
     def end(self):
-        """End as a runner does."""
         for mission in self.missions.values():
             mission.interrupt()
         self.publisher.close()

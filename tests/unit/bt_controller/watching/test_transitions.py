@@ -27,7 +27,6 @@ class Log:
         self.transitions = Transitions(self.out, [self.mission])
 
     def tick(self, now):
-        """Tick the tree at a time."""
         self.mission.tick(now)
         self.transitions.ticked(self.mission, now)
 

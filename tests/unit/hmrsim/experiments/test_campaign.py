@@ -67,7 +67,6 @@ class Inline(Executor):
         self._plan, self._deadly, self._broken = plan, deadly, False
 
     def submit(self, _function: Any, task: Task, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Run a task at once."""
         future: Future[Any] = Future()
         if self._broken:
             raise BrokenProcessPool

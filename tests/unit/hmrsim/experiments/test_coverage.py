@@ -29,7 +29,6 @@ class Here(Executor):
         self._most = most
 
     def submit(self, function: Callable[..., Any], task: Any, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Run a task at once."""
         if max(task.numbers) > self._most:
             raise KeyboardInterrupt
         future: Future[Any] = Future()

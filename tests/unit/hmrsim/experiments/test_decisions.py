@@ -52,7 +52,6 @@ class MadeUp(Executor):
     """An executor that makes up the results of an experiment, by the name of the experiment."""
 
     def submit(self, _function: Any, task: Any, /, *_args: Any, **_kwargs: Any) -> Future[Any]:
-        """Run a task at once."""
         plan = read_plan(Path(task.path))
         future: Future[Any] = Future()
         rows = []

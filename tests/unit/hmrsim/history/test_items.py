@@ -21,7 +21,6 @@ def timeline():
 
 @pytest.fixture
 def orders(timeline):
-    """Return the orders of the run."""
     return History(timeline, World()).orders
 
 

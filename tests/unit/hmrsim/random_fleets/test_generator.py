@@ -24,7 +24,6 @@ def fleets():
 
 
 def text_of(seed, robots=None):
-    """Return the file of a fleet."""
     return to_text(random_fleet(seed, robots), header(seed, robots))
 
 

@@ -17,7 +17,6 @@ NAMES = ("ann", "bob", "cid", "dan")
 
 
 def track(name, spans=(), waits=()):
-    """Return the track of a robot."""
     return Track(name, "cart", 0, spans=[*spans], stood=[*waits])
 
 

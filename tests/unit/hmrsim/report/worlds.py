@@ -68,7 +68,6 @@ FAULTY = WAYS | {
 
 
 def goal_to(x, y):
-    """Return a goal of navigate_to_pose, in plain values."""
     return {"pose": {"pose": {"position": {"x": x, "y": y}}}}
 
 

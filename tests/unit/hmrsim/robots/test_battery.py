@@ -49,7 +49,6 @@ send = partial(simulation.send, robot="eve")
 
 
 def go(x, goal_id=A):
-    """Return the command to drive to a point on the x axis."""
     return send("navigate_to_pose", goal_id, pose={"pose": {"position": {"x": x}}})
 
 
@@ -62,12 +61,10 @@ def put_at(run, x):
 
 
 def charge(run):
-    """Return the energy in the robot's battery, in units."""
     return run.simulator.robots["eve"].energy.battery.charge(run.simulator.now)
 
 
 def state(run):
-    """Return the robot's battery state as a message."""
     return run.simulator.robots["eve"].energy.state()
 
 

@@ -336,7 +336,6 @@ def pose_stamped(point: tuple[float, float]) -> PoseStamped:
 
 
 def go(name: str, point: tuple[float, float], number: int) -> SendGoal:
-    """Return the command that sends a robot to a point."""
     return SendGoal(name, "navigate_to_pose", NavigateToPose.Goal(pose=pose_stamped(point)), f"{number:032x}")
 
 

@@ -11,7 +11,6 @@ SECOND = 1_000_000_000
 
 
 def east(duration=2.0, **further):
-    """Return a motion of 4 m."""
     return MotionBegan("eve", (0.0, 0.0, 0.0), (4.0, 0.0, 0.0), duration, None, **further)
 
 

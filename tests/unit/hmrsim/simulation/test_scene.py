@@ -39,7 +39,6 @@ UNTRACED = {kind for kind, event in events().items() if not event.traced}
 
 
 def go(x, y, *, robot="wall_e", goal_id=A):
-    """Return the command to drive to a point."""
     target = PoseStamped(pose=Pose(position=Point(x=x, y=y)))
     return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal(pose=target), goal_id)
 
@@ -51,7 +50,6 @@ def simulator():
 
 
 def robot(simulator, name="wall_e"):
-    """Return a robot of the scene."""
     return next(each for each in scene(simulator)["robots"] if each["name"] == name)
 
 

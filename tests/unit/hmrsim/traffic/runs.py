@@ -7,7 +7,6 @@ from tests.simulation import simulate
 
 
 def go(robot, x, y, goal_id):
-    """Return the command that sends a robot to a point."""
     return simulation.go(x, y, goal_id, robot)
 
 

@@ -66,7 +66,6 @@ DEAD_END = {
 
 
 def to(robot, name, goal_id):
-    """Return the command that sends a robot to a waypoint of the dead end."""
     x, y = DEAD_END["waypoints"][name]
     return send(robot, "navigate_to_pose", pose={"pose": {"position": {"x": x, "y": y}}})._replace(goal_id=goal_id * 32)
 

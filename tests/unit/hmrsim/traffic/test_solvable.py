@@ -31,7 +31,6 @@ DOORS = st.sampled_from(
 
 
 def name_of(cell):
-    """Return the name of the waypoint of a cell."""
     return f"w{cell[0]}{cell[1]}"
 
 
@@ -64,7 +63,6 @@ class Case:
                 yield {"name": f"door_{number}", "state": door}
 
     def world(self):
-        """Return the world as a file has it."""
         lanes = [
             {"from": name_of(a), "to": name_of(b), "one_way": not self.lanes.has_edge(b, a)}
             for a, b in sorted(self.lanes.edges)

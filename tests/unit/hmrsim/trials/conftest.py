@@ -38,7 +38,6 @@ class Waiting:
         self._robot = robot
 
     def __call__(self, client, _robots):
-        """Run the controller."""
         times = []
         self.times.append(times)
         times.append(client.now)

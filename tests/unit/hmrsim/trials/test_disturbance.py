@@ -12,7 +12,6 @@ PICKUP = {"goal": "executing", "robot": "eve", "action": "pickup", "after": 0.5}
 
 
 def disturbance(kind, **more):
-    """Return a disturbance."""
     return Disturbance.model_validate({"disturbance": kind, "when": PICKUP, **more})
 
 

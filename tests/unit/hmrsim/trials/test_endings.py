@@ -23,8 +23,6 @@ REJECTED = GoalRejectedError("not_ready", 0, "eve has broken down")
 
 
 def raises(error: BaseException) -> Callable[..., Any]:
-    """Return a controller that raises an error."""
-
     def controller(*_: object) -> bool:
         raise error
 

@@ -46,7 +46,6 @@ def path(minute, tmp_path):
 
 
 def chunks(path):
-    """Return the chunks of a file."""
     return [
         one for one in StreamReader(io.BytesIO(path.read_bytes()), emit_chunks=True).records if isinstance(one, Chunk)
     ]

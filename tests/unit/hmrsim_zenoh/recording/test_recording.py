@@ -27,13 +27,11 @@ BATTERY = {"battery": {"capacity": 100.0}}
 
 
 def go(x, y, robot="wall_e", goal_id=ID):
-    """Return the command that sends a robot somewhere."""
     pose = {"pose": {"pose": {"position": {"x": x, "y": y}}}}
     return SendGoal(robot, "navigate_to_pose", NavigateToPose.Goal.model_validate(pose), goal_id)
 
 
 def call(service, **request):
-    """Return the command that calls a service."""
     return CallService(service, services()[service].request.model_validate(request))
 
 

@@ -21,7 +21,6 @@ from tests.unit.hmrsim_zenoh.security.conftest import MEMBERS
 
 
 def certificate(keystore, name):
-    """Return the certificate of a member."""
     return x509.load_pem_x509_certificate((keystore.enclave(name).folder / "cert.pem").read_bytes())
 
 

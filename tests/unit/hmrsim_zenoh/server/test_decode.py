@@ -23,11 +23,9 @@ class Query:
     errors: list[bytes] = field(default_factory=list)
 
     def drop(self) -> None:
-        """Record that the query was dropped."""
         self.dropped = True
 
     def reply_err(self, payload: bytes, *, encoding: str) -> None:
-        """Record an error reply to the query."""
         assert encoding == "application/json"
         self.errors.append(payload)
 
@@ -39,7 +37,6 @@ class Publisher:
         self.declared: list[str] = []
 
     def declare(self, key: str) -> None:
-        """Record that a key was declared."""
         self.declared.append(key)
 
     def timestamp(self) -> None:

@@ -23,15 +23,12 @@ class Channel:
         self._queries: SimpleQueue[Any] = SimpleQueue()
 
     def send(self, query: object) -> None:
-        """Add a query; None for the end."""
         self._queries.put(query)
 
     def recv(self) -> object:
-        """Return the next query, when it comes."""
         return self._read(self._queries.get(timeout=PATIENCE))
 
     def try_recv(self) -> object:
-        """Return the next query, if there is one."""
         try:
             return self._read(self._queries.get_nowait())
         except Empty:

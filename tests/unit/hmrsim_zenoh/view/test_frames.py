@@ -64,7 +64,6 @@ def outbox():
 
 
 def taken(outbox: Outbox) -> list[dict]:
-    """Return the frames that are sent now."""
     return [json.loads(frame) for frame in outbox.drain()]
 
 

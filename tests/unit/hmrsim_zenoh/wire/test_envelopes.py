@@ -59,7 +59,6 @@ def test_a_goal_has_the_same_errors_in_plain_values_as_in_json(name):
 
 
 def error_of(reading: Callable[[], object]) -> bytes | None:
-    """Return the error that a client gets, if there is one."""
     try:
         reading()
     except UnreadableError as error:

@@ -34,13 +34,11 @@ class _Elements(HTMLParser):
         self.found, self._open = [], []
 
     def handle_starttag(self, tag, attrs):
-        """Keep an element with its attributes."""
         self.found.append((tag, dict(attrs)))
         if tag not in ("meta", "link", "br"):
             self._open.append(tag)
 
     def handle_startendtag(self, tag, attrs):
-        """Keep an element of SVG."""
         self.found.append((tag, dict(attrs)))
 
     def handle_endtag(self, tag):
@@ -49,7 +47,6 @@ class _Elements(HTMLParser):
 
 
 def elements(page):
-    """Return the elements of a page."""
     parser = _Elements()
     parser.feed(page)
     assert [] == parser._open
@@ -57,7 +54,6 @@ def elements(page):
 
 
 def headings(page):
-    """Return the headings of a page's sections."""
     return re.findall(r"<h2>(.*?)</h2>", page)
 
 

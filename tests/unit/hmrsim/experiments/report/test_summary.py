@@ -23,12 +23,10 @@ from tests.unit.hmrsim.experiments.report.conftest import TREE, times
 
 
 def bounds(estimate):
-    """Return an estimate as numbers to compare."""
     return pytest.approx((estimate.estimate, estimate.low, estimate.high))
 
 
 def interval(found):
-    """Return an interval as numbers to compare."""
     return found.estimate, found.low, found.high
 
 
