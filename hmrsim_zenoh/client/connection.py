@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple, Protocol, Typ
 from pydantic_core import ValidationError, to_json
 
 from hmrsim.interfaces.message import Message
-from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import RequestError
 from hmrsim_zenoh.wire.envelopes import plain, unreadable
 

@@ -248,7 +248,7 @@ class GoalHandle(Generic[R, F]):
 
     def fail(self, error: Exception) -> None:
         """Fail the goal with an error."""
-        self._finish(self._status, error=error)
+        self._finish(error=error)
 
     def _on_execution(self, answer: Answer) -> None:
         if isinstance(answer, GoalResponse) or not self._accepted:
@@ -299,7 +299,7 @@ class GoalHandle(Generic[R, F]):
             self._accept(status)
         else:
             error = GoalRejectedError(answer.reason or "rejected", answer.error_code, answer.error_msg)
-            self._finish(self._status, accepted=False, error=error)
+            self._finish(accepted=False, error=error)
 
     def _accept(self, status: GoalStatus) -> None:
         with self._lock:
@@ -450,7 +450,7 @@ class GoalHandle(Generic[R, F]):
 
     def _finish(
         self,
-        status: GoalStatus,
+        status: GoalStatus | None = None,
         *,
         accepted: bool | None = None,
         result: R | None = None,
@@ -462,7 +462,8 @@ class GoalHandle(Generic[R, F]):
             if self._done:
                 return
             self._accepted = self._accepted if accepted is None else accepted
-            self._status, self._result, self._cause, self._error = status, result, cause, error
+            self._status = self._status if status is None else status
+            self._result, self._cause, self._error = result, cause, error
             self._done = True
             self._note_change()
         if self._mail:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.rosgraph_msgs import Clock
-from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import ClientClosed
 from hmrsim_zenoh.wire.envelopes import UnreadableError, plain, read
 

@@ -25,7 +25,7 @@ from hmrsim.protocol.outputs import FeedbackSent, GoalChanged, Granted
 from hmrsim.protocol.time import HasLeft, Join, Joined, Leave, ReadTime, TimeState
 from hmrsim.protocol.topics import Unwatch, Watching
 from hmrsim_zenoh.client.connection import Ask, Connection, Read, ReadInfo, Watched, body_of, take_within
-from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import Denied, RequestError
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.descriptions import WorldInfo, described

@@ -12,7 +12,7 @@ from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.client.worker import Worker
 from hmrsim_zenoh.errors import GoalRejectedError, RequestError, SimulatorGone
 from hmrsim_zenoh.wire.keys import Verb
 from tests.patience import PATIENCE

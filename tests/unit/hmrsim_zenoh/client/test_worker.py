@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hmrsim_zenoh.client.threads import Worker
+from hmrsim_zenoh.client.worker import Worker
 
 
 @pytest.fixture
