@@ -130,15 +130,12 @@ class LocalConnection(Connection):
 
     def send(
         self,
-        _target: ActionTarget,
+        target: ActionTarget,  # noqa: ARG002 - the command names it
         command: GoalCommand,
         then: Callable[[Answer], None],
-        *,
-        timeout: float,  # noqa: ARG002 - the answer comes at once
-        read: bool = True,  # noqa: ARG002 - there is nothing to read
-        ended: bool = False,  # noqa: ARG002 - there is no event to wait for
+        **_options: Any,
     ) -> None:
-        """Send a command to the simulator's inbox."""
+        """Send a command to the simulator's inbox; there is no answer to read or to wait for."""
         self._submit(command, Pending(self, then))
 
     def listen(self, target: ActionTarget) -> None:
@@ -147,7 +144,7 @@ class LocalConnection(Connection):
     def unlisten(self) -> None:
         """Do nothing: there are no listeners."""
 
-    def call(self, command: Asked, *, timeout: float) -> LocalCall:  # noqa: ARG002 - as above
+    def call(self, command: Asked, **_options: float) -> LocalCall:
         """Send a command whose answer a thread waits for."""
         call = LocalCall(self)
         if isinstance(command, Read):
@@ -156,7 +153,7 @@ class LocalConnection(Connection):
             self._submit(CallService(command.service, command.request) if isinstance(command, Ask) else command, call)
         return call
 
-    def ask(self, request: Read, then: Callable[[Reply], None], *, timeout: float) -> None:  # noqa: ARG002 - as above
+    def ask(self, request: Read, then: Callable[[Reply], None], **_options: float) -> None:
         """Send a request on a key; *then* receives the answer."""
         self._query(request, Pending(self, then))
 
@@ -191,7 +188,7 @@ class LocalConnection(Connection):
             self._check()
         return self.simulation.follow(on_change)
 
-    def look(self, on_alive: Callable[[], None], then: Callable[[], None], *, timeout: float) -> None:  # noqa: ARG002 - as above
+    def look(self, on_alive: Callable[[], None], then: Callable[[], None], **_options: float) -> None:
         """Call *on_alive* if the simulator is alive, and *then* in any case."""
         self.simulation.follow(lambda alive: on_alive() if alive else None)()
         then()

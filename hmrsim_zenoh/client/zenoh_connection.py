@@ -158,7 +158,7 @@ class ZenohConnection(Connection):
         *,
         timeout: float,
         read: bool = True,
-        ended: bool = False,  # noqa: ARG002 - a result is asked for in the same way
+        **_options: bool,
     ) -> None:
         """Send a command as a query."""
         decoder: Callable[[bytes], Answer]
