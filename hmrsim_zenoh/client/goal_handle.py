@@ -428,11 +428,12 @@ class GoalHandle(Generic[R, F]):
                 return True
         if condition() or (left is not None and left <= 0.0):
             return condition()
-        over = threading.Event()
+        over = False
 
         def ring() -> None:
-            over.set()
+            nonlocal over
             with self._lock:
+                over = True
                 if self._changed is not None:
                     self._changed.notify_all()
 
@@ -442,7 +443,7 @@ class GoalHandle(Generic[R, F]):
                 # Made for the first thread that waits: mostly none does.
                 self._changed = self._changed or threading.Condition(self._lock)
                 rest = None if limit is None else limit - time.monotonic()
-                self._changed.wait_for(lambda: condition() or over.is_set(), rest)
+                self._changed.wait_for(condition if alarm is None else lambda: over or condition(), rest)
         finally:
             if alarm is not None:
                 alarm.close()

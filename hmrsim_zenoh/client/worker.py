@@ -24,7 +24,9 @@ class Worker:
     """
 
     def __init__(self, name: str, *, at_once: bool = True, most: float = math.inf) -> None:
-        self._changed = threading.Condition()
+        # Taken for each call; a condition does it in Python.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
         self._due: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
         self._closed = self._calling = False
@@ -40,7 +42,7 @@ class Worker:
         If *rounded*, the delay may be up to twice as long, so that many functions become due together: waking the
         thread takes more time than a goal.
         """
-        with self._changed:
+        with self._lock:
             if self._closed:
                 return
             at = time.monotonic() + delay
