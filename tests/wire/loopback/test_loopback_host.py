@@ -6,6 +6,7 @@ import json
 import threading
 
 import pytest
+import zenoh
 
 from hmrsim.actions import registry
 from hmrsim.errors import SimulationStopped
@@ -180,6 +181,48 @@ class TestReading:
         assert client.alive
         host.stop()
         assert not client.alive
+
+
+class TestTokens:
+    """Liveliness tokens, as a session of Zenoh has them."""
+
+    @pytest.fixture
+    def seen(self, client):
+        """Return the tokens that have come (True) and gone (False)."""
+        seen = []
+        client.session.liveliness().declare_subscriber(
+            "hmrsim/*/alive",
+            lambda sample: seen.append((str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)),
+            history=True,
+        )
+        return seen
+
+    def test_those_of_the_robots_and_the_world_are_there_until_the_host_stops(self, host, seen):
+        tokens = ["hmrsim/ann/alive", "hmrsim/bob/alive", "hmrsim/_world/alive"]
+        before = [*seen]
+        host.stop()
+
+        assert [(token, True) for token in tokens] == before
+        assert [(token, False) for token in tokens] == seen[3:]
+
+    @pytest.mark.parametrize("end", ["undeclare", "close", "cut"])
+    def test_that_of_a_session_is_gone_when_it_ends(self, host, client, seen, end):
+        session = host.open_session()
+        token = session.liveliness().declare_token("hmrsim/cat/alive")
+        if end == "cut":
+            host.cut(session, Cut())
+            client.info()
+        else:
+            getattr(token if end == "undeclare" else session, end)()
+
+        assert [("hmrsim/cat/alive", True), ("hmrsim/cat/alive", False)] == seen[3:]
+
+    def test_they_can_be_queried(self, client):
+        found, ended = [], []
+        handler = zenoh.handlers.Callback(found.append, lambda: ended.append(True), indirect=False)
+        client.session.liveliness().get("hmrsim/_world/alive", handler)
+
+        assert (["hmrsim/_world/alive"], [True]) == ([str(reply.ok.key_expr) for reply in found], ended)
 
 
 class TestTime:
