@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.outputs import EventStamped, GoalChanged
     from hmrsim.robots.power import Energy
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
-    from hmrsim_zenoh.ros2.publishing.publishers import Publishers
+    from hmrsim_zenoh.ros2.publishing.publishers import TopicPublishers
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
@@ -57,13 +56,10 @@ def patterns(wire: Wire) -> dict[str, str]:
 class HealthTopics:
     """Publishes the log and the diagnostics, if they have subscribers."""
 
-    def __init__(
-        self, simulator: Simulator, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]
-    ) -> None:
+    def __init__(self, simulator: Simulator, publishers: TopicPublishers, interest: SubscriberWatch[str]) -> None:
         self._simulator = simulator
         self._interest = interest
-        self._publishers = {topic: publishers.of(endpoints.topic(WORLD, topic)) for topic in (ROSOUT, DIAGNOSTICS)}
-        self._types = {topic: endpoints.message_type(topic) for topic in (ROSOUT, DIAGNOSTICS)}
+        self._publish = publishers.publish
         self._diagnosed = -_PERIOD
 
     def wants(self, topic: Topic) -> bool:
@@ -95,7 +91,7 @@ class HealthTopics:
         logger = node.full_name[1:].replace("/", ".")
         now = values_of(stamp(self._simulator.now))
         line = unbuilt(Log, stamp=now, level=level, name=logger, msg=printable(text))
-        self._publishers[ROSOUT].publish(self._types[ROSOUT].encode(line))
+        self._publish(WORLD, ROSOUT, line)
 
     def tick(self) -> None:
         """Publish the diagnostics if they are due; called at each sample of the clock."""
@@ -104,7 +100,7 @@ class HealthTopics:
             self._diagnosed = now
             header = {"stamp": values_of(stamp(now)), "frame_id": ""}
             message = {"header": header, "status": list(diagnostics(self._simulator))}
-            self._publishers[DIAGNOSTICS].publish(self._types[DIAGNOSTICS].encode(message))
+            self._publish(WORLD, DIAGNOSTICS, message)
 
     def _log_event(self, event: Event) -> None:
         severity = event.severity

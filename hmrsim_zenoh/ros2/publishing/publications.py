@@ -31,7 +31,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
 from hmrsim_zenoh.ros2.publishing.markers import BASE
-from hmrsim_zenoh.ros2.publishing.publishers import Publishers
+from hmrsim_zenoh.ros2.publishing.publishers import Publishers, TopicPublishers
 from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
 from hmrsim_zenoh.ros2.publishing.views import FOOTPRINT_FRAME
 from hmrsim_zenoh.server.interest import SubscriberWatch
@@ -39,13 +39,11 @@ from hmrsim_zenoh.server.interest import SubscriberWatch
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.geometry import Pose
-    from hmrsim.interfaces.message import Message
     from hmrsim.protocol.outputs import Output
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
-    from hmrsim_zenoh.ros2.publishing.publishers import Publisher
     from hmrsim_zenoh.ros2.wires import Wire
 
 ROBOT_TF: Final = "robot's tf"
@@ -94,21 +92,15 @@ def _base(odom: Odometry, child: str) -> TransformStamped:
 class Topics:
     """Publishes samples to topics that have subscribers."""
 
-    def __init__(self, endpoints: Endpoints, publishers: Publishers, interest: SubscriberWatch[str]) -> None:
-        self._endpoints = endpoints
-        self._publishers = publishers
+    def __init__(self, publishers: TopicPublishers, interest: SubscriberWatch[str]) -> None:
+        self._publish = publishers.publish
         self._interest = interest
-        self._known: dict[tuple[str, str], Publisher] = {}
 
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages have a subscriber."""
         if topic is Topic.ODOM:
             return any(self._interest[kind] for kind in OF_ODOM)
         return topic in _PLAIN and self._interest[_PLAIN[topic]]
-
-    def forget(self) -> None:
-        """Drop the cached publishers after robots came or went."""
-        self._known.clear()
 
     def emit(self, sample: Sampled) -> None:
         """Publish a sample of a topic."""
@@ -131,14 +123,6 @@ class Topics:
         """Publish a robot's pose from its odometry, with or without subscribers."""
         if isinstance(sample.message, Odometry):
             self._publish(sample.robot, AMCL_POSE, amcl_pose(sample.message))
-
-    def _publish(self, robot: str, topic: str, message: Message) -> None:
-        """Publish a message; a latched one is also kept before its publisher is declared."""
-        publisher = self._known.get((robot, topic))
-        if publisher is None:
-            publisher = self._known[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
-        if publisher or topic == AMCL_POSE:
-            publisher.publish(self._endpoints.message_type(topic).encode(message))
 
 
 _log = logging.getLogger(__name__)
@@ -180,13 +164,13 @@ class Publications:
         patterns |= health_topics.patterns(wire)
         self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
-        self._topics = Topics(self._endpoints, self._publishers, self._interest)
-        self._views = ViewTopics(simulator, self._endpoints, self._publishers, self._interest, changed)
-        self._health = HealthTopics(simulator, self._endpoints, self._publishers, self._interest)
+        self._of_topics = TopicPublishers(self._publishers, self._endpoints)
+        self._topics = Topics(self._of_topics, self._interest)
+        self._views = ViewTopics(simulator, self._of_topics, self._interest, changed)
+        self._health = HealthTopics(simulator, self._of_topics, self._interest)
         self.log = self._health.log
-        # Referenced here, as latched publishers have to keep their message until they are declared.
-        self._poses: dict[str, Publisher] = {}
-        self._published: dict[str, Pose] = {}
+        # The poses in the last messages on the robots' latched topics.
+        self._poses: dict[str, Pose] = {}
         self._poses_wanted = False
         self._parts = Parts(names)
         self._emitters: dict[type, Callable[[Any], None]] = {
@@ -199,14 +183,13 @@ class Publications:
 
     def start(self) -> None:
         """Publish the initial state of new robots, and declare nodes and endpoints in the background."""
-        self._topics.forget()
+        self._of_topics.forget(self._names.serves.keys() - self._lost)
         self._new.clear()
         for robot in self._names.serves:
             if robot not in self._lost and not self._goals.knows(robot):
                 self._new.add(robot)
                 self._goals.begin(robot, self._names)
                 if robot != WORLD:
-                    self._poses[robot] = self._publishers.of(self._endpoints.topic(robot, AMCL_POSE))
                     self._publish_pose(robot)
         parts = self._parts
         self._declarations.want(parts.all, parts.standing(self._endpoints.tokens) if self._has_tokens else None)
@@ -303,10 +286,10 @@ class Publications:
 
     def _publish_pose(self, name: str) -> None:
         robot = self._simulator.roster.robots[name]
-        self._published[name] = robot.estimated(robot.pose())
+        self._poses[name] = robot.estimated(robot.pose())
         self._topics.publish_pose(self._simulator.readings.odom(robot))
 
     def _has_moved(self, name: str) -> bool:
         """Return whether a robot is elsewhere than in the last message on its latched topic."""
         robot = self._simulator.roster.robots[name]
-        return self._interest[AMCL_POSE] or robot.estimated(robot.pose()) != self._published.get(name)
+        return self._interest[AMCL_POSE] or robot.estimated(robot.pose()) != self._poses[name]

@@ -6,8 +6,8 @@ import logging
 import threading
 import time
 import weakref
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Collection, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import zenoh
 from zenoh import ext
@@ -16,7 +16,9 @@ from hmrsim_zenoh.ros2.keys import LATCHED_QOS
 from hmrsim_zenoh.ros2.wires import Attachment
 
 if TYPE_CHECKING:
+    from hmrsim.interfaces.message import Message
     from hmrsim_zenoh.ros2.keys import Endpoint
+    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
     from hmrsim_zenoh.ros2.wires import Wire
 
 _log = logging.getLogger(__name__)
@@ -27,7 +29,13 @@ _HEARTBEAT: Final = 0.5
 
 
 class Publisher:
-    """A publisher that numbers its messages from 1 and drops them while it is closed; for any thread."""
+    """A publisher that numbers its messages from 1 and drops them while it is closed; for any thread.
+
+    Attributes:
+        keeps: Whether a message that is published while it is closed is not lost.
+    """
+
+    keeps: ClassVar[bool] = False
 
     def __init__(self) -> None:
         # The simulation thread publishes; the declaration thread opens and closes.
@@ -81,6 +89,8 @@ class Publisher:
 
 class LatchedPublisher(Publisher):
     """A publisher that keeps its last message and publishes it again when it opens."""
+
+    keeps = True
 
     def __init__(self) -> None:
         super().__init__()
@@ -176,3 +186,31 @@ class Publishers:
             publisher_detection=True,
             sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT),
         )
+
+
+class TopicPublishers:
+    """Publishes messages on topics of the robots and of the world.
+
+    Publishers that were used are referenced, as latched ones have to keep their message until they are declared.
+    """
+
+    def __init__(self, publishers: Publishers, endpoints: Endpoints) -> None:
+        self._publishers = publishers
+        self._endpoints = endpoints
+        self._used: dict[tuple[str, str], Publisher] = {}
+
+    def publish(self, robot: str, topic: str, message: Message | Mapping[str, Any] | bytes) -> None:
+        """Publish a message or an encoded one; nothing is encoded for a closed publisher that does not keep it."""
+        publisher = self._used.get((robot, topic))
+        if publisher is None:
+            publisher = self._used[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
+        if publisher or publisher.keeps:
+            publisher.publish(message if isinstance(message, bytes) else self.encoded(topic, message))
+
+    def encoded(self, topic: str, message: Message | Mapping[str, Any]) -> bytes:
+        """Return an encoded message of a topic."""
+        return self._endpoints.message_type(topic).encode(message)
+
+    def forget(self, robots: Collection[str]) -> None:
+        """Drop the publishers of all robots but these."""
+        self._used = {key: publisher for key, publisher in self._used.items() if key[0] in robots}

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from hmrsim.robots.robot import Robot
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
-    from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Part
-    from hmrsim_zenoh.ros2.publishing.publishers import Publisher, Publishers
+    from hmrsim_zenoh.ros2.publishing.endpoints import Part
+    from hmrsim_zenoh.ros2.publishing.publishers import TopicPublishers
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
@@ -75,18 +75,14 @@ class ViewTopics:
     def __init__(
         self,
         simulator: Simulator,
-        endpoints: Endpoints,
-        publishers: Publishers,
+        publishers: TopicPublishers,
         interest: SubscriberWatch[str],
         changed: Callable[[], None],
     ) -> None:
         self._simulator = simulator
-        self._endpoints = endpoints
-        self._publishers = publishers
+        self._encoded, self._publish = publishers.encoded, publishers.publish
         self._interest = interest
         self._changed = changed
-        # Latched publishers have to be referenced until they are declared.
-        self._known: dict[tuple[str, str], Publisher] = {}
         self._asked: deque[tuple[str, str]] = deque()
         self._shown: dict[tuple[str, str], None] = {}
         self._map: tuple[World, bytes] | None = None
@@ -143,7 +139,6 @@ class ViewTopics:
         def shows(robot: str, topic: str) -> bool:
             return self._interest[f"/{topic}" if robot == WORLD else f"/*/{topic}"]
 
-        self._known = {key: one for key, one in self._known.items() if key[0] in robots or key[0] == WORLD}
         for streamed in self._streamed.values():
             streamed.intersection_update(robots)
         self._shown = {key: None for key in self._shown if (key[0] in robots or key[0] == WORLD) and shows(*key)}
@@ -154,7 +149,7 @@ class ViewTopics:
         if robot != WORLD and robot not in self._simulator.roster.robots:
             return
         if topic == MAP_TOPIC:
-            self._publisher(robot, topic).publish(self._encoded_map())
+            self._publish(robot, topic, self._encoded_map())
         else:
             self._publish(robot, topic, self._make[topic](robot))
 
@@ -163,7 +158,7 @@ class ViewTopics:
         world = self._simulator.world
         if self._map is None or self._map[0] is not world:
             values = views.occupancy_grid(self._simulator)
-            self._map = world, self._endpoints.message_type(MAP_TOPIC).encode(values)
+            self._map = world, self._encoded(MAP_TOPIC, values)
         return self._map[1]
 
     def event(self, output: EventStamped) -> None:
@@ -217,13 +212,3 @@ class ViewTopics:
     def _replace_scene(self) -> None:
         self._markers.load(self._simulator.world)
         self._markers.follow(scene(self._simulator))
-
-    def _publisher(self, robot: str, topic: str) -> Publisher:
-        publisher = self._known.get((robot, topic))
-        if publisher is None:
-            publisher = self._known[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
-        return publisher
-
-    def _publish(self, robot: str, topic: str, values: Mapping[str, Any]) -> None:
-        """Publish a message; a latched publisher that is not declared yet keeps it."""
-        self._publisher(robot, topic).publish(self._endpoints.message_type(topic).encode(values))
