@@ -92,15 +92,27 @@ class Planner:
 
     def ask(self, event: PlanWanted) -> None:
         """Request a path; the answer becomes a command when it arrives."""
-        question = _Question(event.request, self)
-        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(question.take, question.end)
+        answered = False
+
+        def answer(result: ComputePathToPose.Result) -> None:
+            """Put the only answer to the request into the inbox; called in Zenoh's threads, too."""
+            nonlocal answered
+            if not answered:
+                answered = True
+                with suppress(SimulationStopped):
+                    self._put(PlanAnswered(event.request, result))
+
+        handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(
+            lambda reply: answer(self._read(reply)),
+            lambda: answer(_failed("the planner has left or has not answered")),
+        )
         payload, mime = encoding.message(event.goal), encoding.of_message(event.goal)
         try:
             self._querier.get(handler, payload=payload, encoding=mime, attachment=event.robot)
         except zenoh.ZError as error:
-            question.answer(_failed(f"the request to the planner can't be sent: {error}"))
+            answer(_failed(f"the request to the planner can't be sent: {error}"))
 
-    def read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
+    def _read(self, reply: zenoh.Reply) -> ComputePathToPose.Result:
         """Return the result in a reply; an error of the planner becomes a result with an error code."""
         if reply.err is not None:
             text = reply.err.payload.to_bytes()
@@ -120,35 +132,6 @@ class Planner:
         except UnreadableError as error:
             return _failed(f"the planner's answer can't be read: {error}")
         return result
-
-    def answered(self, request: int, result: ComputePathToPose.Result) -> None:
-        """Put the answer to a request into the inbox."""
-        with suppress(SimulationStopped):
-            self._put(PlanAnswered(request, result))
-
-
-class _Question:
-    """One request, which gets exactly one answer; called in Zenoh's threads."""
-
-    def __init__(self, request: int, planner: Planner) -> None:
-        self._request = request
-        self._planner = planner
-        self._open = True
-
-    def take(self, reply: zenoh.Reply) -> None:
-        """Process the first reply; drop any other."""
-        if self._open:
-            self.answer(self._planner.read(reply))
-
-    def end(self) -> None:
-        """Process the end of the replies."""
-        if self._open:
-            self.answer(_failed("the planner has left or has not answered"))
-
-    def answer(self, result: ComputePathToPose.Result) -> None:
-        """Pass on the only answer to the request."""
-        self._open = False
-        self._planner.answered(self._request, result)
 
 
 def _failed(text: str, code: int = ComputePathToPose.Result.UNKNOWN) -> ComputePathToPose.Result:

@@ -323,4 +323,6 @@ def _texts(value: object) -> Iterator[tuple[str, str]]:
                 yield from ((f"{name}.{path}".rstrip("."), text) for path, text in _texts(each))
     elif isinstance(value, list):
         for number, each in enumerate(value):
-            yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))
+            # Commands of an advance are plain values; each is checked as it is read.
+            if not isinstance(each, dict):
+                yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))
