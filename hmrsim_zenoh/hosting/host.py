@@ -100,6 +100,7 @@ class Host:
         self.error: BaseException | None = None
         self._settings = settings
         self._wires = wires
+        self._inbox = ChannelInbox()
         self._servers: list[Server | Ros2Server] = []
         self._ros2: list[Ros2Server] = []
         self._reason = "the simulation has ended"
@@ -114,7 +115,7 @@ class Host:
             self._serve(simulator, keys, sessions)
             self.pacing = Pacing(
                 simulator,
-                self._server.inbox,
+                self._inbox,
                 retention,
                 settings,
                 on_lag=_warn_of_lag,
@@ -164,7 +165,7 @@ class Host:
     @property
     def losses(self) -> Losses:
         """The loss and duplication of requests and answers; for the simulation's thread once it runs."""
-        return self._server.inbox.losses
+        return self._inbox.losses
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""
@@ -189,7 +190,7 @@ class Host:
         self._server.close()
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
-        self._server.inbox.leave()
+        self._inbox.leave()
         if self._succession is not None:
             self._succession.close()
         self._session.close()
@@ -246,7 +247,7 @@ class Host:
             submit=simulator.submit,
             on_roster=self._follow,
             settings=settings,
-            inbox=ChannelInbox,
+            inbox=self._inbox,
             interest=SubscriberWatch,
         )
         self._servers.append(self._server)
@@ -258,7 +259,7 @@ class Host:
                 self._session,
                 self._wires,
                 simulator,
-                self._server.inbox,
+                self._inbox,
                 planner=self._server.planner,
                 hurries=self._description.hurries,
                 prefix=keys.prefix,
@@ -272,7 +273,7 @@ class Host:
         def on_token(sample: zenoh.Sample) -> None:
             name = str(sample.key_expr).rpartition("/")[2]
             with suppress(SimulationStopped):
-                self._server.inbox.put(TokenSeen(name, alive=sample.kind == zenoh.SampleKind.PUT))
+                self._inbox.put(TokenSeen(name, alive=sample.kind == zenoh.SampleKind.PUT))
 
         handler = zenoh.handlers.Callback(on_token)
         return self._session.liveliness().declare_subscriber(keys.participants(), handler, history=True)

@@ -271,7 +271,7 @@ class LoopbackHost(SelectiveSink):
             submit=self.simulator.submit,
             on_roster=follow_roster,
             settings=self._settings,
-            inbox=self._inbox.open,
+            inbox=self._inbox,
             interest=LocalInterest,
         )
         if not self._ended:
@@ -286,38 +286,17 @@ class LocalInbox(QueryInbox):
         super().__init__()
         self._queryables: list[zenoh.Queryable[None]] = []
 
-    def open(
-        self,
-        session: zenoh.Session,
-        key_expr: str,
-        reader: Reader,
-        *,
-        wakeup_key: str,  # noqa: ARG002 - nobody sleeps
-    ) -> Self:
+    def open(self, session: zenoh.Session, key_expr: str, reader: Reader, *, wakeup_key: str) -> None:  # noqa: ARG002 - nobody sleeps
         """Take the queries on a key expression from now on."""
-        self._session, self._reader = session, reader
+        self._reader = reader
         self._queryables.append(session.declare_queryable(key_expr, self.put_query))
-        return self
 
-    def serve(
-        self,
-        key_expr: str,
-        *,
-        decode: Callable[[zenoh.Query], list[AnyCommand]],
-        refuse: Callable[[zenoh.Query], None],
-        complete: bool = False,  # noqa: ARG002 - there is no network
-    ) -> None:
-        """Serve a further key expression."""
-        reader = Reader(decode, refuse)
-        self._queryables.append(self._session.declare_queryable(key_expr, lambda query: self.put_query(query, reader)))
-
-    def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
+    def put_query(self, query: zenoh.Query) -> None:
         """Add a query."""
-        reader = reader or self._reader
         if self.closed:
-            reader.refuse(query)
+            self._reader.refuse(query)
         else:
-            self._queries.append((reader, query))
+            self._queries.append((self._reader, query))
 
     def put(self, command: AnyCommand) -> None:
         """Add a command.

@@ -29,6 +29,7 @@ from hmrsim_zenoh.ros2.requests.handlers import GetResultHandler, PendingRosRepl
 from hmrsim_zenoh.ros2.requests.requests import PendingResults, Requests
 from hmrsim_zenoh.ros2.requests.subscriptions import FromTopic, Subscriptions
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds
+from hmrsim_zenoh.server.inbox import Reader
 from hmrsim_zenoh.server.publisher import Publisher
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.requests.handlers import ActionHandler
     from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.external_planner import Planner
-    from hmrsim_zenoh.server.inbox import QueryInbox
+    from hmrsim_zenoh.server.inbox import ChannelInbox
 
 _log = logging.getLogger(__name__)
 
@@ -49,7 +50,7 @@ def open_servers(
     session: zenoh.Session,
     wires: Iterable[Wire],
     simulator: Simulator,
-    inbox: QueryInbox,
+    inbox: ChannelInbox,
     *,
     planner: Planner,
     hurries: Callable[[], bool],
@@ -100,7 +101,7 @@ class Ros2Server(SelectiveSink):
         wire: Wire,
         simulator: Simulator,
         *,
-        inbox: QueryInbox,
+        inbox: ChannelInbox,
         planner: Planner,
         hurries: Callable[[], bool],
         max_payload: int,
@@ -157,7 +158,7 @@ class Ros2Server(SelectiveSink):
             max_payload=max_payload,
         )
         for key_expr in wire.request_keys:
-            inbox.serve(key_expr, decode=self._decode, refuse=self._refuse, complete=wire.has_types)
+            inbox.serve(key_expr, Reader(self._decode, self._refuse), complete=wire.has_types)
 
     def start(self) -> None:
         """Declare all served parts, in the background."""

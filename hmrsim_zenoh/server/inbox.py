@@ -49,7 +49,7 @@ class Reader(NamedTuple):
 
 
 class QueryInbox(Inbox, ABC):
-    """An inbox of the queries on one key expression and on further ones that `serve` adds.
+    """An inbox of the queries on a key expression, from `open` on.
 
     Attributes:
         losses: Decides which answers are lost, and which queries arrive twice.
@@ -68,19 +68,20 @@ class QueryInbox(Inbox, ABC):
         self.taken = 0
 
     @abstractmethod
-    def serve(
-        self,
-        key_expr: str,
-        *,
-        decode: Callable[[zenoh.Query], list[AnyCommand]],
-        refuse: Callable[[zenoh.Query], None],
-        complete: bool = False,
-    ) -> None:
-        """Serve a further key expression until `leave`; *refuse* also answers queries after `close`."""
+    def open(self, session: zenoh.Session, key_expr: str, reader: Reader, *, wakeup_key: str) -> None:
+        """Take the queries on a key expression from now on.
+
+        Args:
+            session: Where to declare the queryable.
+            key_expr: The keys that it serves.
+            reader: Decodes queries, in the simulation's thread, and refuses those that are too many or too late, in any
+                thread.
+            wakeup_key: A key under *key_expr* that the reader ignores; a query on it wakes the simulation's thread.
+        """
 
     @abstractmethod
-    def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
-        """Add a query of another queryable; by default it is decoded like those on the first key expression."""
+    def put_query(self, query: zenoh.Query) -> None:
+        """Add a query of another queryable, to be decoded like those on the key expression."""
 
     def prepare(self, call: Callable[[zenoh.Query | None], bool]) -> None:
         """Call a function before each query is decoded, and with None if none waits, until it returns True."""
@@ -181,49 +182,29 @@ class _LentChannel:
 
 
 class ChannelInbox(QueryInbox):
-    """An inbox of the queries that come over Zenoh.
+    """An inbox of the queries that come over Zenoh, on one key expression and on further ones that `serve` adds.
 
     Args:
-        session: Where to declare the queryable.
-        key_expr: The keys that it serves.
-        reader: Decodes queries, in the simulation's thread, and refuses those that are too many or too late, in any
-            thread.
-        wakeup_key: A key under *key_expr* that the reader ignores; a query on it wakes the simulation's thread.
         max_waiting: Queries that may wait for the simulation thread.
     """
 
-    def __init__(
-        self,
-        session: zenoh.Session,
-        key_expr: str,
-        reader: Reader,
-        *,
-        wakeup_key: str,
-        max_waiting: int = 10_000,
-    ) -> None:
+    def __init__(self, *, max_waiting: int = 10_000) -> None:
         super().__init__()
-        self._session = session
-        self._reader = reader
-        self._wakeup_key = wakeup_key
         self._max_waiting = max_waiting
+        self._wakeup_key = ""
         self._asleep = False
-        # The first one is not complete: Zenoh would not query a controller that serves its trees below the same prefix.
-        self._channels = [self._opened(key_expr, reader, complete=False)]
+        self._channels: list[_LentChannel] = []
 
-    def serve(
-        self,
-        key_expr: str,
-        *,
-        decode: Callable[[zenoh.Query], list[AnyCommand]],
-        refuse: Callable[[zenoh.Query], None],
-        complete: bool = False,
-    ) -> None:
-        """Serve a further key expression until `leave`; *refuse* also answers queries after `close`."""
-        self._channels.append(self._opened(key_expr, Reader(decode, refuse), complete=complete))
+    def open(self, session: zenoh.Session, key_expr: str, reader: Reader, *, wakeup_key: str) -> None:
+        """Take the queries on a key expression from now on."""
+        self._session, self._reader, self._wakeup_key = session, reader, wakeup_key
+        # Not complete: Zenoh would not query a controller that serves its trees below the same prefix.
+        self.serve(key_expr, reader, complete=False)
 
-    def _opened(self, key_expr: str, reader: Reader, *, complete: bool) -> _LentChannel:
+    def serve(self, key_expr: str, reader: Reader, *, complete: bool) -> None:
+        """Take the queries on a further key expression until `leave`; they are also refused after `close`."""
         queryable = self._session.declare_queryable(key_expr, zenoh.handlers.FifoChannel(_CHANNEL), complete=complete)
-        return _LentChannel(queryable, reader, self._add_forwarded)
+        self._channels.append(_LentChannel(queryable, reader, self._add_forwarded))
 
     def put(self, command: AnyCommand) -> None:
         """Add a command and wake the simulation thread.
@@ -234,15 +215,14 @@ class ChannelInbox(QueryInbox):
         super().put(command)
         self._wake()
 
-    def put_query(self, query: zenoh.Query, reader: Reader | None = None) -> None:
-        """Add a query of another queryable; by default it is decoded like those on the first key expression."""
-        reader = reader or self._reader
+    def put_query(self, query: zenoh.Query) -> None:
+        """Add a query of another queryable, to be decoded like those on the key expression."""
         with self._changed:
-            taken = self._add(query, reader)
+            taken = self._add(query, self._reader)
         if taken:
             self._wake()
         else:
-            reader.refuse(query)
+            self._reader.refuse(query)
 
     def wait(self, timeout: float | None) -> None:
         """Wait for a query or command, for the inbox to be closed, or for *timeout* wall seconds."""

@@ -79,7 +79,7 @@ class Server(SelectiveSink):
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        inbox: Opens the inbox of queries.
+        inbox: The inbox of queries, which the server opens.
         interest: The kind of the detection of subscribers.
 
     Attributes:
@@ -99,7 +99,7 @@ class Server(SelectiveSink):
         submit: Callable[[Command], None],
         on_roster: Callable[[], None],
         settings: RunSettings,
-        inbox: Callable[..., QueryInbox],
+        inbox: QueryInbox,
         interest: type[Interest[Topic | str]],
     ) -> None:
         self._submit = submit
@@ -122,12 +122,9 @@ class Server(SelectiveSink):
             policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
-        self.inbox = inbox(
-            session,
-            servers_own(keys.everything()),
-            Reader(self._decode, self._refuse),
-            wakeup_key=keys.wakeup_key(),
-        )
+        self.inbox = inbox
+        own, reader = servers_own(keys.everything()), Reader(self._decode, self._refuse)
+        inbox.open(session, own, reader, wakeup_key=keys.wakeup_key())
         self.planner = Planner(
             session,
             keys,

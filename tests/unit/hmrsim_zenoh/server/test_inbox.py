@@ -65,7 +65,8 @@ def inbox(channel, refused):
 
     queryable = SimpleNamespace(handler=channel, undeclare=undeclare)
     session: Any = SimpleNamespace(declare_queryable=lambda *_args, **_options: queryable)
-    inbox = ChannelInbox(session, "a/**", Reader(lambda query: [query], refused.append), wakeup_key="a/b")
+    inbox = ChannelInbox()
+    inbox.open(session, "a/**", Reader(lambda query: [query], refused.append), wakeup_key="a/b")
     yield inbox
     inbox.close()
     inbox.leave()
@@ -118,7 +119,7 @@ def further(inbox, channel, refused):
     channels = [channel, Channel()]
     queryable = SimpleNamespace(handler=channels[1], undeclare=lambda: channels[1].send(None))
     inbox._session = SimpleNamespace(declare_queryable=lambda *_args, **_options: queryable)
-    inbox.serve("c/**", decode=lambda query: [query], refuse=refused.append)
+    inbox.serve("c/**", Reader(lambda query: [query], refused.append), complete=False)
     return channels[1]
 
 
