@@ -29,9 +29,8 @@ export class Room {
   }
 
   walk(left, top, width, height, mark) {
-    const x0 = Math.max(0, Math.floor(left / CELL));
+    const [x0, y0] = [Math.max(0, Math.floor(left / CELL)), Math.max(0, Math.floor(top / CELL))];
     const x1 = Math.min(this.columns - 1, Math.floor((left + width - 0.01) / CELL));
-    const y0 = Math.max(0, Math.floor(top / CELL));
     const y1 = Math.min(this.rows - 1, Math.floor((top + height - 0.01) / CELL));
     for (let y = y0; y <= y1; y++) {
       for (let x = x0; x <= x1; x++) {

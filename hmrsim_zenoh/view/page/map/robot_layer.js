@@ -8,10 +8,7 @@ export class Poses {
   constructor() {
     this.count = 0; // the number of robots in sight, and of valid entries in the arrays
     this.robots = [];
-    this.px = new Float32Array(0);
-    this.py = new Float32Array(0);
-    this.radius = new Float32Array(0); // css pixels
-    this.angle = new Float32Array(0); // radians clockwise, as the canvas turns
+    this.#makeRoom(0);
     this.goes = []; // whether there is a path ahead
     this.pose = [0, 0, 0];
     this.index = new Map(); // the index of each robot in sight by name
@@ -20,10 +17,7 @@ export class Poses {
   look(frame, time) {
     const { camera, model, measures } = frame;
     const all = model.robots.size;
-    if (this.px.length < all) {
-      const room = Math.ceil(all * 1.5) + 16;
-      for (const key of ['px', 'py', 'radius', 'angle']) this[key] = new Float32Array(room);
-    }
+    if (this.px.length < all) this.#makeRoom(Math.ceil(all * 1.5) + 16);
     const least = all > 300 ? 4.9 : all > 60 ? 5.5 : 8;
     let count = 0;
     this.index.clear();
@@ -45,6 +39,9 @@ export class Poses {
     this.robots.length = count;
     this.count = count;
   }
+
+  /** Positions and radii are css pixels, angles radians clockwise, as the canvas turns. */
+  #makeRoom(count) { for (const key of ['px', 'py', 'radius', 'angle']) this[key] = new Float32Array(count); }
 
   /** Return x, y and radius of a robot on the screen, or null if it is out of sight. */
   where(name) {
@@ -132,17 +129,13 @@ export class RobotLayer {
   drawRobots(c, frame, poses, time) {
     const { ratio, world, selected } = frame;
     for (let i = 0; i < poses.count; i++) {
-      const robot = poses.robots[i];
-      const radius = poses.radius[i];
+      const [robot, radius, angle] = [poses.robots[i], poses.radius[i], poses.angle[i]];
       const size = Sprites.size(radius);
-      const angle = poses.angle[i];
       const small = radius < SMALL;
       // Whole steps, also for negative angles.
       const heading = small ? Math.round((angle * HEADINGS) / (2 * Math.PI)) & (HEADINGS - 1) : 0;
-      const look = this.look(robot.type, world);
-      const sprite = this.sprites.robot(look, robot.flies, robot.stateAt(time), size, heading);
-      const zoom = radius / Sprites.radius(size);
-      const width = sprite.width * zoom;
+      const sprite = this.sprites.robot(this.look(robot.type, world), robot.flies, robot.stateAt(time), size, heading);
+      const width = (sprite.width * radius) / Sprites.radius(size);
       if (small) {
         c.drawImage(sprite.image, poses.px[i] - width / 2, poses.py[i] - width / 2, width, width);
         continue;
@@ -161,11 +154,8 @@ export class RobotLayer {
   /** Draw the marks of robots that do not turn: state, battery and held items. */
   drawMarks(c, frame, poses, time) {
     for (let i = 0; i < poses.count; i++) {
-      const radius = poses.radius[i];
-      const robot = poses.robots[i];
+      const [robot, radius, px, py] = [poses.robots[i], poses.radius[i], poses.px[i], poses.py[i]];
       if (radius < DOT) continue;
-      const px = poses.px[i];
-      const py = poses.py[i];
       const side = Math.min(9, Math.max(5, Math.round(radius * 0.45)));
       const state = robot.stateAt(time);
       const minor = state === 'busy' && radius < PLAIN && poses.count > FEW;
@@ -195,9 +185,8 @@ export function inSight(camera, [x, y]) { return camera.sees(camera.screenX(x), 
 
 /** Copy a picture around a point, onto whole pixels so that it stays sharp. */
 export function stamp(c, sprite, px, py) {
-  c.drawImage(
-    sprite.image, Math.round(px - sprite.width / 2), Math.round(py - sprite.height / 2), sprite.width, sprite.height,
-  );
+  const { image, width, height } = sprite;
+  c.drawImage(image, Math.round(px - width / 2), Math.round(py - height / 2), width, height);
 }
 
 function drawHalo(c, { colors }, px, py, radius) {

@@ -43,49 +43,13 @@ export function guarded(element, render) {
   }
 }
 
-/** The strokes of each icon, in a square of 24. */
-const ICONS = {
-  play: 'M8 5.5v13l10-6.5z',
-  pause: 'M8.5 5.5v13M15.5 5.5v13',
-  step: 'M6 5.5v13l8.5-6.5zM18 5.5v13',
-  next: 'M5 5.5v13l7-6.5zM12 5.5v13l7-6.5z',
-  previous: 'M19 5.5v13l-7-6.5zM12 5.5v13l-7-6.5z',
-  robots: 'M4.5 11h9v8h-9zM10 11V6.5h9.5v8.5h-6M7 14.5h.01M11 14.5h.01M14.7 2.8v3.7',
-  goals: 'M6 21V4M6 4.5h11l-2.5 4L17 12.5H6',
-  orders: 'M8.5 5H5.5v15.5h13V5h-3M8.5 3.5h7v3.5h-7zM9 11.5h6M9 15.5h4',
-  events: 'M8.5 6.5H20M8.5 12H20M8.5 17.5H20M4 6.5h.01M4 12h.01M4 17.5h.01',
-  trees: 'M9 3.5h6v4.5H9zM3.5 16h6v4.5h-6zM14.5 16h6v4.5h-6zM12 8v4M6.5 16v-4h11v4',
-  charts: 'M4 4v16h16M7.5 15.5l4-5 3 3 5-7',
-  search: 'M10.5 4a6.5 6.5 0 1 0 0 13a6.5 6.5 0 0 0 0-13zM15.5 15.5L20.5 20.5',
-  plus: 'M12 5.5v13M5.5 12h13',
-  minus: 'M5.5 12h13',
-  fit: 'M4.5 9V4.5H9M15 4.5h4.5V9M19.5 15v4.5H15M9 19.5H4.5V15',
-  layers: 'M12 3.5l8.5 4.5-8.5 4.5L3.5 8zM3.5 12.5l8.5 4.5 8.5-4.5M3.5 16.5l8.5 4.5 8.5-4.5',
-  sun: 'M12 8a4 4 0 1 0 0 8a4 4 0 0 0 0-8zM12 2.5v2M12 19.5v2M2.5 12h2M19.5 12h2M5.3 5.3l1.4 1.4M17.3 17.3l1.4 1.4M18.7 5.3l-1.4 1.4M6.7 17.3l-1.4 1.4',
-  moon: 'M20 14.5A8.5 8.5 0 1 1 9.5 4a7 7 0 0 0 10.5 10.5z',
-  help: 'M9 9a3 3 0 1 1 4.2 2.8c-.8.4-1.2 1-1.2 1.9v.6M12 18h.01',
-  close: 'M6 6l12 12M18 6L6 18',
-  target: 'M12 6a6 6 0 1 0 0 12a6 6 0 0 0 0-12zM12 2.5v5M12 16.5v5M2.5 12h5M16.5 12h5',
-  follow: 'M12 8.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 0 0 0-7zM4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5',
-  dock: 'M13 2.5L5.5 13.5H11L10 21.5 18.5 10H12.5z',
-  fault: 'M12 4L2.5 20h19zM12 10v4.5M12 17.5h.01',
-  stop: 'M7 7h10v10H7z',
-  check: 'M5 12.5l4.5 4.5L19 7.5',
-  down: 'M7 10l5 5 5-5',
-  right: 'M10 7l5 5-5 5',
-  robot: 'M5.5 9h13v9.5h-13zM12 9V5M9.5 13.5h.01M14.5 13.5h.01',
-  place: 'M12 21s-6.5-6-6.5-11a6.5 6.5 0 0 1 13 0c0 5-6.5 11-6.5 11zM12 10h.01',
-  item: 'M4.5 8L12 4l7.5 4v8L12 20l-7.5-4zM4.5 8L12 12l7.5-4M12 12v8',
-  door: 'M6.5 21V3.5h11V21M3.5 21h17M14 12.5h.01',
-  lane: 'M7 4v16M17 4v16M12 5v3M12 10.5v3M12 16v3',
-};
-
-/** Return a decorative icon. */
+/** Return a decorative icon of icons.svg. */
 export function icon(name) {
-  const [svg, path] = ['svg', 'path'].map((tag) => document.createElementNS('http://www.w3.org/2000/svg', tag));
-  for (const [key, value] of Object.entries({ viewBox: '0 0 24 24', class: 'icon', 'aria-hidden': 'true' })) svg.setAttribute(key, value);
-  path.setAttribute('d', ICONS[name] ?? '');
-  svg.append(path);
+  const [svg, use] = ['svg', 'use'].map((tag) => document.createElementNS('http://www.w3.org/2000/svg', tag));
+  svg.setAttribute('class', 'icon');
+  svg.setAttribute('aria-hidden', 'true');
+  use.setAttribute('href', `icons.svg#${name}`);
+  svg.append(use);
   return svg;
 }
 
