@@ -2,7 +2,7 @@
 
 import { middle } from '../model/motion.js';
 import { isChosen } from './robot_layer.js';
-import { GLYPHS, drawBadge, drawWarning, faint, fill, stroke, trace, within } from './shapes.js';
+import { drawBadge, drawGlyph, drawWarning, faint, fill, stroke, trace } from './shapes.js';
 
 export function drawFixtures(c, frame) {
   const { model } = frame;
@@ -32,10 +32,7 @@ function drawDocks(c, frame) {
     fill(c, faint(color, taken ? 0.3 : 0.1));
     stroke(c, color, size < 6 ? 1 : 1.5, !taken && size >= 6 ? [4, 3] : undefined);
     if (size < 7) continue;
-    if (dock.charges && !taken) {
-      c.fillStyle = faint(color, 0.85);
-      within(c, px, py, size * 0.6, () => GLYPHS.bolt(c));
-    }
+    if (dock.charges && !taken) drawGlyph(c, 'bolt', px, py, size * 0.6, faint(color, 0.85));
     if (dock.capacity > 1) {
       c.fillStyle = color;
       Object.assign(c, { font: '600 10px system-ui, sans-serif', textAlign: 'right', textBaseline: 'bottom' });
@@ -72,7 +69,7 @@ function drawDoor(c, { camera, measures, colors }, door) {
     stroke(c, color, 1, [2, 3]);
   }
   if (!door.locked || Math.hypot(dx, dy) < 14) return;
-  drawBadge(c, GLYPHS.lock, ax + dx / 2, ay + dy / 2, 7, colors.fault, colors.floor);
+  drawBadge(c, 'lock', ax + dx / 2, ay + dy / 2, 7, colors.fault, colors.floor);
 }
 
 /** Draw a lift as a shaft through its stops, with the cabin and a badge at the destination. */
@@ -89,7 +86,7 @@ function drawLift(c, { camera, measures, colors }, lift) {
     fill(c, faint(colors.lift, here ? 0.35 : 0.08));
     stroke(c, colors.lift, here ? 2 : 1, here ? undefined : [3, 3]);
     if (stop !== lift.to || size <= 5) continue;
-    drawBadge(c, GLYPHS.dots, px, py, Math.min(8, size * 0.6), colors.lift, colors.floor);
+    drawBadge(c, 'dots', px, py, Math.min(8, size * 0.6), colors.lift, colors.floor);
   }
 }
 

@@ -1,7 +1,7 @@
 /**
  * The bodies of robots, with a color and a shape for each type so that types differ without their colors, and small signs.
  * A body lies within the unit circle, which is its footprint, and faces +x. Its shapes are SVG paths in the palette, as
- * in pictures of `hmrsim map render`. Signs are paths that fill the unit circle, so that they look the same everywhere.
+ * in pictures of `hmrsim map render`. Signs are paths, too, so that they look the same everywhere.
  */
 
 /**
@@ -89,52 +89,26 @@ export function polygon(c, corners) {
   c.closePath();
 }
 
-function bolt(c) {
-  polygon(c, [[0.12, -0.68], [-0.46, 0.12], [-0.06, 0.12], [-0.14, 0.68], [0.46, -0.16], [0.06, -0.16]]);
-  c.fill();
-}
-
-function dots(c) {
-  c.beginPath();
-  for (const x of [-0.46, 0, 0.46]) c.moveTo(x + 0.17, 0), c.arc(x, 0, 0.17, 0, 2 * Math.PI);
-  c.fill();
-}
-
-function exclamation(c) {
-  c.beginPath();
-  c.roundRect(-0.15, -0.62, 0.3, 0.76, 0.12);
-  c.moveTo(0.18, 0.47);
-  c.arc(0, 0.47, 0.18, 0, 2 * Math.PI);
-  c.fill();
-}
-
-function cross(c) {
-  c.beginPath();
-  for (const s of [-1, 1]) c.moveTo(-0.4, -0.4 * s), c.lineTo(0.4, 0.4 * s);
-  c.lineWidth = 0.28;
-  c.lineCap = 'round';
-  c.stroke();
-}
-
-function disc(c) {
-  circle(c, 0, 0, 0.38);
-  c.fill();
-}
-
-function lock(c) {
-  c.beginPath();
-  c.roundRect(-0.45, -0.1, 0.9, 0.66, 0.1);
-  c.fill();
-  c.beginPath();
-  c.arc(0, -0.14, 0.28, Math.PI, 0);
-  c.lineWidth = 0.18;
-  c.stroke();
-}
+/** Signs as SVG paths that fill the unit circle. */
+const GLYPHS = {
+  bolt: 'M.12-.68L-.46 .12H-.06L-.14 .68L.46-.16H.06z',
+  dots: [-0.46, 0, 0.46].map((x) => `M${x - 0.17} 0a.17 .17 0 1 0 .34 0a.17 .17 0 1 0-.34 0`).join(''),
+  exclamation: 'M0-.62a.15 .13 0 0 1 .15 .13V.01a.15 .13 0 0 1-.3 0V-.49a.15 .13 0 0 1 .15-.13M-.18 .47a.18 .18 0 1 0 .36 0a.18 .18 0 1 0-.36 0',
+  cross: 'M-.5-.3L-.3-.5L0-.2L.3-.5L.5-.3L.2 0L.5 .3L.3 .5L0 .2L-.3 .5L-.5 .3L-.2 0z',
+  disc: 'M-.38 0a.38 .38 0 1 0 .76 0a.38 .38 0 1 0-.76 0',
+  lock: 'M-.45-.1H-.37V-.14a.37 .37 0 0 1 .74 0V-.1H.45V.56H-.45zM-.19-.1H.19V-.14a.19 .19 0 0 0-.38 0z',
+};
 
 /** The glyphs of robots' states; other states have none. */
-export const STATE_GLYPHS = { waiting: dots, charging: bolt, stopped: exclamation, offline: cross, busy: disc };
+export const STATE_GLYPHS = { waiting: 'dots', charging: 'bolt', stopped: 'exclamation', offline: 'cross', busy: 'disc' };
 
-export const GLYPHS = { bolt, dots, lock };
+/** Draw a glyph within a circle. */
+export function drawGlyph(c, glyph, x, y, radius, color) {
+  within(c, x, y, radius, () => {
+    c.fillStyle = color;
+    c.fill(new Path2D(GLYPHS[glyph]), 'evenodd');
+  });
+}
 
 /** Return black or white, whichever is easier to read on a color. @param {string} color #rrggbb */
 export function inkOn(color) {
@@ -162,26 +136,18 @@ export function within(c, x, y, radius, draw) {
 
 /** Draw a glyph on a disc. */
 export function drawBadge(c, glyph, x, y, radius, color, edge) {
-  within(c, x, y, radius, () => {
-    circle(c, 0, 0, 1);
-    fill(c, color);
-    stroke(c, edge, 1.5 / radius);
-    c.fillStyle = c.strokeStyle = inkOn(color);
-    glyph(c);
-  });
+  circle(c, x, y, radius);
+  fill(c, color);
+  stroke(c, edge, 1.5);
+  drawGlyph(c, glyph, x, y, radius, inkOn(color));
 }
 
 /** Draw a triangle with an exclamation mark. */
 export function drawWarning(c, x, y, radius, color, edge) {
-  within(c, x, y, radius, () => {
-    polygon(c, [[0, -1], [0.98, 0.78], [-0.98, 0.78]]);
-    c.lineJoin = 'round';
-    stroke(c, edge, 0.5);
-    stroke(c, color, 0.22);
-    fill(c, color);
-    c.fillStyle = inkOn(color);
-    c.translate(0, 0.18);
-    c.scale(0.72, 0.72);
-    exclamation(c);
-  });
+  polygon(c, [[x, y - radius], [x + 0.98 * radius, y + 0.78 * radius], [x - 0.98 * radius, y + 0.78 * radius]]);
+  c.lineJoin = 'round';
+  stroke(c, edge, 0.5 * radius);
+  stroke(c, color, 0.22 * radius);
+  fill(c, color);
+  drawGlyph(c, 'exclamation', x, y + 0.18 * radius, 0.72 * radius, inkOn(color));
 }
