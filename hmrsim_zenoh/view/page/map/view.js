@@ -46,10 +46,13 @@ export class MapView extends EventTarget {
     this._stillDirty = this._movingDirty = true;
     this._cameraMoved = false;
     this.camera = new Camera(() => (this._cameraMoved = true));
-    this.layers = new Proxy({ ...LAYERS }, { set: (layers, key, on) => this._set(layers, key, on) });
+    this.layers = new Proxy({ ...LAYERS }, { set: (layers, key, on) => this._set(layers, key, on, true) });
+    const chosen = { follow: null, selected: null, goalPreview: null };
+    for (const key of Object.keys(chosen)) {
+      Object.defineProperty(this, key, { get: () => chosen[key], set: (value) => this._set(chosen, key, value ?? null, false) });
+    }
     this.ratio = 1;
     this.world = this.hovered = null;
-    this._state = { theme: 'light', follow: null, selected: null, goalPreview: null };
     this.theme = 'light';
     this._gestures = new Gestures(element, this._handler());
     this._watch = new Watch(model, this);
@@ -60,24 +63,13 @@ export class MapView extends EventTarget {
   /** The frames so far, for benchmarks. */
   get stats() { return this._pace; }
 
-  get theme() { return this._state.theme; }
-
+  /** @param {'dark'|'light'} theme */
   set theme(theme) {
-    this._state.theme = theme === 'dark' ? 'dark' : 'light';
-    this.colors = this.palette[this._state.theme];
-    this._sprites.theme = this._state.theme;
+    this.colors = this.palette[theme];
+    this._sprites.theme = theme;
     this._sprites.clear();
     this._stillDirty = true;
   }
-
-  get follow() { return this._state.follow; }
-  set follow(name) { this._set(this._state, 'follow', name ?? null); }
-
-  get selected() { return this._state.selected; }
-  set selected(name) { this._set(this._state, 'selected', name ?? null); }
-
-  get goalPreview() { return this._state.goalPreview; }
-  set goalPreview(point) { this._set(this._state, 'goalPreview', point ?? null); }
 
   /** @returns {[number, number]} Css pixels within the element. */
   toScreen(x, y) { return this.camera.toScreen([x, y]); }
@@ -135,8 +127,9 @@ export class MapView extends EventTarget {
     this._movingDirty = true;
   }
 
-  _set(target, key, value) {
-    if (target[key] !== value) this.changed(target !== this._state);
+  /** Set a value, and request a redraw if it differs. */
+  _set(target, key, value, still) {
+    if (target[key] !== value) this.changed(still);
     target[key] = value;
     return true;
   }
