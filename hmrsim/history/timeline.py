@@ -218,25 +218,26 @@ class Timeline:
 
 
 class Part:
-    """A part of the state, such as that of all doors; watchers follow one member of it by name.
-
-    Attributes:
-        changes: How often a member has changed.
-    """
+    """A part of the state, such as that of all doors; watchers follow one member of it by name, or all of them."""
 
     def __init__(self) -> None:
-        self.changes = 0
         self._watchers: dict[Hashable, list[Callable[[], object]]] = {}
+        self._watchers_of_all: list[Callable[[Any], object]] = []
 
     def watch(self, name: Hashable, call: Callable[[], object]) -> None:
         """Call a function after each change of a member."""
         self._watchers.setdefault(name, []).append(call)
 
+    def watch_all(self, call: Callable[[Any], object]) -> None:
+        """Call a function with the name of a member after each change of one."""
+        self._watchers_of_all.append(call)
+
     def changed(self, name: Hashable) -> None:
-        """Count a change of a member, and call its watchers."""
-        self.changes += 1
+        """Call the watchers of a member."""
         for call in self._watchers.get(name, ()):
             call()
+        for call_with in self._watchers_of_all:
+            call_with(name)
 
     def begin_anew(self) -> None:
         """Return to the initial state, as after a reset."""

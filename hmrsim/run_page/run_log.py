@@ -14,22 +14,19 @@ from hmrsim.actions import registry as actions
 from hmrsim.drawing import Drawing
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events import Event
-from hmrsim.events.facilities import DoorClosed, DoorOpened
 from hmrsim.events.faults import FaultEvent
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.events.robots import (
     BatteryEmpty,
     BatteryEvent,
     DockQueued,
-    ItemDropped,
-    ItemPicked,
-    ItemPlaced,
     MotionBegan,
     Stopped,
 )
 from hmrsim.events.simulation import Deleted, ParticipantEvent, Spawned, Teleported
-from hmrsim.events.traffic import LaneClosed, LaneOpened, Waiting
+from hmrsim.events.traffic import Waiting
 from hmrsim.geometry import PlaceNames
+from hmrsim.history.items import Items
 from hmrsim.history.occurrence import BatterySeen, SceneSeen
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.report.compile import ReportInput, notes_of, report_of
@@ -201,14 +198,7 @@ class RunLog:
         timeline.on((Stopped, Waiting, BatteryEmpty), lambda at, event: self._poses(event.robot).halt(at, event.at))
         timeline.on((Teleported, Spawned), self._put)
         timeline.on(DockQueued, lambda at, event: self._queued.append((event.robot, at)))
-        timeline.on(Deleted, lambda at, event: self._change("gone", event.entity, at, True))
-        timeline.on(ItemPicked, lambda at, event: self._change("item", event.item, at, event.robot))
-        timeline.on((ItemPlaced, ItemDropped), lambda at, event: self._change("item", event.item, at, event.at))
-        timeline.on(
-            (DoorOpened, DoorClosed),
-            lambda at, event: self._change("door", event.door, at, isinstance(event, DoorOpened)),
-        )
-        timeline.on((LaneClosed, LaneOpened), self._close)
+        timeline.on(Deleted, lambda _at, event: self._change("gone", event.entity, True))
 
     @property
     def world(self) -> World:
@@ -231,6 +221,10 @@ class RunLog:
         """Return the sinks that follow a simulator, which has not started."""
         self._simulator = simulator
         self._places = PlaceNames(simulator.world.points)
+        doors, lanes, items = self._story.doors, self._story.lanes, Items(self._story.timeline, simulator.world)
+        doors.watch_all(lambda door: self._change("door", door, doors.is_(door, "open")))
+        lanes.watch_all(lambda lane: self._change("lane", "-".join(lane), lanes.is_closed(lane)))
+        items.watch_all(lambda item: self._change("item", item, items[item].carrier or items[item].at))
         self._sink = ReportSink(simulator, self._take)
         return [self._sink]
 
@@ -336,11 +330,11 @@ class RunLog:
         if told:
             self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), event.severity.value))
 
-    def _change(self, kind: str, name: str, at: int, value: Any) -> None:
-        self._spans[kind, name].append((in_seconds(at), value))
-
-    def _close(self, at: int, event: LaneClosed | LaneOpened) -> None:
-        self._change("lane", "-".join(event.lane), at, isinstance(event, LaneClosed))
+    def _change(self, kind: str, name: str, value: Any) -> None:
+        """Note a value from now on, unless it is the last one, or the item does not exist."""
+        spans = self._spans[kind, name]
+        if value is not None and (not spans or spans[-1][1] != value):
+            spans.append((in_seconds(self._story.now), value))
 
     def _note_queues(self) -> None:
         """Note whom the robots wait for that have joined a queue with the last event, which tells only their place."""
@@ -355,20 +349,11 @@ class RunLog:
         name = event.entity
         if name in self.poses or (isinstance(event, Spawned) and event.type != "item"):
             self._poses(name).put(at, *event.at, getattr(event, "yaw", None))
-            self._change("gone", name, at, False)
-        else:
-            self._change("item", name, at, event.at)
+            self._change("gone", name, False)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
         for robot in scene.fields["robots"]:
             self._poses(robot["name"]).put(at, *robot["pose"])
-        for item in scene.fields["items"]:
-            self._change("item", item["name"], at, item["carrier"] or item["at"])
-        for fixture in scene.fields["fixtures"]:
-            if fixture["kind"] == "door":
-                self._change("door", fixture["name"], at, "open" in fixture["tags"])
-        for closed in scene.fields["closed_lanes"]:
-            self._change("lane", "-".join(closed["lane"]), at, True)
 
 
 def place_of(value: Any, frame: Frame) -> Any:

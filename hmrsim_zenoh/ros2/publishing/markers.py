@@ -176,6 +176,7 @@ class WorldMarkers:
 
     def __init__(self) -> None:
         self._robots: list[Mapping[str, Any]] = []
+        self._changed = False
         self.load(World())
 
     def load(self, world: World) -> None:
@@ -184,6 +185,8 @@ class WorldMarkers:
         # Only the order of its events counts.
         timeline = self._timeline = Timeline()
         self._items, self._doors, self._lanes = Items(timeline, world), Doors(timeline, world), Lanes(timeline)
+        for part in (self._items, self._doors, self._lanes):
+            part.watch_all(self._mark)
 
     def follow(self, scene: Mapping[str, Any]) -> None:
         """Replace the state by a scene."""
@@ -192,13 +195,12 @@ class WorldMarkers:
 
     def change(self, event: Event) -> bool:
         """Apply an event; return whether `things` has changed."""
-        before = self._changes
+        self._changed = False
         self._timeline.take(Occurrence(0, event))
-        return self._changes != before
+        return self._changed
 
-    @property
-    def _changes(self) -> int:
-        return self._items.changes + self._doors.changes + self._lanes.changes
+    def _mark(self, _name: object) -> None:
+        self._changed = True
 
     def markers(self, time: int) -> dict[str, Any]:
         """Return the static objects and the robots' bodies."""
