@@ -31,23 +31,18 @@ export function drawLanes(c, frame) {
   }
   c.lineCap = 'round';
   // Mixed instead of transparent, so that overlaps of bands stay invisible.
-  c.strokeStyle = mixed(colors.floor, colors.lane, 0.22);
-  for (const [width, lanes] of bands) {
-    c.lineWidth = width;
-    strokeLanes(c, camera, lanes);
-  }
-  c.lineWidth = 1;
-  c.strokeStyle = faint(colors.lane, 0.9);
-  strokeLanes(c, camera, open);
+  const band = mixed(colors.floor, colors.lane, 0.22);
+  for (const [width, lanes] of bands) strokeLanes(c, camera, lanes, band, width);
+  strokeLanes(c, camera, open, faint(colors.lane, 0.9), 1);
   drawArrows(c, frame, open, colors.lane);
   drawClosed(c, frame, closed);
   drawWaypoints(c, frame);
 }
 
-function strokeLanes(c, camera, lanes) {
+function strokeLanes(c, camera, lanes, color, width, dash) {
   c.beginPath();
   for (const { a, b } of lanes) trace(c, camera, [a, b]);
-  c.stroke();
+  stroke(c, color, width, dash);
 }
 
 function drawArrows(c, frame, lanes, color) {
@@ -79,10 +74,8 @@ function drawClosed(c, frame, lanes) {
   const { camera, colors, world, model } = frame;
   const shut = [...world.doors.values()].filter(({ name }) => model.doors.get(name)?.locked);
   const locked = new Set(shut.flatMap((door) => door.lanes));
-  Object.assign(c, { strokeStyle: colors.lane_closed, lineWidth: 2, lineCap: 'butt' });
-  c.setLineDash([7, 5]);
-  strokeLanes(c, camera, lanes);
-  c.setLineDash([]);
+  c.lineCap = 'butt';
+  strokeLanes(c, camera, lanes, colors.lane_closed, 2, [7, 5]);
   c.lineCap = 'round';
   for (const [width, color] of [[6, colors.floor], [2.5, colors.lane_closed]]) {
     c.beginPath();

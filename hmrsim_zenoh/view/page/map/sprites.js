@@ -71,13 +71,9 @@ export class Sprites {
         return;
       }
       circle(c, 0, 0, radius);
-      c.fillStyle = faint(ring, state === 'idle' ? 0.1 : 0.2);
-      if (!flies) c.fill();
-      c.lineWidth = state === 'idle' ? 1 : Math.min(2.5, 0.7 + radius / 10);
-      c.strokeStyle = ring;
-      if (state === 'waiting') c.setLineDash([radius * 0.35, radius * 0.25]);
-      c.stroke();
-      c.setLineDash([]);
+      if (!flies) fill(c, faint(ring, state === 'idle' ? 0.1 : 0.2));
+      const dash = state === 'waiting' ? [radius * 0.35, radius * 0.25] : undefined;
+      stroke(c, ring, state === 'idle' ? 1 : Math.min(2.5, 0.7 + radius / 10), dash);
       c.scale(radius, radius);
       drawBody(c, look, flies, colors.robot_outline, Math.max(0.02, 1.1 / radius));
     });
@@ -114,12 +110,9 @@ export class Sprites {
       c.beginPath();
       c.roundRect(-width / 2 + 0.5, -NAME_HEIGHT / 2 + 0.5, width - 1, NAME_HEIGHT - 1, 4);
       fill(c, chosen ? colors.selected : faint(colors.background, 0.88));
-      c.strokeStyle = chosen ? colors.selected : colors.line;
-      c.stroke();
-      c.font = NAME_FONT;
-      c.textAlign = 'center';
-      c.textBaseline = 'middle';
-      c.fillStyle = chosen ? inkOn(colors.selected) : colors.ink;
+      stroke(c, chosen ? colors.selected : colors.line, 1);
+      const fillStyle = chosen ? inkOn(colors.selected) : colors.ink;
+      Object.assign(c, { font: NAME_FONT, textAlign: 'center', textBaseline: 'middle', fillStyle });
       c.fillText(text, 0, 0.5);
     });
   }
@@ -134,12 +127,8 @@ export class Sprites {
       stroke(c, colors.floor, 1);
       if (size < 10) return;
       c.beginPath();
-      c.moveTo(0, -size / 2);
-      c.lineTo(0, size / 2);
-      c.moveTo(-size / 2, 0);
-      c.lineTo(size / 2, 0);
-      c.strokeStyle = faint(colors.floor, 0.7);
-      c.stroke();
+      for (const [x, y] of [[0, size / 2], [size / 2, 0]]) c.moveTo(-x, -y), c.lineTo(x, y);
+      stroke(c, faint(colors.floor, 0.7), 1);
     });
   }
 }

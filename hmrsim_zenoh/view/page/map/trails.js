@@ -18,14 +18,11 @@ export function drawDriven(c, frame, poses) {
   const { colors } = frame;
   const crowded = poses.count > CROWD;
   const each = Math.max(2, Math.floor(POINTS / Math.max(1, poses.count)));
-  c.lineWidth = poses.count > WHOLE ? 1.5 : 2.5;
-  c.lineJoin = crowded ? 'bevel' : 'round';
-  c.lineCap = crowded ? 'butt' : 'round';
+  Object.assign(c, { lineJoin: crowded ? 'bevel' : 'round', lineCap: crowded ? 'butt' : 'round' });
   for (let part = crowded ? 2 : 0; part < 3; part++) {
     c.beginPath();
     for (let i = 0; i < poses.count; i++) traceDriven(c, frame, poses, i, part, each);
-    c.strokeStyle = faint(colors.driven, FADES[part]);
-    c.stroke();
+    stroke(c, faint(colors.driven, FADES[part]), poses.count > WHOLE ? 1.5 : 2.5);
   }
 }
 
@@ -47,25 +44,19 @@ function traceDriven(c, frame, poses, i, part, each) {
 export function drawAhead(c, frame, poses) {
   const { colors } = frame;
   const whole = poses.count <= WHOLE;
-  c.lineJoin = 'round';
-  c.lineCap = 'butt';
-  c.lineWidth = whole ? 2 : 1;
-  c.strokeStyle = faint(colors.ahead, poses.count <= DASHED ? 0.95 : whole ? 0.6 : 0.4);
-  c.setLineDash(poses.count <= DASHED ? DASHES : []);
-  if (poses.count <= CROWD) {
-    c.beginPath();
-    for (let i = 0; i < poses.count; i++) {
-      if (!isChosen(frame, poses.robots[i])) traceRoute(c, frame, poses, i, whole ? ALL : NEXT);
-    }
-    c.stroke();
+  const dashed = poses.count <= DASHED;
+  Object.assign(c, { lineJoin: 'round', lineCap: 'butt' });
+  c.beginPath();
+  for (let i = 0; i < poses.count && poses.count <= CROWD; i++) {
+    if (!isChosen(frame, poses.robots[i])) traceRoute(c, frame, poses, i, whole ? ALL : NEXT);
   }
+  stroke(c, faint(colors.ahead, dashed ? 0.95 : whole ? 0.6 : 0.4), whole ? 2 : 1, dashed ? DASHES : undefined);
   for (let i = 0; i < poses.count; i++) {
     if (!isChosen(frame, poses.robots[i])) continue;
     c.beginPath();
     traceRoute(c, frame, poses, i, ALL);
     stroke(c, colors.ahead, 3, DASHES);
   }
-  c.setLineDash([]);
   for (let i = 0; i < poses.count; i++) {
     const { route } = poses.robots[i];
     if (!poses.goes[i] || !(whole || isChosen(frame, poses.robots[i]))) continue;
