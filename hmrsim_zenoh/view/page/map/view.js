@@ -54,8 +54,8 @@ export class MapView extends EventTarget {
     this.ratio = 1;
     this.world = this.hovered = null;
     this.theme = 'light';
-    this._gestures = new Gestures(element, this._handler());
-    this._watch = new Watch(model, this);
+    new Gestures(element, this._handler());
+    new Watch(model, this);
     new ResizeObserver(() => (this._stillDirty = true)).observe(element);
     if (model.world.known) this.worldChanged();
   }

@@ -54,9 +54,7 @@ export const CHANGES = new Map(
     'robots.goals': changeGoal,
     'robots.dock': changeDock,
     'robots.battery': ofRobot(changeBattery),
-    'robots.script': ofRobot((_model, robot, { orders = 0, done = 0, state = '', error = '' }) => {
-      robot.script = { orders, done, state, error };
-    }),
+    'robots.script': ofRobot((_model, robot, { error = '' }) => (robot.scriptError = error)),
     'items.carrier'(model, { item, carried, robot, at }) {
       model.setItem(item, carried ? { carrier: robot } : { at, carrier: null });
     },

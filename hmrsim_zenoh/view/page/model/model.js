@@ -192,10 +192,10 @@ export class Model extends State {
   setDetections(name, { detections }) {
     const robot = this.robots.get(name);
     if (!robot) return;
-    robot.detections = (detections ?? []).map(({ id, results, bbox }) => {
+    robot.detections = (detections ?? []).map(({ id, bbox }) => {
       const { x = 0, y = 0 } = bbox?.center?.position ?? {};
       const { z = 0, w = 1 } = bbox?.center?.orientation ?? {};
-      return { id, kind: results?.[0]?.hypothesis?.class_id ?? '', at: [x, y, 2 * Math.atan2(z, w)] };
+      return { id, at: [x, y, 2 * Math.atan2(z, w)] };
     });
     this.touch('robots');
   }

@@ -1,18 +1,13 @@
 /** How a robot moves, as in hmrsim/motion.py: motions whose pose is a formula of time, and the path ahead. */
 
-/**
- * @typedef {[number, number]} Point x, y in the world's unit.
- * @typedef {[number, number, number]} Pose x, y, yaw; the yaw in radians from +x to +y.
- */
+/** @typedef {[number, number]} Point x, y in the world's unit; a pose has a yaw, too, in radians from +x to +y. */
 
 const REMEMBERED = 8;
 
 /** A speed profile over a distance from rest to rest, with limits of speed and acceleration. */
 class Trapezoid {
   constructor(distance, speed, acceleration) {
-    this.distance = distance;
-    this.speed = speed;
-    this.acceleration = acceleration;
+    Object.assign(this, { distance, speed, acceleration });
     const reached = Math.min(speed, Math.sqrt(distance * acceleration));
     this.rampSeconds = reached / acceleration; // seconds of acceleration, and of deceleration
     this.rampLength = (reached * reached) / (2 * acceleration); // distance of acceleration
@@ -22,9 +17,7 @@ class Trapezoid {
   /** Return the time at which a distance has been driven. */
   time(distance) {
     if (distance <= this.rampLength) return Math.sqrt((2 * distance) / this.acceleration);
-    if (distance <= this.distance - this.rampLength) {
-      return this.rampSeconds + (distance - this.rampLength) / this.speed;
-    }
+    if (distance <= this.distance - this.rampLength) return this.rampSeconds + (distance - this.rampLength) / this.speed;
     return this.duration - Math.sqrt((2 * Math.max(0, this.distance - distance)) / this.acceleration);
   }
 
@@ -39,11 +32,8 @@ class Trapezoid {
 
 /** Return the consecutive motions of an event `motion`. */
 export function motionsOf(said, began) {
-  const motions = [];
-  for (const each of [said, ...(said.then ?? [])]) {
-    motions.push(new Motion(each, began));
-    began += each.duration ?? 0;
-  }
+  const motions = [new Motion(said, began)];
+  for (const each of said.then ?? []) motions.push(new Motion(each, motions.at(-1).ends));
   return motions;
 }
 
@@ -57,14 +47,13 @@ export class Motion {
     this.duration = said.duration ?? 0; // seconds
     this.began = began;
     this.ends = began + this.duration;
-    this.lane = said.lane ?? null; // the waypoints of the lane
     this.ride = said.ride === true; // whether it is a ride, during which the pose stays that of the beginning
     this.turns = said.turned !== undefined; // whether it is a turn
     this.turned = said.turned ?? 0; // the angle of a turn in radians
     const stays = this.turns || this.ride;
     this.length = stays ? 0 : Math.hypot(this.to[0] - this.from[0], this.to[1] - this.from[1]); // the driven length
     /** @type {Trapezoid|null} The speed profile of the stretch that this motion is a part of. */
-    this.profile = said.profile ? new Trapezoid(said.profile[0], said.profile[1], said.profile[2]) : null;
+    this.profile = said.profile ? new Trapezoid(...said.profile) : null;
     this._earlier = null;
     this._before = said.profile?.[3] ?? 0;
     this._offset = this.profile ? this.profile.time(this._before) : 0;

@@ -131,7 +131,7 @@ export function feedbackWords(feedback, units = '') {
  * @param {string} state One of `STATES`.
  */
 export function whyWords(robot, state, model, now) {
-  return REASONS[state]?.(robot, model, now) || (robot.script?.error ? `script: ${robot.script.error}` : '');
+  return REASONS[state]?.(robot, model, now) || (robot.scriptError && `script: ${robot.scriptError}`);
 }
 
 /** Return the active faults of a robot, such as "wheel slip"; "" for none. */

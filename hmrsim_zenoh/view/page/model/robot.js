@@ -37,9 +37,9 @@ export class Robot {
     this.ailments = WELL; // the reasons for which it is disabled, by cause
     this.battery = null; // the percentage, from 0 to 1, and whether it is charging
     this.sensors = NONE; // name, range, field_of_view and blind of each
-    this.detections = NONE; // the latest detections: id, kind, and at: x, y, yaw
+    this.detections = NONE; // the latest detections: id, and at: x, y, yaw
     this.goals = NONE; // its active goals, in order of acceptance
-    this.script = null; // the result of its script
+    this.scriptError = ''; // why its script has failed
     this.actions = NONE; // names of its actions, by `_world/info`
     this.components = NONE; // names of its components, by `_world/info`
     this.planner = 'graph'; // the planner of its paths: `graph` or `external`

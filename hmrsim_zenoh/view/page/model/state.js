@@ -195,7 +195,7 @@ export class State extends EventTarget {
   _begin(robot, time, at, yaw) {
     robot.put(time, at[0], at[1], yaw);
     robot.setAilments({});
-    Object.assign(robot, { connected: true, dock: null, holds: [], goals: [], detections: [], script: null });
+    Object.assign(robot, { connected: true, dock: null, holds: [], goals: [], detections: [], scriptError: '' });
     if (robot.battery) robot.battery = { percentage: 1, charging: false };
   }
 
