@@ -51,27 +51,18 @@ export class Commands {
     await Promise.all(goals.map((goal) => this.cancel(goal)));
   }
 
-  /** @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`. */
-  injectFault(fault) { return this.#service('inject_fault', fault); }
+  pause() { return this.service('set_simulation_state', { state: { state: PAUSED } }); }
 
-  clearFault(name) { return this.#service('clear_fault', { name }); }
-
-  setDoor(name, state) { return this.#service('set_door_state', { name, state }); }
-
-  /** @param {string} stop A waypoint. */
-  callLift(name, stop) { return this.#service('call_lift', { name, stop }); }
-
-  pause() { return this.#service('set_simulation_state', { state: { state: PAUSED } }); }
-
-  resume() { return this.#service('set_simulation_state', { state: { state: PLAYING } }); }
+  resume() { return this.service('set_simulation_state', { state: { state: PLAYING } }); }
 
   /** Step while time is paused. */
-  step(steps = 1) { return this.#service('step_simulation', { steps }, STEP_TIMEOUT); }
+  step(steps = 1) { return this.service('step_simulation', { steps }, STEP_TIMEOUT); }
 
   /** @param {number} factor Simulated seconds per wall second; 0 for as fast as possible. */
   setSpeed(factor) { return this.connection.get('_world/time/set', { real_time_factor: factor }); }
 
-  async #service(name, request, timeout = 10) {
+  /** Call a service of the world. */
+  async service(name, request, timeout = 10) {
     const { result } = await this.connection.get(`_world/${name}`, request, { timeout });
     if (result?.result !== DONE) throw new Error(result?.error_message || `${name} failed, result ${result?.result}`);
   }

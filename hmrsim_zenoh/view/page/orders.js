@@ -51,6 +51,11 @@ export class Orders {
 
   undock(robot) { this.#drive(`undock ${robot}`, () => this.app.commands.undock(robot), `${robot} is undocking.`); }
 
+  cancelAll(robot) { this.ask(`cancel the goals of ${robot}`, () => this.app.commands.cancelAll(robot)); }
+
+  /** Call a service of the world. @param {string} what The request, as after "Could not". */
+  call(what, service, request) { this.ask(what, () => this.app.commands.service(service, request)); }
+
   /** Send a goal, and report whether it has begun. */
   #drive(what, send, done) { this.ask(what, async () => this.#begun(await send()), done); }
 
@@ -84,8 +89,9 @@ export class Orders {
 
   inject(fault) { this.ask(`inject ${actionWords(fault.type)}`, () => this.#inject(fault, fault)); }
 
+  /** @param {object} fault Keys as in a world file: `{type: 'breakdown', robot: 'eve', duration: 20}`. */
   async #inject(fault, { robot, door, lane }) {
-    await this.app.commands.injectFault(fault).catch(pointToFields);
+    await this.app.commands.service('inject_fault', fault).catch(pointToFields);
     this.app.toasts.show('good', `Injected ${actionWords(fault.type)} into ${robot ?? door ?? lane.join('–')}.`);
   }
 

@@ -23,12 +23,12 @@ export class Inspector {
   }
 
   #makeButtons() {
-    const { orders, commands, live, map } = this.app;
+    const { orders, live, map } = this.app;
     const make = (icon, label, act, more = {}) => button(icon, label, () => act(map.selected), { text: true, ...more });
     this.go = make('target', 'Go to', (name) => this.app.aim(name), { class: 'primary', key: 'm' });
     this.act = make('goals', 'Action…', (name) => orders.fillInGoal(name), { key: 'a' });
     this.dock = make('dock', 'Dock', (name) => (this.#robot.dock ? orders.undock(name) : orders.sendToDock(name)));
-    this.cancel = make('stop', 'Cancel', (name) => orders.ask(`cancel the goals of ${name}`, () => commands.cancelAll(name)));
+    this.cancel = make('stop', 'Cancel', (name) => orders.cancelAll(name));
     this.fault = make('fault', 'Fault…', (robot) => orders.fillInFault({ robot }));
     this.follow = make('follow', 'Follow', (name) => this.app.follow(name), { key: 'f' });
     return el('div', { class: 'actions' }, ...(live ? [this.go, this.act, this.dock, this.cancel, this.fault] : []), this.follow);

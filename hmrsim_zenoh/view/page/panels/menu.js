@@ -70,11 +70,11 @@ const READS = true; // also available in recordings
 
 const ENTRIES = {
   robot(app, name) {
-    const { model, orders, commands, map } = app;
+    const { model, orders, map } = app;
     const robot = model.robots.get(name);
     if (!robot) return [];
     const dock = robot.dock ? ['dock', 'Undock', () => orders.undock(name)] : ['dock', 'Dock', () => orders.sendToDock(name)];
-    const cancel = ['stop', 'Cancel goal', () => orders.ask(`cancel the goals of ${name}`, () => commands.cancelAll(name))];
+    const cancel = ['stop', 'Cancel goal', () => orders.cancelAll(name)];
     return [
       ['robot', 'Select', () => app.select(name), READS],
       ['follow', map.follow === name ? 'Stop following' : 'Follow', () => app.follow(name), READS],
@@ -89,14 +89,13 @@ const ENTRIES = {
     ];
   },
   door(app, name) {
-    const { orders, commands } = app;
-    const set = (state, words) => ['door', words, () => orders.ask(`${words.toLowerCase()} door ${name}`, () => commands.setDoor(name, state))];
+    const set = (state, words) => ['door', words, () => app.orders.call(`${words.toLowerCase()} door ${name}`, 'set_door_state', { name, state })];
     return [set('open', 'Open'), set('closed', 'Close'), set('locked', 'Lock'), null,
       ...faultEntries(app, { door: name }, [['Jam', { type: 'door_jammed' }]]), null];
   },
-  lift({ model, orders, commands }, name) {
+  lift({ model, orders }, name) {
     const stops = model.lifts.get(name)?.stops ?? [];
-    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => orders.ask(`call ${name}`, () => commands.callLift(name, stop))]), null];
+    return [...stops.map((stop) => ['door', `Call to ${stop}`, () => orders.call(`call ${name}`, 'call_lift', { name, stop })]), null];
   },
   item({ model, map, orders }, name) {
     const robot = model.robots.get(map.selected);
@@ -107,11 +106,11 @@ const ENTRIES = {
 };
 
 /** Return the entries to inject and to clear faults of an object. */
-function faultEntries({ model, orders, commands }, target, quick) {
+function faultEntries({ model, orders }, target, quick) {
   const on = [...model.faults.values()].filter((fault) => concerns(fault, target));
   const there = new Set(on.map(({ fault }) => fault));
   return [
-    ...on.map(({ name }) => ['check', `Clear ${name}`, () => orders.ask(`clear ${name}`, () => commands.clearFault(name))]),
+    ...on.map(({ name }) => ['check', `Clear ${name}`, () => orders.call(`clear ${name}`, 'clear_fault', { name })]),
     ...quick.filter(([, { type }]) => !there.has(type)).map(([words, fault]) => ['fault', words, () => orders.inject({ ...fault, ...target })]),
     ['fault', 'Inject fault…', () => orders.fillInFault(target)],
   ];
