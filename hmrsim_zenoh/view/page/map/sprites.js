@@ -1,9 +1,10 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
 import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, mixed, stroke } from './shapes.js';
-import { SOFTWARE } from './software.js';
 import { STATES } from '../model/robot.js';
 
+/** Whether the browser draws by software, where a GPU's way of drawing canvases is many times as slow. */
+export const SOFTWARE = drawsBySoftware();
 const MAX_SPRITES = 2000; // cached pictures
 export const HEADINGS = 64; // of small robots' pictures, as turning a picture is slow and copying it is not
 const STEP = 1.08; // ratio of one cached size to the next
@@ -140,4 +141,13 @@ function drawShadow(c, radius) {
   shade.addColorStop(1, 'rgb(0 0 0 / 0)');
   circle(c, 0, 0, radius + 4);
   fill(c, shade);
+}
+
+function drawsBySoftware() {
+  const gl = globalThis.document?.createElement('canvas').getContext('webgl');
+  if (!gl) return true;
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  const renderer = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(renderer);
 }

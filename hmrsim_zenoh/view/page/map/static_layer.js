@@ -6,9 +6,8 @@
 import { drawFixtures } from './fixtures.js';
 import { drawLanes } from './lanes.js';
 import { faint, fill, stroke, trace } from './shapes.js';
-import { SOFTWARE } from './software.js';
 import { Signs } from './signs.js';
-import { NAME_FONT } from './sprites.js';
+import { NAME_FONT, SOFTWARE } from './sprites.js';
 
 const METER = { m: 1, px: 80 }; // units of the world per meter
 const ROAD = { m: 0.5, px: 18 }; // the width of a lane

@@ -8,8 +8,7 @@ import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
 import { Pace, Watch } from './redraw.js';
 import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
-import { SOFTWARE } from './software.js';
-import { Sprites } from './sprites.js';
+import { SOFTWARE, Sprites } from './sprites.js';
 import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
 
