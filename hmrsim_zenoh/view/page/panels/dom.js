@@ -77,15 +77,11 @@ export function dash(color) {
   return element;
 }
 
-const SPARE = 4; // rows above and below the visible ones
-
 /** Return a value that the browser remembers for this page; null if there is none, undefined if storage is disabled. */
 export function recall(key) { return ifStored(() => localStorage.getItem(key)); }
 
 /** Remember a value in the browser, if its settings allow that. */
-export function remember(key, value) {
-  ifStored(() => localStorage.setItem(key, value));
-}
+export function remember(key, value) { ifStored(() => localStorage.setItem(key, value)); }
 
 function ifStored(call) {
   try {
@@ -102,52 +98,76 @@ export function showPlayButton(element, playing, label, hint = ' (space)') {
   mark(element, 'title', `${label}${hint}`);
 }
 
-/** A list of any length of which only visible rows exist. @template T */
-class Rows {
-  /**
-   * @param {number} options.height The height of a row in css pixels.
-   * @param {() => HTMLElement & {fill: (item: T) => void}} options.make Returns a new row, which is filled repeatedly.
-   */
-  constructor({ label, height, make, role = 'list' }) {
+/** A list of terms and values, which is rendered again only if it has changed. */
+export class Facts {
+  element = el('dl', { class: 'facts' });
+
+  show(facts) {
+    const said = JSON.stringify(facts);
+    if (said === this.said) return;
+    this.said = said;
+    this.element.replaceChildren(...facts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
+  }
+}
+
+const SPARE = 4; // rows above and below the visible ones
+
+/**
+ * A panel with a list of any length, of which only visible rows exist, and tools above it such as a filter. A subclass has
+ * `row`, which returns a new row; the row's `fill` shows an item, again and again.
+ */
+export class ListPanel {
+  /** @param {number} options.height The height of a row in css pixels. */
+  constructor(app, title, filter, { height, role = 'list' }) {
+    Object.assign(this, { app, title, height, items: [], pool: [] });
+    this.filter = el('input', {
+      type: 'search', class: 'field', placeholder: filter, 'aria-label': `Filter ${title.toLowerCase()}`, oninput: () => this.changed(),
+    });
     this.empty = el('p', { class: 'empty' }); // shown instead of the rows if there are none
-    this.height = height;
-    this.make = make;
     this.rowRole = role === 'table' ? 'row' : 'listitem';
     this.body = el('div', { class: 'rows-body', role: 'presentation' });
-    this.element = el('div', { class: 'rows', role, 'aria-label': label, tabindex: '0' }, this.body);
+    this.list = el('div', { class: 'rows', role, 'aria-label': title, tabindex: '0' }, this.body);
     // Reading these from the element would force a layout each time.
-    this.top = this.seen = 0;
-    this.element.addEventListener('scroll', () => this.#moved(), { passive: true });
-    new ResizeObserver(() => this.#moved()).observe(this.element);
-    this.items = [];
-    this.pool = [];
+    this.top = this.seenHeight = 0;
+    this.list.addEventListener('scroll', () => this.#moved(), { passive: true });
+    new ResizeObserver(() => this.#moved()).observe(this.list);
   }
 
-  show(items, note = '') {
+  /** Put the tools above the list. */
+  place(...tools) { this.element = el('div', { class: 'panel-body' }, ...tools, this.empty, this.list); }
+
+  /** Show the list after a change of a tool. */
+  changed() { this.render(); }
+
+  /** Return the text to search for, in lower case. */
+  get text() { return this.filter.value.trim().toLowerCase(); }
+
+  /** Show items, or a note if there are none. */
+  showItems(items, note = '') {
     this.items = items;
     say(this.empty, items.length ? '' : note);
     this.empty.hidden = items.length > 0;
-    this.element.hidden = items.length === 0;
+    this.list.hidden = items.length === 0;
     const height = `${items.length * this.height}px`;
     if (this.body.style.height !== height) this.body.style.height = height;
-    mark(this.element, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', String(items.length));
+    mark(this.list, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', String(items.length));
     this.#draw();
   }
 
   /** Scroll to the first row. */
-  toTop() { this.element.scrollTop = this.top = 0; }
+  toTop() { this.list.scrollTop = this.top = 0; }
 
   #moved() {
-    this.top = this.element.scrollTop;
-    this.seen = this.element.clientHeight;
+    this.top = this.list.scrollTop;
+    this.seenHeight = this.list.clientHeight;
     this.#draw();
   }
 
   #draw() {
     const first = Math.max(0, Math.floor(this.top / this.height) - SPARE);
-    const last = Math.min(this.items.length, Math.ceil((this.top + this.seen) / this.height) + SPARE);
+    const last = Math.min(this.items.length, Math.ceil((this.top + this.seenHeight) / this.height) + SPARE);
     while (this.pool.length < last - first) {
-      const row = this.make();
+      const row = this.row();
       row.setAttribute('role', this.rowRole);
       row.classList.add('row');
       row.style.height = `${this.height}px`;
@@ -164,39 +184,6 @@ class Rows {
       row.fill(this.items[index]);
     });
   }
-}
-
-/** A list of terms and values, which is rendered again only if it has changed. */
-export class Facts {
-  element = el('dl', { class: 'facts' });
-
-  show(facts) {
-    const said = JSON.stringify(facts);
-    if (said === this.said) return;
-    this.said = said;
-    this.element.replaceChildren(...facts.flatMap(([key, value]) => [el('dt', { text: key }), el('dd', { text: value })]));
-  }
-}
-
-/** A panel with a list, and tools above it such as a filter. */
-export class ListPanel {
-  constructor(app, title, filter, rows) {
-    Object.assign(this, { app, title });
-    const changed = () => this.changed();
-    this.filter = el('input', {
-      type: 'search', class: 'field', placeholder: filter, 'aria-label': `Filter ${title.toLowerCase()}`, oninput: changed,
-    });
-    this.rows = new Rows({ label: title, make: () => this.row(), ...rows });
-  }
-
-  /** Put the tools above the list. */
-  place(...tools) { this.element = el('div', { class: 'panel-body' }, ...tools, this.rows.empty, this.rows.element); }
-
-  /** Show the list after a change of a tool. */
-  changed() { this.render(); }
-
-  /** Return the text to search for, in lower case. */
-  get text() { return this.filter.value.trim().toLowerCase(); }
 }
 
 /**

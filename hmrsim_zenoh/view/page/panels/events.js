@@ -37,7 +37,7 @@ export class EventsPanel extends ListPanel {
       if (text && !description.line.includes(text)) continue;
       shown.push(event);
     }
-    this.rows.show(shown, all.length ? 'No event matches.' : 'No events yet.');
+    this.showItems(shown, all.length ? 'No event matches.' : 'No events yet.');
   }
 
   #groups() {

@@ -27,7 +27,7 @@ export class GoalsPanel extends ListPanel {
 
   #show(word) {
     this.shown = word;
-    this.rows.toTop();
+    this.toTop();
     this.render();
   }
 
@@ -40,7 +40,7 @@ export class GoalsPanel extends ListPanel {
       mark(chip, 'aria-pressed', String(word === this.shown));
     }
     const none = this.app.live ? 'No goals yet. Click a robot, then its goal.' : 'No goals yet.';
-    this.rows.show(asked.filter(SHOWN[this.shown]), all.length ? 'No goal matches.' : none);
+    this.showItems(asked.filter(SHOWN[this.shown]), all.length ? 'No goal matches.' : none);
   }
 
   #line(goal) {

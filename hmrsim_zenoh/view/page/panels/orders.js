@@ -32,7 +32,7 @@ export class OrdersPanel extends ListPanel {
     const none = demand.open.size === 0 && demand.ended.length === 0;
     this.tools.hidden = none && demand.totals.placed === 0 && world.demand.length === 0;
     const nothing = this.tools.hidden ? 'No orders: this world has no demand.' : 'No order is open.';
-    this.rows.show(ended.length ? [...open, ENDED, ...ended] : open, none ? nothing : 'No order matches.');
+    this.showItems(ended.length ? [...open, ENDED, ...ended] : open, none ? nothing : 'No order matches.');
   }
 
   #matching(orders) {

@@ -30,7 +30,7 @@ export class RobotsPanel extends ListPanel {
     const { robots } = this.app.model;
     const wait = robots.size > MANY ? AGAIN : 0;
     if (performance.now() - this.arranged >= wait || robots.size !== this.known) this.changed();
-    else this.rows.show(this.shown);
+    else this.showItems(this.shown);
   }
 
   /** Filter and sort the robots. */
@@ -44,7 +44,7 @@ export class RobotsPanel extends ListPanel {
     this.shown = found.map(([, robot]) => robot);
     this.known = robots.size;
     this.arranged = performance.now();
-    this.rows.show(this.shown, robots.size ? 'No robot matches.' : 'The world has no robots.');
+    this.showItems(this.shown, robots.size ? 'No robot matches.' : 'The world has no robots.');
   }
 
   /** Return the words of a robot's state, with the reason, of its goal and of its faults. */
