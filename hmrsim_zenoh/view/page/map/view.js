@@ -6,7 +6,7 @@ import { drawCauses, drawDeadlocks, drawFaults } from './fixtures.js';
 import { Gestures } from './gestures.js';
 import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
-import { Pace, Watch } from './redraw.js';
+import { Pace } from './pace.js';
 import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
 import { SOFTWARE, Sprites } from './sprites.js';
 import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
@@ -54,7 +54,9 @@ export class MapView extends EventTarget {
     this.world = this.hovered = null;
     this.theme = 'light';
     new Gestures(element, this._handler());
-    new Watch(model, this);
+    this._fixed = { fixtures: [], closed: '' }; // the fixtures and closed lanes as drawn; fixtures are replaced and never changed
+    model.addEventListener('world', () => this.worldChanged());
+    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => this.changed(this._fixedChanged()));
     new ResizeObserver(() => (this._stillDirty = true)).observe(element);
     if (model.world.known) this.worldChanged();
   }
@@ -124,6 +126,15 @@ export class MapView extends EventTarget {
   changed(still) {
     if (still) this._stillDirty = true;
     this._movingDirty = true;
+  }
+
+  /** Return whether a fixture or the closed lanes have changed since the last look. */
+  _fixedChanged() {
+    const { model: { docks, doors, lifts, closedLanes }, _fixed: before } = this;
+    const now = { fixtures: [...docks.values(), ...doors.values(), ...lifts.values()], closed: [...closedLanes.keys()].join() };
+    this._fixed = now;
+    return now.closed !== before.closed || now.fixtures.length !== before.fixtures.length ||
+      now.fixtures.some((each, i) => each !== before.fixtures[i]);
   }
 
   /** Set a value, and request a redraw if it differs. */

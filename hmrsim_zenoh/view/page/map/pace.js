@@ -1,4 +1,4 @@
-/** When to draw: what has changed in the model, and how many frames the browser can take. */
+/** How many frames the browser can take. */
 
 const SHARPEST = 2; // device pixels per css pixel
 const SLOW = 45; // ms between frames from which the resolution is reduced
@@ -51,27 +51,5 @@ export class Pace {
   forget() {
     this.before = NaN;
     this.gaps = this.took = this.count = 0;
-  }
-}
-
-/** Requests redraws for changes of a model. */
-export class Watch {
-  constructor(model, view) {
-    this.model = model;
-    this.view = view;
-    this.fixtures = []; // the fixtures as drawn; their values are replaced and never changed
-    this.closed = '';
-    model.addEventListener('world', () => view.worldChanged());
-    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => view.changed(this.stillChanged()));
-  }
-
-  /** Return whether a fixture or the closed lanes have changed since the last look. */
-  stillChanged() {
-    const { docks, doors, lifts, closedLanes } = this.model;
-    const fixtures = [...docks.values(), ...doors.values(), ...lifts.values()];
-    const closed = [...closedLanes.keys()].join();
-    const same = closed === this.closed && fixtures.length === this.fixtures.length && fixtures.every((each, i) => each === this.fixtures[i]);
-    Object.assign(this, { fixtures, closed });
-    return !same;
   }
 }
