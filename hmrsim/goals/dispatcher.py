@@ -243,7 +243,7 @@ class Dispatcher:
             self._publisher.publish_untraced(goal.accepted)
         self._publish(goal, goal.stamp, message)
         self._change(goal, GoalEvent.EXECUTE, goal.stamp)
-        server.robot.act(server.action.name, in_real_time=goal.in_real_time)
+        server.robot.act(server.action.name, holds=server.needs != "", in_real_time=goal.in_real_time)
 
     def _abort_by_fault(self, goal: ServedGoal, hit: Abortion) -> None:
         """Abort an executing goal because of an injected fault."""
@@ -356,7 +356,7 @@ class Dispatcher:
         if self._holders.get(needed) is goal:
             del self._holders[needed]
         status = next_status(goal.status, event)
-        goal.server.robot.act(goal.server.action.name, status)
+        goal.server.robot.act(goal.server.action.name, status, holds=needed != "")
         stamp = self._env.stamp
         goal.end(stamp, result, cause)
         goal.status = status

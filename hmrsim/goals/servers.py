@@ -47,10 +47,13 @@ class Owner(Protocol):
     def disabled_reasons(self) -> Mapping[str, str]:
         """Why it is disabled, by cause; empty while it is not."""
 
-    def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
+    def act(
+        self, action: str, ended: GoalStatus | None = None, *, holds: bool = True, in_real_time: bool = False
+    ) -> None:
         """Record that a goal of an action begins, or the outcome of its end.
 
-        A client *in_real_time* sends its next goal some time after this one has ended.
+        A goal *holds* the robot's base or its action, or nothing. A client *in_real_time* sends its next goal some time
+        after this one has ended.
         """
 
 

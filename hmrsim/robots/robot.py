@@ -404,17 +404,22 @@ class Robot(MobileBase):
         action, status, at = self._last_goal
         return f"it has had no goal since {action} {status.name} at {at:g} s"
 
-    def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
+    def act(
+        self, action: str, ended: GoalStatus | None = None, *, holds: bool = True, in_real_time: bool = False
+    ) -> None:
         """Record that a goal of an action begins, or how it has ended.
 
-        After a goal from a client *in_real_time*, the robot lingers where it is, until its next goal can have come.
+        A goal that *holds* nothing, such as one that asks for a path, leaves the robot as it was. After any other goal
+        from a client *in_real_time*, the robot lingers where it is, until its next goal can have come.
         """
         if ended is None:
             self.doing.append(action)
-            self._lingers = in_real_time
+            if holds:
+                self._lingers = in_real_time
         else:
             self.doing.remove(action)
-            self._last_goal = action, ended, self.now
+            if holds:
+                self._last_goal = action, ended, self.now
         if self.energy is not None:
             self.energy.act()
 

@@ -42,7 +42,9 @@ class Gate:
     components: Final[Mapping[str, Any]] = MappingProxyType({})
     disabled_reasons: Final[Mapping[str, str]] = MappingProxyType({})
 
-    def act(self, action: str, ended: GoalStatus | None = None, *, in_real_time: bool = False) -> None:
+    def act(
+        self, action: str, ended: GoalStatus | None = None, *, holds: bool = True, in_real_time: bool = False
+    ) -> None:
         """Take no note of goals that begin and end."""
 
     def __init__(self, env: Environment, step_size: float, hindrance: Callable[[], str] = lambda: "") -> None:

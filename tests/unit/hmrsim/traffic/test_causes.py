@@ -183,6 +183,13 @@ def test_a_robot_without_a_goal_waits_for_its_controller():
     assert remedy.startswith("its controller has to send it a goal")
 
 
+def test_a_request_for_a_path_is_not_the_last_goal_of_an_idle_robot():
+    plan = send("r1", "compute_path_to_pose", goal={"pose": {"position": {"x": 4}}})
+    _, text, _ = chain("r1", (0.0, go("r1", 8)), (20.0, plan._replace(goal_id="f" * 32)), robots={"r1": {"at": "a"}})
+
+    assert "r1 is idle at c: it has had no goal since navigate_to_pose SUCCEEDED at 8 s" == text
+
+
 def test_a_robot_without_connection_gets_no_goal():
     faults = [{"type": "messages_lost", "robot": "r1", "at": 1}]
     _, text, remedy = chain("r1", robots={"r1": {"at": "a"}}, faults=faults)
