@@ -86,13 +86,6 @@ def test_the_goals_of_all_robots_go_along_with_one_advance(stage):
     assert stage.advances == 1
 
 
-def test_only_the_robot_with_news_is_ticked(stage):
-    durations = iter((3.0, 1.0))
-    stage.run(lambda: wait(next(durations)), "wall_e", "eve")
-
-    assert stage.ticks == [("wall_e", 0.0), ("eve", 0.0), ("eve", 1.0), ("wall_e", 3.0)]
-
-
 def test_a_rejection_is_known_at_the_same_instant(stage):
     leaf = NavToPoseActionClient("Go", pose_goal(500.0, 500.0))
     outcome = stage.run(lambda: leaf, "wall_e")
@@ -101,33 +94,11 @@ def test_a_rejection_is_known_at_the_same_instant(stage):
     assert "outside" in leaf.feedback_message
 
 
-def test_timers_end_at_their_exact_simulated_time(stage):
-    outcome = stage.run(lambda: Sequence("S", memory=True, children=[Timer("A", 5.0), Timer("B", 3600.0)]), "wall_e")
-
-    assert outcome.succeeded
-    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 5.0), ("wall_e", 3605.0)]
-
-
 def test_a_timeout_cancels_its_goal_at_its_deadline(stage):
     outcome = stage.run(lambda: Timeout("T", wait(60.0), 5.0), "wall_e")
 
     assert (outcome.statuses, outcome.left) == ({"wall_e": Status.FAILURE}, ())
     assert stage.ticks == [("wall_e", 0.0), ("wall_e", 5.0)]
-
-
-def test_behaviours_of_the_users_are_ticked_each_second(stage):
-    """A user's behavior does not announce its next tick."""
-
-    class ThreeTimes(Behaviour):
-        ticks = 0
-
-        def update(self):
-            self.ticks += 1
-            return Status.SUCCESS if self.ticks == 3 else Status.RUNNING
-
-    stage.run(lambda: ThreeTimes("T"), "wall_e")
-
-    assert stage.ticks == [("wall_e", 0.0), ("wall_e", 1.0), ("wall_e", 2.0)]
 
 
 def test_each_periodic_tick_has_feedback_of_that_instant(stage):

@@ -145,15 +145,6 @@ def test_a_planner_that_takes_too_long_aborts_the_goal(serve, go):
     assert (1.0, 2.0) == tester.where("eve")
 
 
-def test_a_goal_that_waits_for_its_path_can_be_canceled(world, go):
-    planner = Planner(world, None)
-    accepted = world.send(EVE, go(4, 6))
-    world.cancel(EVE, accepted["goal_id"])
-
-    assert 5 == world.result(EVE, accepted["goal_id"])["status"]
-    planner.leave()
-
-
 def test_lockstep_time_is_stopped_until_the_path_has_come(serve, go):
     """The state of time names the participant."""
     tester = serve(WORLD, clock="lockstep")

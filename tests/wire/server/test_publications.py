@@ -34,14 +34,6 @@ class TestStatus:
 
         assert [[(A, 1)], [(A, 2)], [(A, 4)]] == [statuses(body) for body in heard.wait_for_status(A, 4)]
 
-    def test_a_canceled_goal_passes_canceling(self, live, wait):
-        heard = live.hear(f"{WAIT}/_action/status")
-        live.send(WAIT, wait(1000), A)
-
-        live.cancel(WAIT, A)
-
-        assert [1, 2, 3, 5] == [statuses(body)[0][1] for body in heard.wait_for_status(A, 5)]
-
     def test_the_first_status_of_a_first_subscriber_is_never_lost(self, serve, wait):
         owner = serve(real_time_factor=0)
         seen = []
