@@ -14,13 +14,13 @@ from typing import Final, NamedTuple
 Point = tuple[float, float]
 
 MAX_COORDINATE = 1e7
-"""Greatest coordinate, either way: beyond it positions would be coarser than arrivals are exact."""
+"""The greatest magnitude of a coordinate; beyond it positions would be too coarse to detect an arrival."""
 
 SAME_PLACE = 1e-6
-"""Two points nearer than this are one."""
+"""Two points that are nearer to each other than this count as the same."""
 
 METER: Final[Mapping[str, float]] = MappingProxyType({"m": 1.0, "px": 80.0})
-"""A meter, in units of a world; in pixels, as many as stand for one."""
+"""The length of a meter, by the unit of a world: in meters, or in pixels."""
 
 
 class Pose(NamedTuple):
@@ -102,7 +102,7 @@ def apart(a: Sequence[float], b: Sequence[float], c: Point, d: Point, room: floa
 
 
 def gap(a: Point, b: Point, c: Point, d: Point) -> float:
-    """Return how far the segments *a*-*b* and *c*-*d* are from each other; 0 where they meet."""
+    """Return the distance between the segments *a*-*b* and *c*-*d*; 0 if they meet."""
     if crosses(a, b, c, d):
         return 0.0
     feet = ((a, c, d), (b, c, d), (c, a, b), (d, a, b))
@@ -129,10 +129,10 @@ _EDGE = 1e-6
 
 
 def _shadow(eye: Point, a: Point, b: Point, c: Point, d: Point) -> tuple[float, float] | None:
-    """Return between which shares of the segment *a*-*b* the wall *c*-*d* hides it from *eye*; None if nowhere.
+    """Return the range of shares of the segment *a*-*b* that the wall *c*-*d* hides from *eye*; None if it hides none.
 
-    In coordinates (p, q) along eye-a and eye-b the sight lines to the segment fill the triangle p, q >= 0,
-    p + q <= 1; the wall is clipped to it, and its ends are projected from the eye.
+    In coordinates (p, q) along eye-a and eye-b the sight lines to the segment fill the triangle p, q >= 0, p + q <= 1.
+    The wall is clipped to this triangle, and its ends are projected from the eye.
     """
     ax, ay, bx, by = a[0] - eye[0], a[1] - eye[1], b[0] - eye[0], b[1] - eye[1]
     area = ax * by - ay * bx
@@ -162,7 +162,7 @@ def _shadow(eye: Point, a: Point, b: Point, c: Point, d: Point) -> tuple[float, 
 
 
 def _meeting(a: Point, b: Point, c: Point, d: Point) -> float:
-    """Return the share of the segment *a*-*b* after which the wall *c*-*d* is near, if they meet."""
+    """Return the share of the segment *a*-*b* up to shortly before the wall *c*-*d*; they have to meet."""
     along = (b[0] - a[0]) * (d[1] - c[1]) - (b[1] - a[1]) * (d[0] - c[0])
     if along == 0.0:
         # They are on one line.
@@ -197,9 +197,9 @@ class Obstacles:
         return any(inside(point, outline) for outline in self._solids)
 
     def edges_of_shadow(self, eye: Point, a: Point, b: Point) -> list[Point]:
-        """Return where the shadow on the segment *a*-*b* ends in which the foot of *eye* lies, on either side.
+        """Return the points of the segment *a*-*b* at which the shadow around the foot of *eye* ends, on either side.
 
-        None if all of the segment is in shadow.
+        There are none if all of the segment is in shadow.
         """
         middle = foot(eye, a, b)
         length = distance(a, b)
@@ -207,7 +207,7 @@ class Obstacles:
             return []
         at = distance(a, middle) / length
         shadows = sorted(shadow for c, d in self._near(eye, a, b) if (shadow := _shadow(eye, a, b, c, d)))
-        # A touch is a hit, so a little is kept from the edges of shadows.
+        # A line that touches a wall is blocked, so the points are a little away from the edges of shadows.
         edge = max(SAME_PLACE / length, _EDGE)
         free, reached = [], 0.0
         for low, high in [*shadows, (1.0, 1.0)]:
@@ -220,7 +220,7 @@ class Obstacles:
         return [point for point in points if point != middle]
 
     def free(self, a: Point, b: Point) -> float:
-        """Return the share of the straight line from *a* to *b* that is free, up to a hair's breadth before a wall."""
+        """Return the share of the straight line from *a* to *b* that is free, which ends shortly before a wall."""
         if self.surround(a):
             return 0.0
         shares = [_meeting(a, b, c, d) for c, d in self._near(a, b) if crosses(a, b, c, d)]
@@ -231,7 +231,7 @@ class Obstacles:
         return any(crosses(a, b, c, d) for c, d in self._near(a, b)) or self.surround(a)
 
     def _near(self, *points: Point) -> list[tuple[Point, Point]]:
-        """Return the walls that may be between points: most are nowhere near, which is a matter of four comparisons."""
+        """Return the walls that overlap the bounding box of some points; this takes only four comparisons per wall."""
         (left, right), (low, high) = ((min(values), max(values)) for values in zip(*points, strict=True))
         return [
             (c, d)
@@ -255,7 +255,7 @@ class PlaceNames:
         for points in named:
             for name, point in points.items():
                 self._names.setdefault(point, name)
-        # By squares, so that the names of a whole fleet's positions take no time.
+        # In squares of a grid, so that finding the names for the positions of a whole fleet takes little time.
         self._squares: dict[tuple[int, int], list[tuple[int, Point, str]]] = {}
         for number, (point, name) in enumerate(self._names.items()):
             self._squares.setdefault(_square(point), []).append((number, point, name))

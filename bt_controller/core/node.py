@@ -69,7 +69,7 @@ class QuietBehaviour(Behaviour):
 
 
 class Connections(NamedTuple):
-    """The blackboard keys of a node's ports, the same for each node that is made of one element of a file.
+    """The blackboard keys of a node's ports; all nodes that are made from one element of a file have the same.
 
     Attributes:
         namespace: The namespace of keys without a slash.
@@ -134,7 +134,7 @@ class Node(PortsMixin):
     def __init__(self, *args: Any, behaviour_class_name: str | None = None, **kwargs: Any) -> None:
         """Make the node; its ports are set up later.
 
-        As in `PortsMixin`, which would look for abstract methods in each node that is made, not in each class.
+        This replaces the constructor of `PortsMixin`, which looks for abstract methods each time that a node is made.
         """
         super(PortsMixin, self).__init__(*args, **kwargs)
         self._blackboard_client: Client | None = None
@@ -152,8 +152,8 @@ class Node(PortsMixin):
     ) -> None:
         """Connect the ports with the blackboard.
 
-        As in `PortsMixin`, without its log of each port: a value in a file stays text, which the port reads as its
-        kind, and no output has a default.
+        This replaces the method of `PortsMixin`. It does not log each port, a value in a file stays text that the port
+        reads as its kind, and no output has a default.
 
         Args:
             port_remappings: The key of each port, or its value as py_trees' parser encodes it; a port that is left out
@@ -174,7 +174,7 @@ class Node(PortsMixin):
         self._keys = connections.keys
         self._subtree_namespace = connections.namespace
         self._ports_logger = self._ports_logger or self.logger
-        # Not by py_trees' clients, which take longer for it than all the rest of a node.
+        # Without py_trees' clients: making them takes longer than the rest of a node.
         Blackboard.storage.update(connections.texts)
         for key in connections.read:
             _known(key).read.add(self.id)
@@ -185,7 +185,7 @@ class Node(PortsMixin):
 
     @property
     def blackboard_client(self) -> Client:
-        """The node's ports as py_trees' own interface has them; made when first used.
+        """The node's ports as a client of py_trees' blackboard, which is made upon first use.
 
         Raises:
             RuntimeError: The ports have not been set up.
@@ -203,11 +203,11 @@ class Node(PortsMixin):
         return self._keys[port]
 
     def entry(self, port: str) -> Any:
-        """Return the blackboard entry of a port, which may be text that is yet to be read; None if it has no value."""
+        """Return the blackboard entry of a port, which may still be text; None if it has no value."""
         return Blackboard.storage.get(self._keys[port])
 
     def setup(self, **kwargs: Any) -> None:
-        """Keep the places, and check the ports' texts early.
+        """Remember the places, and check the ports' texts early.
 
         Args:
             **kwargs: *places*, a `Places`, and the arguments of other behaviors.
@@ -259,7 +259,7 @@ class Node(PortsMixin):
         return math.inf
 
     def awaited(self) -> Sequence[TopicCondition]:
-        """Return the conditions for which this node has to be ticked, too: in lockstep time stops for them."""
+        """Return further conditions for which this node has to be ticked; in lockstep, time stops for them."""
         return ()
 
     def next_ticked(self) -> Sequence[Behaviour]:
@@ -268,17 +268,17 @@ class Node(PortsMixin):
 
     @property
     def behind(self) -> float:
-        """The seconds by which the children's time is behind this node's, as it stood still for them."""
+        """The seconds for which time stood still for the children, but not for this node."""
         return 0.0
 
     def is_read(self, port: str) -> bool:
-        """Return whether a node reads what an output port of this one writes."""
+        """Return whether another node reads the values of an output port."""
         known = Blackboard.metadata.get(self._keys[port])
         return known is not None and bool(known.read)
 
     @property
     def located(self) -> str:
-        """The node's name, and where it stands in its file, for messages."""
+        """The node's name and its place in a file, for messages."""
         return f"{self.name} ({self.origin})" if self.origin else self.name
 
     def _read_text(self, port: str, text: str) -> Any:
@@ -290,7 +290,7 @@ class Node(PortsMixin):
             value = self.INPUTS[port].kind.read(text, self._places)
         except ValueError as error:
             raise PortError(f"{self._whose(port)}: {error}") from None
-        # Who reads a list may change it.
+        # A reader may change a list.
         if not isinstance(value, list):
             self._parsed[port] = text, value
         return value
@@ -300,7 +300,7 @@ class Node(PortsMixin):
 
 
 def _known(key: str) -> KeyMetaData:
-    """Return who reads and who writes an entry of the blackboard in use."""
+    """Return the readers and writers of an entry of the blackboard in use."""
     known = Blackboard.metadata.get(key)
     if known is None:
         known = Blackboard.metadata[key] = KeyMetaData()
@@ -308,9 +308,9 @@ def _known(key: str) -> KeyMetaData:
 
 
 class Leaf(Node, QuietBehaviour):
-    """A node without children that takes no time and does not depend on changing state.
+    """A node without children, which by default takes no time and does not depend on changing state.
 
-    Other subclasses override the time of the next tick.
+    Subclasses that do override `next_tick_time`.
     """
 
 
@@ -323,14 +323,14 @@ class Condition(Leaf):
 
 
 class _Parent(Node):
-    """The tick of a node with children."""
+    """A node with children, which it ticks."""
 
     def advance(self) -> Ticks:
         """Tick the children by ``yield from child.tick()``, and return the node's status; INVALID if it is skipped."""
         raise NotImplementedError
 
     def next_tick_time(self) -> float:
-        """Return that a RUNNING node waits for its children, and that one which has ended starts again."""
+        """Return never for a RUNNING node, which waits for its children; a node that has ended is polled."""
         return math.inf if self.status is Status.RUNNING else EACH_PERIOD
 
     def next_ticked(self) -> Sequence[Behaviour]:
@@ -386,7 +386,7 @@ class Decoration(_Parent, Decorator):
         return child
 
     def update(self) -> Status:
-        """Return the status; py_trees' decorators need this method, those of this package `advance`."""
+        """Return the status: py_trees requires this method, but the nodes of this package override `advance`."""
         status: Status = self.status
         return status
 

@@ -29,7 +29,7 @@ def paths(root: Behaviour) -> Iterator[tuple[Behaviour, str]]:
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
-    """Return names with their numbers, of those that are there more than once."""
+    """Return names, of which those that occur more than once are numbered."""
     alike, seen = Counter(names), Counter[str]()
     numbered = []
     for name in names:
@@ -42,7 +42,7 @@ _DRIVES: Final = ("navigate_to_pose", "navigate_through_poses", "follow_waypoint
 
 
 def suspend(root: Behaviour) -> None:
-    """Cancel the goals of a subtree and return at once. The caller ticks it again only when it `has_come_to_rest`."""
+    """Cancel the goals of a subtree and return at once; the caller ticks it again only when it `has_come_to_rest`."""
     for leaf in _leaves(root):
         leaf.suspend()
 
@@ -53,7 +53,7 @@ def has_come_to_rest(root: Behaviour) -> bool:
 
 
 def finds_its_way(root: Behaviour) -> bool:
-    """Return whether a suspended subtree resumes with a drive, which may start anywhere."""
+    """Return whether a suspended subtree resumes with a drive, so that its robot may be anywhere by then."""
     return any(leaf.is_unfinished and leaf.action is not None and leaf.action.name in _DRIVES for leaf in _leaves(root))
 
 
@@ -64,7 +64,7 @@ def repeat(root: Behaviour) -> None:
 
 
 def verdicts(root: Behaviour) -> int:
-    """Return the number of a subtree's goals whose end counted."""
+    """Return the number of goals of a subtree whose end counted, as it did not come from a suspension."""
     return sum(leaf.verdicts for leaf in _leaves(root))
 
 

@@ -1,12 +1,12 @@
-"""The hospital's fleet: samples, medicine and meals appear, and the nearest robot delivers them.
+"""A tree for the hospital's fleet: samples, medicine and meals appear, and the nearest robot delivers them.
 
 ::
 
     hmrsim run hospital_fleet --clock lockstep
     bt-controller run bt_controller.examples.deliveries:deliver --robots all --set seed=3
 
-A robot that breaks down on its way to an item leaves it to another; with the item in its claw it brings that when it
-works again. The tree succeeds when everything was brought, and says otherwise what was not, and why.
+If a robot breaks down on its way to an item, another robot gets the task. If it already has the item, it delivers it
+once it works again. The tree succeeds if everything was delivered, and otherwise says what was not and why.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _QUICK: Final = ("nurse", "courier", "responder")
 _STRONG: Final = ("nurse", "porter")
-"""Who carries a tray; nurses do all."""
+"""The types of robots that can carry a tray; nurses can carry everything."""
 
 TASKS: Final = (
     Task("medicine", "pharmacy", "ward_a", _QUICK),
@@ -40,7 +40,7 @@ TASKS: Final = (
     Task("meal_2", "kitchen", "ward_b_window", _STRONG),
     Task("soup", "kitchen", "ward_c", _STRONG),
 )
-"""As in ``maps/hospital_fleet.yaml``."""
+"""The tasks, whose items and places are those of ``maps/hospital_fleet.yaml``."""
 
 
 def deliver(robots: list[str]) -> Behaviour:
@@ -54,7 +54,7 @@ def deliver(robots: list[str]) -> Behaviour:
 
 
 class AllDone(Leaf):
-    """Succeeds if every task was done, and otherwise says which were not, and why."""
+    """Succeeds if every task was done, and otherwise says which tasks were given up and why."""
 
     def __init__(self, task_queue: TaskQueue) -> None:
         super().__init__("All done")

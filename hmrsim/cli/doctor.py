@@ -30,10 +30,8 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
 
-
 ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
 """Reads the value of ``--ros-domain-id``."""
-
 _KINDS: Final = {
     Kind.PUBLISHER: "publisher",
     Kind.SUBSCRIBER: "subscriber",
@@ -43,6 +41,67 @@ _KINDS: Final = {
 _MAX_DOMAINS: Final = 8
 _LABEL: Final = 11
 """Width of a line's label, in characters."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``hmrsim doctor``."""
+    parser.description = (
+        "Show what is on the network (a simulator, its robots and their controllers, ROS nodes), what is wrong,\n"
+        "and what to do. It observes for half a second, and changes nothing."
+    )
+    parser.epilog = """\
+exit codes:
+  0  no errors, maybe warnings
+  1  errors; each comes with a remedy
+  2  wrong use
+  3  neither a simulator nor a ROS node answers
+
+examples:
+  hmrsim doctor
+  hmrsim doctor --ros-domain-id 7 --connect tcp/10.0.0.7:7447
+  hmrsim doctor --json | jq -r '.problems[].remedy'"""
+    add_json(parser, "print one JSON object with everything")
+    parser.add_argument(
+        "--ros-domain-id",
+        type=Later("hmrsim.cli.doctor", "ros_domain_id"),
+        metavar="N",
+        help="the ROS domain to examine (default: the environment's ROS_DOMAIN_ID, else 0)",
+    )
+    parser.set_defaults(function=_examine)
+    add_connection_options(parser)
+
+
+def _examine(args: argparse.Namespace) -> int:
+
+    from hmrsim_zenoh.doctor import Problem, gather, problems, requested
+
+    given, options = args.ros_domain_id, session_options(args, VIEWER)
+    asked = requested(
+        options,
+        domain=given if given is not None else _domain_of_environment(),
+        environment=os.environ,
+        wants_ros=given is not None,
+    )
+    try:
+        with logging_to_stderr(args):
+            snapshot = gather(options, asked)
+    except SimulatorNotFound as error:
+        if args.json:
+            text, _, remedy = str(error).partition("; ")
+            kind = "access_denied" if isinstance(error, ConnectionDenied) else "nobody_there"
+            show_json(as_json(asked, [Problem(kind, text, remedy)]))
+        raise
+    found = problems(snapshot)
+    show_result(as_json(snapshot, found), as_text(snapshot, found), as_json=args.json)
+    return ExitCode.FAILED if any(problem.severity == "error" for problem in found) else ExitCode.DONE
+
+
+def _domain_of_environment() -> int:
+    """Return the ROS domain of the environment; 0 if it is not valid, which is reported as a problem."""
+    try:
+        return ros_domain_of_environment()
+    except BadOptions:
+        return 0
 
 
 def as_text(snapshot: Snapshot, problems: Sequence[Problem]) -> Iterator[str]:
@@ -236,64 +295,3 @@ def _nodes_text(tokens: Iterable[Token]) -> str:
 def _counts_text(counts: Counter[str]) -> str:
     words = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())]
     return f" ({', '.join(words)})" if words else ""
-
-
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``hmrsim doctor``."""
-    parser.description = (
-        "Show what is on the network (a simulator, its robots and their controllers, ROS nodes), what is wrong,\n"
-        "and what to do. It observes for half a second, and changes nothing."
-    )
-    parser.epilog = """\
-exit codes:
-  0  no errors, maybe warnings
-  1  errors; each comes with a remedy
-  2  wrong use
-  3  neither a simulator nor a ROS node answers
-
-examples:
-  hmrsim doctor
-  hmrsim doctor --ros-domain-id 7 --connect tcp/10.0.0.7:7447
-  hmrsim doctor --json | jq -r '.problems[].remedy'"""
-    add_json(parser, "print one JSON object with everything")
-    parser.add_argument(
-        "--ros-domain-id",
-        type=Later("hmrsim.cli.doctor", "ros_domain_id"),
-        metavar="N",
-        help="the ROS domain to examine (default: the environment's ROS_DOMAIN_ID, else 0)",
-    )
-    parser.set_defaults(function=_examine)
-    add_connection_options(parser)
-
-
-def _examine(args: argparse.Namespace) -> int:
-
-    from hmrsim_zenoh.doctor import Problem, gather, problems, requested
-
-    given, options = args.ros_domain_id, session_options(args, VIEWER)
-    asked = requested(
-        options,
-        domain=given if given is not None else _domain_of_environment(),
-        environment=os.environ,
-        wants_ros=given is not None,
-    )
-    try:
-        with logging_to_stderr(args):
-            snapshot = gather(options, asked)
-    except SimulatorNotFound as error:
-        if args.json:
-            text, _, remedy = str(error).partition("; ")
-            kind = "access_denied" if isinstance(error, ConnectionDenied) else "nobody_there"
-            show_json(as_json(asked, [Problem(kind, text, remedy)]))
-        raise
-    found = problems(snapshot)
-    show_result(as_json(snapshot, found), as_text(snapshot, found), as_json=args.json)
-    return ExitCode.FAILED if any(problem.severity == "error" for problem in found) else ExitCode.DONE
-
-
-def _domain_of_environment() -> int:
-    """Return the ROS domain of the environment; 0 if it is not valid, which is reported as a problem."""
-    try:
-        return ros_domain_of_environment()
-    except BadOptions:
-        return 0

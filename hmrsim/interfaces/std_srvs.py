@@ -1,4 +1,4 @@
-"""Services without further meaning of their own."""
+"""General services, whose meaning is that of the service's name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from hmrsim.interfaces.message import Bool, Message, String
 
 
 class Trigger:
-    """Trigger something, or ask whether it is so."""
+    """Trigger something, or query whether a condition holds."""
 
     class Request(Message):
         """The request, which has no fields."""

@@ -30,7 +30,7 @@ _NOT_AFTER: Final = Clause(Not(begins(And(Once(B), A))), "{a} after {b}", "{a} a
 
 
 class HeldUntil(Invariant):
-    """A condition holds, or does not, until another one holds: a U b, or (not a) U b. Only the first violation counts.
+    """A condition holds, or is avoided, until another one holds: a U b, or (not a) U b; the first violation counts.
 
     Args:
         field: The field with the first condition.
@@ -42,18 +42,18 @@ class HeldUntil(Invariant):
         self._avoided = avoided
 
     def step(self, at: int) -> None:
-        """Check the first condition, and whether the other one has come."""
+        """Check the first condition, and note whether the other one holds."""
         super().step(at)
         self.over = self.terms[1].holds or self.first is not None
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report that the other condition has never come."""
+        """Report a violation if the other condition has never held."""
         if not (self.over or cut_off(ended)):
             until = self.terms[1]
             self.violate(at, self.subject, f"never: {until.words}", f"it was never so that {until.text}")
 
     def unless_violated(self) -> Verdict:
-        """Return whether the other condition has come."""
+        """Return the verdict, which depends on whether the other condition has held."""
         held, until = self.terms
         if not self.over:
             return self._is("undecided", 0.0, f"it was not so by the end that {until.text}")
@@ -67,7 +67,7 @@ class AvoidedAfter(Invariant):
         super().__init__(of, [_NOT_AFTER], "future_avoidance", "after")
 
     def unless_violated(self) -> Verdict:
-        """Return whether the other condition has held at all."""
+        """Return the verdict, which depends on whether the other condition has ever held."""
         avoided, after = self.terms
         if not after.times:
             return self._is("never_exercised", 1.0, f"it was never so that {after.text}")
@@ -75,7 +75,7 @@ class AvoidedAfter(Invariant):
 
 
 class Counted(Temporal):
-    """A condition begins to hold a number of times at least, and a number of times at most."""
+    """A condition begins to hold at least so many times, or at most so many times."""
 
     def __init__(self, of: Instance, field: str, *, least: bool = False, most: bool = False) -> None:
         super().__init__(of, field)
@@ -83,21 +83,21 @@ class Counted(Temporal):
         self._most: float = of.part.count if most else math.inf
 
     def step(self, at: int) -> None:
-        """Check whether it has begun to hold too often."""
+        """Report a violation if the condition has begun to hold too often."""
         term = self.terms[0]
         if term.times - term.hits <= self._most < term.times:
             text = f"it is so for the {term.times}. time that {term.text}"
             self.violate(at, self.subject, f"more than {self._most:g} times: {term.words}", text)
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report that it has not begun to hold often enough."""
+        """Report a violation if the condition has not begun to hold often enough."""
         term = self.terms[0]
         if term.times < self._least and not cut_off(ended):
             text = f"it was so {term.times} times, and not {self._least} times, that {term.text}"
             self.violate(at, self.subject, f"less than {self._least} times: {term.words}", text)
 
     def unless_violated(self) -> Verdict:
-        """Return how often it has begun to hold; the robustness is the share of *most* that was left."""
+        """Return the verdict, which says how often it began; the robustness is the share of *most* that was left."""
         term = self.terms[0]
         text = f"it was so {term.times} times that {term.text}"
         if term.times < self._least:
@@ -120,7 +120,7 @@ REACTIONS: Final[Mapping[str, Sequence[Clause]]] = MappingProxyType(
         ],
     }
 )
-"""The clauses of reactions at an instant, by the field with the stimulus: *a*; the reaction is *b*."""
+"""The clauses of reactions at an instant, by the field with the stimulus; *a* is the stimulus and *b* the reaction."""
 
 
 class Reaction(Invariant):
@@ -131,7 +131,7 @@ class Reaction(Invariant):
         self._next = _NOT_NEXT in REACTIONS[field]
 
     def unless_violated(self) -> Verdict:
-        """Return whether there was a stimulus, that was followed by another instant if the reaction is to be there."""
+        """Return the verdict, which depends on whether there was a stimulus, and an instant for the reaction."""
         stimulus = self.terms[0]
         if not stimulus.times:
             return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
@@ -149,7 +149,7 @@ class DelayedReaction(Temporal):
         self._undecided = False
 
     def step(self, at: int) -> None:
-        """Check whether a reaction is to come, or has come."""
+        """Add an obligation for a stimulus, and meet it when the reaction holds."""
         stimulus, reaction = self.terms
         if reaction.holds:
             self._missing.meet(at, None)
@@ -162,7 +162,7 @@ class DelayedReaction(Temporal):
         self.violate(at, self.subject, f"{late}: {reaction.words}", f"{stimulus.text}, and {late} {reaction.text}")
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report that a reaction has never come."""
+        """Report a violation if a reaction has never come."""
         if not self._missing:
             return
         if self.part.within is None and not cut_off(ended):
@@ -172,7 +172,7 @@ class DelayedReaction(Temporal):
             self._undecided = True
 
     def unless_violated(self) -> Verdict:
-        """Return whether all reactions have come; the robustness is the least share of the time that was left."""
+        """Return the verdict on all reactions; the robustness is the least share of the time that was left."""
         stimulus, reaction = self.terms
         if self._undecided:
             return self._is("undecided", 0.0, f"it was not so by the end that {reaction.text}")
@@ -185,7 +185,7 @@ _Fields = Callable[[], dict[str, Any]]
 
 
 class Whenever(Temporal):
-    """Each time that a trigger begins to hold, something has to hold then or later.
+    """Each time that a trigger begins to hold, another condition has to hold then or later.
 
     Of two events at one instant the second one follows the first. A trigger that is not an event begins to hold at the
     end of an instant, and everything that holds or comes at that instant follows it.
@@ -263,7 +263,7 @@ class Whenever(Temporal):
         return f"{self._trigger_text} at {obligation.since / 1e9:.1f} s"
 
     def end(self, at: int, ended: Ended | None) -> None:
-        """Report each trigger that nothing has followed, if it had all the time of the run."""
+        """Report a violation for each trigger that nothing has followed by the end, unless there is a time limit."""
         for obligation in self._obligations.open:
             if self._within is None and not cut_off(ended):
                 text = f"{self._since(obligation)}, and never {obligation.text}"
@@ -272,7 +272,7 @@ class Whenever(Temporal):
                 self._undecided += 1
 
     def unless_violated(self) -> Verdict:
-        """Return whether each trigger was followed; the robustness is the least share of the time that was left."""
+        """Return the verdict on all triggers; the robustness is the least share of the time that was left."""
         count = self._obligations.count
         if not count:
             return self._is("never_exercised", 1.0, f"it was never so that {self._trigger_text}")
@@ -282,7 +282,7 @@ class Whenever(Temporal):
 
 
 def _opened(then: EventPattern) -> tuple[EventPattern, list[tuple[str, str]]]:
-    """Return a pattern without its bound fields, and for each of them that of the trigger."""
+    """Return a pattern without its bound fields, and pairs of each bound field and the trigger's field."""
     keys, where = list[tuple[str, str]](), dict[str, Any]()
     for field, value in then.where.items():
         if isinstance(value, str) and value.startswith(BOUND):

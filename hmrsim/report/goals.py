@@ -43,10 +43,10 @@ class GoalRecord:
 
 @dataclass(slots=True)
 class WaitRecord:
-    """A wait of a robot on its way, or in a queue; or a part of one, where what it waits for changes.
+    """A wait of a robot on its route or in a queue, or the part of a wait in which its cause stays the same.
 
     Attributes:
-        since: When the whole wait began.
+        since: The time at which the whole wait began.
         closed: Whether the lane was closed.
     """
 
@@ -102,7 +102,7 @@ class GoalLog:
         self._asked[event.robot, event.action] = event.goal
 
     def command(self, _at: int, command: Commanded) -> None:
-        """Likewise, from a line of a trace, if it is a goal's."""
+        """Record the message in a line of a trace, if it is a command to send a goal."""
         line = command.line or {}
         if line.get("command") == "send_goal":
             self._asked[text(line, "robot"), text(line, "action")] = line.get("goal")
@@ -127,7 +127,7 @@ class GoalLog:
 
 
 def error_in(result: Any) -> tuple[int | None, str]:
-    """Return code and text of a result's error, in Nav2's fields, MoveIt's or the simulation's."""
+    """Return the error code and message of a result, from the fields of Nav2, MoveIt or the simulation."""
     if not isinstance(result, dict):
         return None, ""
     code, outcome = result.get("error_code", 0), result.get("result")
@@ -141,7 +141,7 @@ def error_in(result: Any) -> tuple[int | None, str]:
 
 @cache
 def name_of(action: str, code: int | None) -> str:
-    """Return the name of an action's error code, which may be one that it passes on; empty if it has none."""
+    """Return the name of an error code of an action, or of another action that it uses; empty if it has none."""
     known = registry().get(action)
     if known is None or not code:
         return ""

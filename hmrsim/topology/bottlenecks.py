@@ -1,4 +1,4 @@
-"""Waypoints, lanes and lifts without which a graph like `World.graph` falls apart."""
+"""Bottlenecks of a graph like `World.graph`: waypoints, lanes and lifts without which it falls apart."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Final, Generic, Literal, NamedTuple, TypeAlias, TypeVar, cast
 import networkx as nx
 
 MAX_LISTED: Final = 1_000
-"""Bottlenecks that are listed with the parts that they separate; the others are counted."""
+"""The number of bottlenecks that are listed with the parts that they separate; the others are only counted."""
 
 
 class _Lift(NamedTuple):
-    """A lift, which is passed on the way from any of its stops to another."""
+    """A lift as a vertex, between all of its stops."""
 
     lift: str
 
@@ -29,7 +29,7 @@ class Side:
     """One side of a bottleneck.
 
     Attributes:
-        waypoints: How many there are.
+        waypoints: The number of waypoints.
         places: The names of places and docks, in order.
     """
 
@@ -43,7 +43,7 @@ class Bottleneck:
 
     Attributes:
         kind: The kind of bottleneck.
-        name: Of the waypoint or the lift; of the waypoints at both ends of a lane.
+        name: The name of the waypoint or the lift, or the names of the waypoints at both ends of the lane.
         sides: The separated parts, without a waypoint that is the bottleneck itself; the largest first.
     """
 
@@ -57,10 +57,10 @@ class Bottlenecks:
     """All bottlenecks of the graph.
 
     Attributes:
-        worst: Those that separate most pairs of places, and then of waypoints, first; `MAX_LISTED` at most.
-        waypoints: How many waypoints do: the graph's articulation points.
-        lanes: How many lanes do: its bridges.
-        lifts: How many lifts do.
+        worst: At most `MAX_LISTED` of them; those that separate the most pairs of places, then of waypoints, first.
+        waypoints: The number of waypoints among them, which are the graph's articulation points.
+        lanes: The number of lanes among them, which are its bridges.
+        lifts: The number of lifts among them.
     """
 
     worst: tuple[Bottleneck, ...]
@@ -77,9 +77,9 @@ class _Found:
 
 
 def bottlenecks(graph: nx.DiGraph[str]) -> Bottlenecks:
-    """Return the waypoints and lanes that alone connect parts of a graph, whose lanes count in both directions.
+    """Return the waypoints, lanes and lifts that alone connect parts of a graph, whose lanes count in both directions.
 
-    A lift joins all its stops. It takes time like one depth-first search of the graph.
+    A lift joins all its stops. The time is that of a depth-first search of the graph.
     """
     joined: nx.Graph[_Vertex] = nx.Graph()
     for start, end, lane in graph.edges(data=True):
@@ -121,7 +121,7 @@ def _lanes(tree: BlockTree[_Vertex]) -> Iterator[_Found]:
 
 
 def _separated(tree: BlockTree[_Vertex], found: _Found) -> tuple[int, int]:
-    """Return how many pairs of names, and of waypoints, it separates."""
+    """Return the numbers of pairs of names, and of waypoints, that a bottleneck separates."""
     waypoints, names = zip(*map(tree.counts, found.sides), strict=True)
     return _pairs(names), _pairs(waypoints)
 
@@ -136,11 +136,11 @@ def _sides(tree: BlockTree[_Vertex], found: _Found) -> tuple[Side, ...]:
 
 
 class SingleTracks:
-    """The lanes and rides of a graph without direction, and how many robots there is room for at each waypoint.
+    """The narrow places of an undirected graph of lanes and rides, in which robots that meet can't pass each other.
 
     Args:
-        graph: Its lanes that are closed do not count.
-        rooms: By waypoint, how many robots may be there at once.
+        graph: The graph, whose closed lanes do not count.
+        rooms: The number of robots that may be at each waypoint at once.
     """
 
     def __init__(self, graph: nx.DiGraph[str], rooms: Mapping[str, float]) -> None:
@@ -152,7 +152,7 @@ class SingleTracks:
 
     @cached_property
     def parts(self) -> tuple[frozenset[str], ...]:
-        """The waypoints of each connected part, in order of the first ones; without waypoints that have no lane."""
+        """The waypoints of each connected part, sorted by the first name; waypoints without a lane are left out."""
         return tuple(sorted(map(frozenset, nx.connected_components(self._graph)), key=min))
 
     @cached_property
@@ -165,10 +165,10 @@ class SingleTracks:
 
     @cached_property
     def corridors(self) -> tuple[tuple[str, ...], ...]:
-        """Chains of waypoints with room for one each, in which two robots that meet can't pass, nor go around.
+        """Chains of waypoints with room for one robot each, in which two robots that meet can't pass each other.
 
-        There is no other way between their ends. One of the two could only go back where the other one has to go. Two
-        waypoints make a chain: at a single one a robot meets another one that is still outside, and can go aside.
+        There is no other route between the ends of a chain, so that one of the two robots has to go back. A chain has
+        at least two waypoints: at a single one, a robot meets another one that is still outside, and can go aside.
         """
         narrow = {name for name, lanes in self._graph.degree() if lanes <= 2 and self._rooms[name] == 1}  # noqa: PLR2004
         chains: nx.Graph[str] = nx.Graph()
@@ -184,9 +184,9 @@ class SingleTracks:
             yield tuple(nx.dfs_preorder_nodes(chains, first))
 
     def cut_off(self, *place: str) -> frozenset[str]:
-        """Return the waypoints to which no way leads past a robot that stands at a waypoint, or between two on a lane.
+        """Return the waypoints that a robot cuts off which stands at a waypoint, or on a lane between two waypoints.
 
-        There are none where another way leads around. Of the parts on its sides, the largest one is not cut off.
+        There are none if another route leads around it. Of the parts on its sides, all but the largest are cut off.
         """
         is_only_way = place[0] in self._cuts if len(place) == 1 else frozenset(place) in self._bridges
         if not is_only_way:
@@ -203,28 +203,28 @@ class SingleTracks:
         return frozenset[str]().union(*smaller)
 
     def room(self, part: frozenset[str]) -> float:
-        """Return for how many robots there is room at the waypoints of a part."""
+        """Return the number of robots for which there is room at the waypoints of a part."""
         return math.fsum(self._rooms[name] for name in part)
 
     def room_aside(self, part: frozenset[str]) -> float:
-        """Return how many robots can stand there so that one more passes wherever there is but one way."""
+        """Return the number of robots that can stand in a part so that another one can still pass everywhere."""
         return math.fsum(self._rooms[name] - (name in self._cuts) for name in part)
 
 
 T = TypeVar("T")
 
 Stretches = tuple[range, ...]
-"""Positions in the walk along the forest, which stand for one side of a vertex or edge."""
+"""Ranges of positions in the walk along the forest, which together are one side of a vertex or edge."""
 
 
 class BlockTree(Generic[T]):
-    """The tree of blocks and vertices, numbered together: first the blocks, then the vertices.
+    """The tree of a graph's blocks and vertices, numbered together: first the blocks, then the vertices.
 
     Args:
         graph: The graph; vertices without an edge are left out.
         weight: The weight of a vertex.
-        names: What is at it.
-        order: The order of the vertices in a block: networkx returns sets.
+        names: The names of the places at each vertex.
+        order: The sort key of the vertices in a block, since networkx returns sets.
 
     Attributes:
         blocks: The vertices of each.

@@ -1,4 +1,4 @@
-"""The sections of a trace: simulated time begins anew in each, at its header; a replay submits their commands again."""
+"""The sections of a trace, each with a header and its own simulated time, and the commands in them."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import Command
 
 _MARK: Final = re.compile(r'"kind":\s*"header"')
-"""What is in each header, and hardly in any other line."""
+"""Matches each header, and hardly any other line."""
 _LISTED: Final = 10
-"""Sections that an error lists."""
+"""The number of sections that an error lists."""
 
 
 _CAUSES: Final[Mapping[str, str]] = {
@@ -54,7 +54,7 @@ class Section(NamedTuple):
 
 
 def restart_text(cause: str) -> str:
-    """Return in words why a section began; a cause that is not known says so itself, and that of the first is empty."""
+    """Return in words why a section began; an unknown cause is returned as it is, such as the first section's, ""."""
     return _CAUSES.get(cause, cause)
 
 
@@ -69,7 +69,7 @@ def begins_section(line: str) -> bool:
 
 
 def sections_of(lines: Iterable[str]) -> list[Section]:
-    """Return the sections of a trace; its lines have their ends, and one without is incomplete and left out."""
+    """Return the sections of a trace; a line that does not end with a line break is incomplete and ignored."""
     found: list[Section] = []
     for i, line in enumerate(lines, 1):
         if line.endswith("\n") and (header := _header(line)) is not None:
@@ -83,7 +83,7 @@ def check_section(lines: Iterable[str], number: int) -> None:
     """Check that a trace has a section.
 
     Raises:
-        TraceError: It has not, or is no trace.
+        TraceError: There is no such section, or the lines are not a trace.
     """
     there = sections_of(lines)
     if not there:
@@ -95,19 +95,19 @@ def check_section(lines: Iterable[str], number: int) -> None:
 
 
 def _header(line: str) -> dict[str, Any] | None:
-    """Return the fields of a header; None if the line is none."""
+    """Return the fields of a header; None if the line is not a header."""
     if not may_begin_section(line):
         return None
     try:
         found = from_json(line, allow_inf_nan=False)
     except ValueError:
         return None
-    # A goal's fields may say the same of themselves.
+    # The pattern may also match inside another line, such as a goal with these fields.
     return found if isinstance(found, dict) and found.get("kind") == "header" else None
 
 
 class Line(BaseModel):
-    """The fields that a replay needs of every line but headers."""
+    """A line of a trace other than a header, with the fields that a replay needs."""
 
     model_config = ConfigDict(strict=True, extra="allow")
 
@@ -118,10 +118,10 @@ class Line(BaseModel):
 
 
 def line_of(text: str, number: int) -> Line:
-    """Return what a line of a trace says.
+    """Return a line of a trace as an object.
 
     Raises:
-        TraceError: It makes no sense.
+        TraceError: A field is missing or invalid.
     """
     try:
         return Line.model_validate_json(text)
@@ -141,10 +141,10 @@ def _known_service(name: str) -> str:
 
 
 def command_of(line: Line, number: int) -> Command:
-    """Return the command that a line stands for.
+    """Return the command that a line contains.
 
     Raises:
-        TraceError: It stands for none, or is of a version that counted events.
+        TraceError: The command is unknown or invalid, or the trace is of an older version.
     """
     if "after" in (line.model_extra or {}):
         raise TraceError(f"line {number}: a trace of an older version, which counts events; record the run again")

@@ -1,7 +1,7 @@
-"""Slots as space: which ones bring the footprints of two vehicles into contact, and how many vehicles each one holds.
+"""The geometry of slots: which slots are so near that vehicles on them touch, and how many vehicles fit into each.
 
-Slots come near each other where lanes cross without a waypoint, for one. Slots that share a waypoint always do, and
-vehicles follow each other from one to the next: these are not neighbors.
+Slots are near each other, for example, where lanes cross without a waypoint. Slots that share a waypoint do not count
+as neighbors: they always touch, and vehicles follow each other from one to the next.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
 
 Near = dict[int, dict[int, float]]
-"""By slot, its neighbors in order and how far each is away, in the world's unit; slots without any are left out."""
+"""The neighbors of each slot, in order, with their distances in the world's unit; slots without any are left out."""
 
 _SHIFT = 0.382
-"""Share of a cell by which cells are moved: the lanes of a lattice would run along their borders, and be in two."""
+"""The share of a cell by which the grid is shifted, so that the lanes of a lattice do not run along its borders."""
 
 
 class _Shape(NamedTuple):
-    """A slot with its ends, and the box around it in which its neighbors are."""
+    """A slot with its ends, and the box around it that contains everything near it."""
 
     slot: int
     start: int
@@ -41,15 +41,15 @@ class _Shape(NamedTuple):
 
 
 def touch(away: float, radii: float) -> bool:
-    """Return whether two footprints can touch: how far their slots are *away*, and the sum of their *radii*.
+    """Return whether two vehicles can touch, given the distance of their slots and the sum of their *radii*.
 
-    Vehicles without a footprint do where slots meet; those that just fit beside each other do not.
+    Vehicles without a footprint touch if their slots meet. Vehicles that just fit beside each other do not touch.
     """
     return away < max(SAME_PLACE, radii - SAME_PLACE)
 
 
 def widest(world: World) -> float:
-    """Return the sum of the radii of two robots of a world that drive, at most, also of robots yet to be spawned."""
+    """Return the largest sum of the radii of two driving robots of a world, including robots that may be spawned."""
     kinds = [*world.robot_types.values(), *map(world.robot_type, world.robots.values())]
     return 2 * max((kind.base.radius or 0.0 for kind in kinds if not kind.base.flies), default=0.0)
 
@@ -57,11 +57,11 @@ def widest(world: World) -> float:
 def near_slots(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], reach: float) -> Near:
     """Return the slots that touch without a waypoint in common.
 
-    It takes time in proportion to the slots where they are of like length, and each is near few others.
+    The time is proportional to the number of slots if they have about the same length, and each is near few others.
 
     Args:
         points: Where each waypoint is.
-        ends: By slot, the waypoints at its ends; twice the same for a waypoint.
+        ends: The waypoints at the ends of each slot; the same one twice for a waypoint.
         reach: The greatest sum of two vehicles' radii.
     """
     found: defaultdict[int, dict[int, float]] = defaultdict(dict)
@@ -71,20 +71,20 @@ def near_slots(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], rea
 
 
 def comparisons(points: Sequence[Point], ends: Mapping[int, tuple[int, int]], reach: float) -> int:
-    """Return how many pairs of slots :func:`near_slots` compares for the same arguments."""
+    """Return the number of pairs of slots that `near_slots` compares for the same arguments."""
     return sum(math.comb(len(inside), 2) for inside in _by_cell(points, ends, reach).values())
 
 
 def slots_around(lanes: Lanes, point: Point, capacities: Sequence[float], reach: float) -> dict[int, float]:
-    """Return the waypoints and lanes that touch a point, and how far each is away, in order.
+    """Return the waypoints and lanes near a point, in order, with their distances.
 
-    A lane through the point does not count, as a robot that stands in its middle holds it anyway; nor do those with
+    Lanes through the point are left out, since a robot that stands there holds its lane anyway, and so are slots with
     room for any number of robots.
 
     Args:
         lanes: The waypoints and lanes.
         point: The point.
-        capacities: Of each slot, how many robots may hold it at once.
+        capacities: The number of robots that may hold each slot at once.
         reach: The greatest sum of two vehicles' radii.
     """
     found: dict[int, float] = {}
@@ -119,7 +119,7 @@ def _shape(slot: int, points: Sequence[Point], ends: tuple[int, int], margin: fl
 
 
 def _cells(shape: _Shape, size: float, margin: float) -> Iterator[tuple[int, int]]:
-    """Yield the cells around a shape, each once: those of the boxes around its pieces."""
+    """Yield each cell that overlaps a box around a piece of a shape, once."""
     (ax, ay), (bx, by) = shape.a, shape.b
     pieces = math.ceil(max(abs(bx - ax), abs(by - ay)) / size) or 1
     seen: set[tuple[int, int]] = set()
@@ -140,7 +140,7 @@ def _cell(coordinate: float, size: float) -> int:
 
 
 def _compare(shapes: Sequence[_Shape], reach: float, found: defaultdict[int, dict[int, float]]) -> None:
-    """Add those slots of a cell to the ones *found* that touch."""
+    """Add the pairs of slots in a cell that touch to *found*."""
     for number, (one, start, end, a, b, left, low, right, high) in enumerate(shapes):
         for other, from_, to, c, d, other_left, other_low, other_right, other_high in shapes[:number]:
             if other_left > right or other_right < left or other_low > high or other_high < low:
@@ -155,7 +155,7 @@ def _compare(shapes: Sequence[_Shape], reach: float, found: defaultdict[int, dic
 
 
 def _far(a: Point, b: Point, c: Point, d: Point, reach: float) -> bool:
-    """Return whether a segment *c*-*d* is all on one side of the line *a*-*b*, and far from it: most are."""
+    """Return whether a segment *c*-*d* is on one side of the line *a*-*b* and far from it, as most are."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     one, other = dx * (c[1] - a[1]) - dy * (c[0] - a[0]), dx * (d[1] - a[1]) - dy * (d[0] - a[0])
     away = min(one, other) if one > 0.0 else min(-one, -other)
@@ -163,7 +163,7 @@ def _far(a: Point, b: Point, c: Point, d: Point, reach: float) -> bool:
 
 
 def rooms_of_waypoints(world: World, default: int | None) -> dict[str, float]:
-    """Return how many vehicles may be at each waypoint.
+    """Return the number of vehicles that may be at each waypoint.
 
     A docked robot stands at the waypoint of its dock, so that the waypoint has the dock's capacity. A robot that waits
     for a lift stands beside the door, and lets others get out.

@@ -1,4 +1,4 @@
-"""The lanes that are open to robots, as the GeoJSON of Nav2's Route Server."""
+"""The graph of a world's open lanes as GeoJSON, which Nav2's Route Server can read."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class RouteIds(NamedTuple):
-    """The numbers of waypoints and of lanes in each direction, which they keep while lanes are closed.
+    """The numbers of waypoints, and of lanes in each direction, which stay the same when lanes are closed.
 
     Attributes:
-        nodes: By the names of waypoints.
-        edges: By the names of the waypoints where they begin and end; rides in lifts come after all lanes.
+        nodes: The number of each waypoint, by its name.
+        edges: The number of each lane and ride, by the names of its first and last waypoint; rides come last.
     """
 
     nodes: Mapping[str, int]
@@ -36,13 +36,13 @@ def route_ids(world: World) -> RouteIds:
 def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts: bool = False) -> dict[str, Any]:
     """Return the waypoints and lanes of a world as a GeoJSON feature collection, which `hmrsim.world` reads again.
 
-    Nodes are points and lanes are MultiLineStrings, one for each direction, with the properties ``id``,
-    ``startid``, ``endid`` and ``cost`` of Nav2's graph files; names, lengths, limits and capacities are metadata, and
-    that a way is not a part of a lane that leads both ways.
+    Waypoints are points, and lanes are MultiLineStrings, one for each direction, with the properties ``id``,
+    ``startid``, ``endid`` and ``cost`` of Nav2's graph files. Their metadata are names, lengths, speed limits and
+    capacities, and ``one_way`` for lanes with a single direction.
 
     Args:
         world: The world.
-        closed: Closed lanes, by the waypoints where they begin and end; they are left out.
+        closed: The first and last waypoints of closed lanes, which are left out.
         lifts: Whether to include rides in lifts, as edges whose cost is their duration in seconds.
     """
     ids, numbers = route_ids(world)
@@ -52,7 +52,7 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
             continue
         a, b = world.points[start], world.points[end]
         length = distance(a, b)
-        # Nav2 takes a limit for one only if it is written as a float.
+        # Nav2 accepts a speed limit only if it is written as a float.
         metadata: dict[str, Any] = {"length": length}
         if lane.speed_limit is not None:
             metadata["abs_speed_limit"] = float(lane.speed_limit)

@@ -140,7 +140,7 @@ class Lockstep:
             self._turns.run(look, lambda: not self.takes_part, _LAST_WORDS)
 
     def next_goal_id(self) -> str:
-        """Return the id of the next goal: the simulator would generate the same."""
+        """Return the id of the next goal, which is the one that the simulator would generate."""
         with self._lock:
             self._goals += 1
             return made_goal_id(self._name, self._goals)
@@ -190,12 +190,12 @@ class Lockstep:
 
         Raises:
             Idle: The condition can't become true.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: As above.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
         timeout, met = math.inf if timeout is None else timeout, False
 
         def ends() -> bool:
-            # As `_ended`, which is not called as this happens twice for each goal.
+            # The same as `_ended`, without its call, as this happens twice for each goal.
             nonlocal met
             if met := condition():
                 return True
@@ -211,18 +211,18 @@ class Lockstep:
         return met or condition()
 
     def drive_within(self, condition: Callable[[], bool], timeout: float | None, sim_timeout: float) -> float:
-        """Advance time until a condition holds, by so many simulated seconds at most; return how many are left.
+        """Advance time until a condition holds, by at most *sim_timeout* simulated seconds; return how many are left.
 
         Raises:
             Idle: The condition can't become true.
-            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: Likewise.
+            Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
         """
         end = self.now + sim_timeout
         self.drive(lambda: condition() or self.now >= end, timeout, until=min(end, _LATEST))
         return end - self.now
 
     def sleep(self, seconds: float) -> bool:
-        """Advance by simulated seconds; return whether they have passed, since lockstep may end before.
+        """Advance time by some simulated seconds; return whether they have passed, since lockstep may end before.
 
         Raises:
             Dropped, SimulatorNotFound, SimulatorGone, ClientClosed: This client can no longer advance time.
@@ -245,7 +245,7 @@ class Lockstep:
     ) -> bool:
         """Send the pending commands and advance once; callbacks run before this returns.
 
-        Time stands where the commands are more than `MAX_BYTES`; the next call sends the rest.
+        If the commands are more than `MAX_BYTES`, time does not move, and the next call sends the rest.
 
         Args:
             until: Simulated seconds; None for as far as anything is scheduled.
@@ -268,7 +268,7 @@ class Lockstep:
         """Stop time as soon as a condition is met, in any advance; return a function that withdraws the condition.
 
         Args:
-            condition: It is sent with the next advance, and may hold already.
+            condition: The condition, which is sent with the next advance, and may hold already.
             then: Called once, when it is met; with an error if it can't be watched, or when lockstep ends first.
         """
         with self._lock:
@@ -290,7 +290,7 @@ class Lockstep:
         """Advance time until one of the conditions is met; return those that are met by then.
 
         Args:
-            conditions: What to wait for.
+            conditions: The conditions to wait for.
             until: Simulated seconds at which to stop anyway.
             timeout: Wall seconds.
 
@@ -313,7 +313,7 @@ class Lockstep:
         return [condition for condition, _ in ended]
 
     def close(self) -> None:
-        """Leave; cancels that are not applied yet are sent on their own keys."""
+        """Leave lockstep; requests to cancel that were not applied yet are sent on their own keys."""
         with self._lock:
             if self.over:
                 return

@@ -58,14 +58,14 @@ _WORLD_TOPICS = {"clock": Topic.CLOCK}
 class Requests:
     """Decodes the queries of the JSON wire.
 
-    A key is parsed, and its reader looked up, for the first query on it.
+    The key of a query is parsed, and the method that decodes it is found, only for the first query on the key.
 
     Args:
         actions: All actions by name, to decode goals.
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.
-        publisher: Declares the keys that are served, each for the first query on it.
+        publisher: Declares each key that is served when the first query on it comes.
         policy: The access control that the session enforces; None if it has none.
     """
 
@@ -108,11 +108,11 @@ class Requests:
         return []
 
     def _route(self, asked: str) -> _Route:
-        """Return how to decode the queries on a key expression, and keep it for further ones."""
+        """Return the route of the queries on a key expression, and keep it for further queries."""
         key = self._keys.without_history(asked)
         wild = "*" in key or "$" in key
         if key == self._wakeup_key or (key != asked and not (wild or self._reads(key))):
-            # Every client that may read may query the history, so that such a query must not become a command.
+            # A query for the history must not become a command, as each client that may read may send one.
             route: _Route = Requests._ignore, ()
         elif wild:
             route = Requests._decode_wildcard, (key,)
@@ -124,7 +124,7 @@ class Requests:
         return route
 
     def _reads(self, key: str) -> bool:
-        """Return whether a query on a key is for values."""
+        """Return whether queries on a key read the latest value of a topic."""
         match self._keys.parse(key):
             case ActionKey(verb=verb):
                 return verb is Verb.STATUS
@@ -240,7 +240,7 @@ class Requests:
         return []
 
     def _decode_wildcard(self, query: zenoh.Query, pattern: str) -> list[AnyCommand]:
-        """Return one reading for each latched key that a key expression matches; wildcards serve readings only."""
+        """Return a command to read each latched key that matches; with wildcards a query can only read."""
         wanted = zenoh.KeyExpr(pattern)
         fixed = [topic for topic in self._fixed if wanted.intersects(zenoh.KeyExpr(self._keys.world(topic)))]
         latched = [(key, reading) for key, reading in self._latched if wanted.intersects(key)]
@@ -283,12 +283,12 @@ class Requests:
             self._read(plain(ReadRequest), query)
 
     def _read(self, reader: Any, query: zenoh.Query, *, empty: bytes = b"") -> Any:
-        """Return a query's request; *empty* stands for an absent payload."""
+        """Return the request in a query's payload; *empty* replaces an absent payload."""
         payload = query.payload
         return read_request(reader, payload.to_bytes() if payload else empty, self._max_payload)
 
     def refuse(self, query: zenoh.Query, reason: str, text: str) -> None:
-        """Answer a query that will not be decoded."""
+        """Answer a query without decoding it, by an error or by the rejection of its goal."""
         key = str(query.key_expr)
         asked = self._keys.parse(key)
         if isinstance(asked, ActionKey) and asked.verb in (Verb.SEND_GOAL, Verb.EXECUTE):

@@ -1,7 +1,7 @@
-"""The JSON wire's server: a query becomes a command, an event becomes a reply or a publication.
+"""The server of the JSON wire, which turns queries into commands, and outputs into replies and publications.
 
-The server keeps no table of goals: the query of an answer travels with the command as its ``reply_to``. Only of goals
-whose feedback goes to a query, too, it remembers that query. All of it except `interest` runs in the simulation thread.
+The server keeps no table of goals: the query that awaits an answer travels with the command as its ``reply_to``. It
+remembers only queries that await the feedback of a goal. All of it except `interest` runs in the simulation thread.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _log = logging.getLogger(__name__)
 _BUSY = "too many requests are waiting; try again later"
 
 _LOG = "log"
-"""The key of the events that a trace contains, and of what goals ask for. They are few where robots only drive."""
+"""The key of the events that a trace contains, with the messages of goals. They are few if robots only drive."""
 
 _CHANGES_ROSTER: Final = re.compile(r"/(spawn_entity|spawn_entities|delete_entity)(/|$)")
 """Finds the services that add and remove robots, in the keys of each wire."""
@@ -80,7 +80,7 @@ class Server(SelectiveSink):
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
         inbox: The inbox of queries, which the server opens.
-        interest: The kind of the detection of subscribers.
+        interest: The class that detects subscribers.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
@@ -203,7 +203,7 @@ class Server(SelectiveSink):
 
     def _decode(self, query: zenoh.Query) -> list[AnyCommand]:
         if self._finishing and "*" in str(query.key_expr):
-            # Readings of everything, of which thousands may wait, would hold up the end.
+            # Thousands of queries that read everything may be waiting, and answering them would delay the end.
             self._refuse(query)
             return []
         commands = self._requests.decode(query)
@@ -220,9 +220,9 @@ class Server(SelectiveSink):
             self._report(self._interest.look())
 
     def _look_for_goals(self) -> None:
-        """Report new subscribers of a goal's topics: a client that subscribes and then sends a goal must see all of it.
+        """Report new subscribers of a goal's topics, so that a client that subscribes before its goal misses nothing.
 
-        In real time the subscribers of other topics are noticed soon enough.
+        In real time, subscribers of other topics are noticed soon enough.
         """
         if self._description.hurries():
             self._look()
@@ -240,7 +240,7 @@ class Server(SelectiveSink):
         self.inbox.prepare(self._settle)
 
     def _settle(self, query: zenoh.Query | None = None) -> bool:
-        """Serve the current robots, unless the next query changes them again: it takes time for each robot."""
+        """Serve the current robots, unless the next query changes them again, since this takes time for each robot."""
         if query is not None and _CHANGES_ROSTER.search(str(query.key_expr)):
             return False
         if self._roster_changed:
@@ -284,7 +284,7 @@ class Server(SelectiveSink):
             else:
                 asked.reply(*encoded(answer, asked.action))
         except Exception:
-            # Such as the result of an action that JSON can't state.
+            # For example, JSON can't state the result of an action.
             asked.refuse(encoding.error("the simulator has a bug: it can't write this answer"))
             raise
 
@@ -297,7 +297,7 @@ class Server(SelectiveSink):
         self._look_for_goals()
 
     def _follow(self, asked: PendingExecution, goal_id: str) -> None:
-        """Send a query the feedback of its goal, which begins next, if it awaits feedback."""
+        """Send the feedback of a goal to the query that sent the goal, if the query awaits feedback."""
         if asked.feedback and asked.action is not None:
             news = not self.wants(Topic.FEEDBACK)
             self._followed[asked.robot, asked.action.name, goal_id] = asked

@@ -48,7 +48,7 @@ class Recovery(Part):
     """The time in which a controller has to recover.
 
     Attributes:
-        within: How long a single fault may last that has to be borne, and how long several faults have to be over.
+        within: The longest single fault after which the mission must not fail, and the time after several faults.
     """
 
     within: Seconds
@@ -151,7 +151,7 @@ def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:
 
 
 def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
-    """Return the models of all parts of a file by their paths, as conditions are nested in each other."""
+    """Return the model of each part of a file by its path; conditions may be nested."""
     found: dict[Any, type[BaseModel]] = {(): Properties, ("built_in",): BuiltIn}
     properties = data.get("properties")
     for name, value in properties.items() if isinstance(properties, dict) else ():
@@ -220,7 +220,7 @@ _ORDERED: Final = (
     "strict_ordered_patrolling",
     "fair_patrolling",
 )
-"""Patterns that no run can satisfy if a place is in them twice."""
+"""The patterns that no run can satisfy if they contain a place twice."""
 
 
 def _twice(path: Place, part: BaseModel) -> Iterator[Finding]:

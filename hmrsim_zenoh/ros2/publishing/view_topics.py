@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 _LATCHED: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, MARKERS, THINGS)
 _STREAMS: Final = (PLAN, FOOTPRINT, SCAN)
-"""The topics of robots that are published at the rate of the clock, or of plans, for the robots that were asked for."""
+"""The topics that are published regularly, for those robots whose topics have had a subscriber."""
 
 _REPLACES_THINGS: Final = (Spawned, Deleted, Teleported, SimulationReset, WorldLoaded)
 """The events after which items and doors are read anew."""
@@ -64,9 +64,9 @@ _PLAN, _THINGS = f"/*/{PLAN}", f"/{THINGS}"
 
 
 class ViewTopics:
-    """Publishes what viewers show, if they subscribe to it.
+    """Publishes the topics that viewers show, each while it has a subscriber.
 
-    Latched topics are published for each new subscriber's token, and again when the world or its robots change.
+    Latched topics are published when the token of a new subscriber comes, and when the world or its robots change.
 
     Args:
         changed: Called in another thread when a latched topic gets a subscriber; `look` has to be called then.
@@ -88,7 +88,7 @@ class ViewTopics:
         self._map: tuple[World, bytes] | None = None
         self._markers = WorldMarkers()
         self._things_changed = self._things_replaced = False
-        # The robots whose streams have had subscribers, as long as any robot's has one.
+        # The robots whose streams have had a subscriber; cleared when no robot's stream has one any longer.
         self._streamed: dict[str, set[str]] = {topic: set() for topic in _STREAMS}
         self._heard: set[str] = set()
         self._scanner = Scanner(simulator.world)
@@ -102,14 +102,14 @@ class ViewTopics:
         }
 
     def ask(self, part: Part, name: str) -> None:
-        """Publish a topic of a part, if viewers show it, for a new subscriber; from any thread."""
+        """Publish a topic for a new subscriber, if it is one that viewers show; from any thread."""
         topic = name[1:] if part.robot == WORLD else name[len(part.robot) + 2 :]
         if topic in _LATCHED or topic in _STREAMS:
             self._asked.append((part.robot, topic))
             self._changed()
 
     def wants(self, topic: Topic) -> bool:
-        """Return whether a topic is needed for a subscriber; the clock shows when to publish the changes of a while."""
+        """Return whether outputs of the simulation are needed; samples of the clock are, as each one calls `tick`."""
         interest = self._interest
         return (
             (topic is Topic.MOTION and interest[_PLAN])
@@ -189,7 +189,7 @@ class ViewTopics:
                     self._plan(name)
 
     def _plan(self, name: str) -> None:
-        """Publish the plan of a robot; once more after it has stopped."""
+        """Publish the plan of a robot; after it has stopped, once more."""
         robot = self._simulator.roster.robots[name]
         (self._planning.add if robot.legs_ahead else self._planning.discard)(name)
         self._publish(name, PLAN, views.plan(robot))
