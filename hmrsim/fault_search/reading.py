@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from hmrsim.diagnostics import Finding, instead
+from hmrsim.diagnostics import Finding, instead, meant
 from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.candidates import expanded
@@ -231,14 +231,20 @@ def _of_space(space: Space, world: World) -> Iterator[Finding]:
     for key, names in (("only", space.only or ()), ("without", space.without), ("also", space.also)):
         for i, name in enumerate(names):
             if name not in kinds:
-                yield Finding(("space", key, i), f"nothing is called {name!r}{instead(name, kinds)}", name)
+                yield Finding(("space", key, i), _no_kind(name, kinds), name)
     for name in space.weights:
         if name not in kinds:
-            yield Finding(("space", "weights", name), f"nothing is called {name!r}{instead(name, kinds)}", name)
+            yield Finding(("space", "weights", name), _no_kind(name, kinds), name)
     known = [*world.robots, *world.doors, *world.docks, *world.items, *world.lifts]
     for i, name in enumerate(space.spare):
         if name not in known:
             yield Finding(("space", "spare", i), f"nothing is called {name!r}{instead(name, known)}", name)
+
+
+def _no_kind(name: str, kinds: Sequence[str]) -> str:
+    """Return that there is no such kind: with the one that was probably meant, or all of them."""
+    similar = meant(name, kinds)
+    return f"no kind {name!r}; " + (f"did you mean {similar!r}?" if similar else f"there are {', '.join(kinds)}")
 
 
 def _of_further(check: Check) -> Iterator[Finding]:

@@ -197,7 +197,7 @@ def test_wrong_use_is_one_line(folder, capsys, words, message):
             ("--tree", "mission.xml", "--set", "seed=3"),
             "check.yaml: the file of a check says that itself; leave out --tree, --set",
         ),
-        (("--only", "slp"), "command line: space.only.0: nothing is called 'slp'; did you mean 'slip'?"),
+        (("--only", "slp"), "command line: space.only.0: no kind 'slp'; did you mean 'slip'?"),
     ],
 )
 def test_options_that_repeat_or_override_a_check_file_are_validated(folder, capsys, words, message):

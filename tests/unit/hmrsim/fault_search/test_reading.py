@@ -59,10 +59,18 @@ def test_unknown_kinds_and_names_get_suggestions(tmp_path):
     told = problems(written(tmp_path, space={"only": ["brekdown"], "spare": ["portr"], "weights": {"slp": 2}}))
 
     assert [line.partition(": ")[2] for line in told] == [
-        "space.only.0: nothing is called 'brekdown'; did you mean 'breakdown'?",
+        "space.only.0: no kind 'brekdown'; did you mean 'breakdown'?",
         "space.spare.0: nothing is called 'portr'; did you mean 'porter'?",
-        "space.weights.slp: nothing is called 'slp'; did you mean 'slip'?",
+        "space.weights.slp: no kind 'slp'; did you mean 'slip'?",
     ]
+
+
+def test_an_unlike_kind_gets_all_kinds(tmp_path):
+    """No other place lists them."""
+    (told,) = problems(written(tmp_path, space={"without": ["slow"]}))
+
+    assert "no kind 'slow'; there are battery_cell, " in told
+    assert all(f", {kind}" in told for kind in ("slip", "speed", "absent", "controller_killed", "simulation_reset"))
 
 
 def test_custom_injections_are_checked_in_every_expansion(tmp_path):
