@@ -69,9 +69,7 @@ examples:
     search.add_argument("--runs", metavar="N", type=count, help="the maximum number of runs")
     search.add_argument("--seed", metavar="N", type=int, help="the seed of the search (0)")
     search.add_argument("--at-most", metavar="N", type=count, help="the maximum number of disturbances in a run (3)")
-    search.add_argument(
-        "--only", metavar="KIND", nargs="+", help="the kinds to try, such as slip or speed (all)"
-    )
+    search.add_argument("--only", metavar="KIND", nargs="+", help="the kinds to try, such as slip or speed (all)")
     search.add_argument("--without", metavar="KIND", nargs="+", help="the kinds to leave out")
     search.add_argument("--also", metavar="KIND", nargs="+", help="item_lost, second_controller, simulation_reset")
     search.add_argument("--spare", metavar="NAME", nargs="+", help="robots, doors, … to leave undisturbed")
