@@ -227,7 +227,8 @@ def test_the_waypoints_of_a_route_are_goals(node, tree, board):
     assert "S" == tree(node(ExtractRouteNodesAsGoals, route=route, goals="{out}")).tick()
     assert [(1.0, 0.0), (0.0, 2.0)] == [(at.pose.position.x, at.pose.position.y) for at in board["/out"]]
     assert "map" == board["/out"][0].header.frame_id
-    assert "F" == tree(node(ExtractRouteNodesAsGoals, route=Route(), goals="{out}")).tick()
+    empty = tree(node(ExtractRouteNodesAsGoals, route=Route(), goals="{out}"))
+    assert ("F", "the route has no waypoints") == (empty.tick(), empty.root.feedback_message)
 
 
 class TestGetNextFewGoals:

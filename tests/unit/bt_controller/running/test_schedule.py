@@ -231,12 +231,13 @@ def test_a_condition_is_watched_until_it_is_not_wanted(alarms, lockstep):
     assert ([FULL], 2) == ([*lockstep.watched], lockstep.asked)
 
 
-def test_a_condition_that_is_met_wakes_its_tree(alarms, lockstep, woken):
+def test_a_condition_that_is_met_wakes_its_tree(alarms, lockstep, topics, woken):
     alarms.set("wall_e", [LOW])
     lockstep.watched[LOW](None)
     alarms.set("wall_e", [LOW])
 
     assert (["wall_e"], 2) == (woken, lockstep.asked)
+    assert topics.stop_time("wall_e", "battery_state")
 
 
 def test_after_a_reset_nothing_is_watched(alarms, lockstep):

@@ -194,6 +194,7 @@ def test_statements_follow_each_other():
 def test_whole_numbers_stay_whole():
     """Ports for whole numbers take them; a quotient is one if it can."""
     assert int is type(value_of("6 / 3 + 2 * 4"))
+    assert [float, float] == [type(value_of(text)) for text in ("6.0 / 3", "6 / 3.0")]
 
 
 def test_a_number_of_more_than_64_bits_is_a_float():
