@@ -32,14 +32,12 @@ from hmrsim.interfaces.std_srvs import Trigger
 from hmrsim.interfaces.type_description_interfaces import GetTypeDescription
 from hmrsim.protocol.goal import WORLD
 from hmrsim.simulation.detections import sensors_of
-from hmrsim_zenoh.ros2.codec.types import service_type
 from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.services import AnyService
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim_zenoh.ros2.codec.types import ServiceType
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -179,15 +177,6 @@ class Names:
         return {name: node for node in self.all_nodes.values() for name in own_services(node)}
 
     @cached_property
-    def lifecycle(self) -> dict[str, Node]:
-        """The nodes by their lifecycle services, such as ``/wall_e/amcl/get_state``."""
-        result: dict[str, Node] = {}
-        for robot, actions in self.serves.items():
-            if robot != WORLD:
-                result.update(lifecycle_of(robot, tuple(actions)))
-        return result
-
-    @cached_property
     def nodes(self) -> dict[str, tuple[Node, ...]]:
         """The nodes of each robot."""
         return {robot: nodes_of(robot, tuple(actions)) for robot, actions in self.serves.items() if robot != WORLD}
@@ -226,10 +215,6 @@ class NodeService(NamedTuple):
     ros_type: str
     request: type[Message]
     response: type[Message]
-
-    def in_distro(self, distro: str) -> ServiceType:
-        """Return the type in a distribution."""
-        return service_type(self.ros_type, self.request, self.response, distro)
 
 
 def _service(package: str, service: Any) -> NodeService:

@@ -34,6 +34,8 @@ from hmrsim_zenoh.ros2.codec.structures import (
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
+    from hmrsim.services import AnyService
+    from hmrsim_zenoh.ros2.names import NodeService
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical", "rolling")
 """The supported distributions, oldest first."""
@@ -252,6 +254,16 @@ def service_type(name: str, request: type[Message], response: type[Message], dis
         ValueError: No such distribution is known.
     """
     return _service(distro, name, structure(request), structure(response))
+
+
+def service_types(service: AnyService | NodeService, distros: Iterable[str]) -> tuple[ServiceType, ...]:
+    """Return the types of a service in some distributions.
+
+    Raises:
+        ValueError: No such distribution is known.
+    """
+    kinds = service.ros_type, service.request, service.response
+    return tuple(service_type(*kinds, distro) for distro in distros)
 
 
 def action_type(

@@ -19,7 +19,7 @@ from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.interfaces.visualization_msgs import MarkerArray
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_type
+from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType, action_types, message_type, service_types
 from hmrsim_zenoh.ros2.keys import DEFAULT_QOS, LATCHED_QOS, ROSOUT_QOS, SENSOR_QOS, TF_QOS, Endpoint, Kind, Node
 from hmrsim_zenoh.ros2.names import (
     LIFECYCLE_SERVICE,
@@ -176,12 +176,12 @@ class Endpoints:
         for topic in part.topics:
             yield self._topic(part.robot, topic)
         for name, node in part.states:
-            yield from self._service(node, name, *LIFECYCLE_SERVICES[LIFECYCLE_SERVICE])
+            yield from self._service(node, name, LIFECYCLE_SERVICES[LIFECYCLE_SERVICE])
         for node in part.served:
-            for name, of_node in _declared_services(node).items():
-                yield from self._service(node, name, *of_node)
-        for name, service in self._services.items() if part.robot == WORLD else ():
-            yield from self._service(WORLD_NODE, name, service.ros_type, service.request, service.response)
+            for name, service in _declared_services(node).items():
+                yield from self._service(node, name, service)
+        for name, of_world in self._services.items() if part.robot == WORLD else ():
+            yield from self._service(WORLD_NODE, name, of_world)
 
     def _find_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of a part by their names; from any thread."""
@@ -206,9 +206,8 @@ class Endpoints:
             return Owned(MAP_SERVER if topic == MAP_TOPIC else WORLD_NODE, endpoint)
         return Owned(Node(f"/{robot}", node), endpoint)
 
-    def _service(self, node: Node, name: str, ros_type: str, request: type, response: type) -> Iterator[Owned]:
-        types = (service_type(ros_type, request, response, distro) for distro in self._wire.distros)
-        for type_ in self._distinct(types):
+    def _service(self, node: Node, name: str, service: AnyService | NodeService) -> Iterator[Owned]:
+        for type_ in self._distinct(service_types(service, self._wire.distros)):
             yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
 
     def _distinct(self, types: Iterable[T]) -> list[T]:

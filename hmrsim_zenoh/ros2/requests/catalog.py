@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from hmrsim.protocol.goal import WORLD
-from hmrsim_zenoh.ros2.codec.types import action_types, message_type, service_type
+from hmrsim_zenoh.ros2.codec.types import action_types, message_type, service_types
 from hmrsim_zenoh.ros2.names import (
     GET_TYPE_DESCRIPTION,
     NODE_SERVICES,
@@ -169,8 +169,7 @@ class Catalog:
             yield from self._layouts_of(service).types
 
     def _layouts_of(self, service: NodeService | AnyService) -> Layouts:
-        kinds = service.ros_type, service.request, service.response
-        return Layouts(tuple(service_type(*kinds, distro) for distro in self._distros))
+        return Layouts(service_types(service, self._distros))
 
     def _find_layouts(self, action: str, verb: str) -> Layouts:
         types = action_types(self._actions[action], self._distros)

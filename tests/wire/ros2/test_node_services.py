@@ -16,7 +16,7 @@ from hmrsim.interfaces.rcl_interfaces import ParameterValue
 from hmrsim.interfaces.rosgraph_msgs import Clock
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.trace.replay import replay
-from hmrsim_zenoh.ros2.codec.types import message_type
+from hmrsim_zenoh.ros2.codec.types import message_type, service_type
 from hmrsim_zenoh.ros2.names import NODE_SERVICES, nodes_of, own_services
 from tests.patience import PATIENCE
 from tests.wire.ros2.client import ABORTED, SUCCEEDED, RosClient, ros_action
@@ -44,7 +44,7 @@ class Tool:
         kind = NODE_SERVICES[service]
         if service not in self._services:
             name = f"{self._node}/{service}"
-            self._services[service] = self._client.service(name, kind.in_distro(self._client.distro)).wait()
+            self._services[service] = self._client.service(name, service_type(*kind, self._client.distro)).wait()
         return self._services[service].call(self._services[service].type.request.encode(kind.request(**fields)))
 
     def change(self, number=0, label=""):
@@ -133,7 +133,7 @@ def test_parameters_are_listed_by_prefix_and_depth(tool):
 def test_a_node_describes_the_types_of_its_endpoints(tool, distro):
     """A tool that has not installed a type finds its hash in the graph, and checks the description against it."""
     tool, action = tool("/wall_e/bt_navigator", distro=distro), ros_action("navigate_to_pose", distro)
-    for type_ in (action.feedback, action.status, action.get_result, NODE_SERVICES["get_state"].in_distro(distro)):
+    for type_ in (action.feedback, action.status, action.get_result, service_type(*NODE_SERVICES["get_state"], distro)):
         reply = tool.call("get_type_description", type_name=type_.name, type_hash=type_.hash)
         described = reply["type_description"]
         for one in (described["type_description"], *described["referenced_type_descriptions"]):
@@ -246,7 +246,7 @@ class Robot:
 
     def call(self, name, **fields):
         of = {name: kind for node in nodes_of("wall_e", ACTIONS) for name, kind in own_services(node).items()}
-        type_ = of[f"/wall_e/{name}"].in_distro(self._client.distro)
+        type_ = service_type(*of[f"/wall_e/{name}"], self._client.distro)
         request = of[f"/wall_e/{name}"].request.model_validate(fields, strict=False)
         return self._client.service(f"/wall_e/{name}", type_).wait().call(type_.request.encode(request))
 
