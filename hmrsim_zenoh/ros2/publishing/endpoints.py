@@ -102,6 +102,9 @@ _OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS, ROSOUT, DI
 _FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE, CMD_VEL)
 """The topics of a robot that are for RViz and Foxglove, declared after its actions."""
 
+_ALWAYS: Final = (ODOM, TF, AMCL_POSE)
+"""The topics of each robot that are declared first."""
+
 _KEPT: Final = 64
 """The number of parts whose types are cached."""
 
@@ -138,6 +141,14 @@ class Part(NamedTuple):
 def topic_name(robot: str, topic: str) -> str:
     """Return the name of a robot's topic, or of the world's."""
     return f"/{topic}" if robot in ("", WORLD) else f"/{robot}/{topic}"
+
+
+_OF_ROBOTS: Final = (*_ALWAYS, BATTERY_STATE, DETECTIONS, *_FOR_VIEWERS)
+PUBLISHED: Final = (
+    *(topic_name(WORLD, topic) for topic in _OF_WORLD),
+    *(topic_name("*", topic) for topic in _OF_ROBOTS if TOPICS[topic].kind is Kind.PUBLISHER),
+)
+"""The names of all topics that are published, with a wildcard for the robot."""
 
 
 def _declared_services(node: Node) -> dict[str, NodeService]:
@@ -376,7 +387,7 @@ def _called(
 
 
 def _topics(names: Names, robot: str) -> Iterator[str]:
-    yield from (ODOM, TF, AMCL_POSE)
+    yield from _ALWAYS
     if robot in names.powered:
         yield BATTERY_STATE
     if robot in names.seeing:

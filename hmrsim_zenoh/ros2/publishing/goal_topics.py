@@ -65,7 +65,7 @@ def _entry(goal: GoalEntry) -> bytes:
 
 _OF_ROBOTS, _OF_WORLD = "/*/*/_action/feedback", "/*/_action/feedback"
 """The topic names of the feedback of robots' actions, and of the world's actions."""
-_KINDS: Final = (_OF_ROBOTS, _OF_WORLD)
+FEEDBACK: Final = (_OF_ROBOTS, _OF_WORLD)
 
 
 class _Layout(NamedTuple):
@@ -85,11 +85,6 @@ class _Goals(NamedTuple):
     feedback: list[_Layout]
 
 
-def patterns(wire: Wire) -> dict[str, str]:
-    """Return the key patterns on which feedback is published."""
-    return {kind: wire.key(kind) for kind in _KINDS}
-
-
 class GoalTopics:
     """Publishes statuses always, as they are latched, and feedback if it has subscribers."""
 
@@ -107,7 +102,7 @@ class GoalTopics:
     def wants(self, topic: Topic) -> bool:
         """Return whether statuses or feedback are needed."""
         if topic is Topic.FEEDBACK:
-            return any(self._interest[kind] for kind in _KINDS)
+            return any(self._interest[kind] for kind in FEEDBACK)
         return topic is Topic.STATUS
 
     def kinds(self, action: str, *, of_world: bool) -> list[str]:

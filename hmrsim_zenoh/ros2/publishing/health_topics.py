@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from hmrsim.robots.power import Energy
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.publishing.publishers import TopicPublishers
-    from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
 _LEVELS: Final[Mapping[Severity, int]] = {
@@ -48,9 +47,7 @@ _PERIOD: Final = 1.0
 """Simulated seconds between two messages of diagnostics, as with diagnostic_updater."""
 
 
-def patterns(wire: Wire) -> dict[str, str]:
-    """Return the key of each topic."""
-    return {topic: wire.key(f"/{topic}") for topic in (ROSOUT, DIAGNOSTICS)}
+_ROSOUT, _DIAGNOSTICS = f"/{ROSOUT}", f"/{DIAGNOSTICS}"
 
 
 class HealthTopics:
@@ -65,17 +62,17 @@ class HealthTopics:
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic is needed for a subscriber."""
         if topic is Topic.CLOCK:
-            return self._interest[DIAGNOSTICS]
-        return topic is Topic.EVENTS and self._interest[ROSOUT]
+            return self._interest[_DIAGNOSTICS]
+        return topic is Topic.EVENTS and self._interest[_ROSOUT]
 
     def event(self, output: EventStamped) -> None:
         """Log an event of the world."""
-        if self._interest[ROSOUT]:
+        if self._interest[_ROSOUT]:
             self._log_event(output.event)
 
     def change(self, change: GoalChanged) -> None:
         """Log the end of a goal."""
-        if self._interest[ROSOUT] and change.status.terminal:
+        if self._interest[_ROSOUT] and change.status.terminal:
             self._log_event(change.event())
 
     def log(self, node: Node, level: int, text: str) -> None:
@@ -86,7 +83,7 @@ class HealthTopics:
             level: As in `Log`.
             text: The line.
         """
-        if not self._interest[ROSOUT]:
+        if not self._interest[_ROSOUT]:
             return
         logger = node.full_name[1:].replace("/", ".")
         now = values_of(stamp(self._simulator.now))
@@ -96,7 +93,7 @@ class HealthTopics:
     def tick(self) -> None:
         """Publish the diagnostics if they are due; called at each sample of the clock."""
         now = self._simulator.now
-        if self._interest[DIAGNOSTICS] and not 0.0 <= now - self._diagnosed < _PERIOD:
+        if self._interest[_DIAGNOSTICS] and not 0.0 <= now - self._diagnosed < _PERIOD:
             self._diagnosed = now
             header = {"stamp": values_of(stamp(now)), "frame_id": ""}
             message = {"header": header, "status": list(diagnostics(self._simulator))}

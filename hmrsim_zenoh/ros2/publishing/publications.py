@@ -16,7 +16,7 @@ from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
 from hmrsim_zenoh.ros2.codec.layout import CdrError
-from hmrsim_zenoh.ros2.publishing import goal_topics, health_topics, view_topics
+from hmrsim_zenoh.ros2.publishing import goal_topics
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
 from hmrsim_zenoh.ros2.publishing.endpoints import (
     AMCL_POSE,
@@ -24,9 +24,11 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
     CLOCK,
     DETECTIONS,
     ODOM,
+    PUBLISHED,
     TF,
     Endpoints,
     Parts,
+    topic_name,
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
@@ -46,23 +48,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.wires import Wire
 
-ROBOT_TF: Final = "robot's tf"
-"""A robot's own transforms, ``/<robot>/tf`` as in Nav2 with several robots; `TF` has those of all robots."""
-
 _PLAIN: Final = {Topic.CLOCK: CLOCK, Topic.BATTERY_STATE: BATTERY_STATE, Topic.DETECTIONS: DETECTIONS}
-OF_ODOM: Final = (ODOM, TF, ROBOT_TF, AMCL_POSE)
-"""The topics that derive from odometry."""
+_ODOM, _TF, _TF_OF_ROBOT, _AMCL_POSE = f"/*/{ODOM}", f"/{TF}", f"/*/{TF}", f"/*/{AMCL_POSE}"
+"""The topics that derive from odometry: those of robots, and the transforms of all robots on one topic."""
 
 EMITTED: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
 """The outputs that are published."""
 
 _NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
-
-
-def topic_patterns(wire: Wire) -> dict[str, str]:
-    """Return the keys on which each kind of topic is published."""
-    of_robots = {topic: wire.key(f"/*/{topic}") for topic in (ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE)}
-    return of_robots | {ROBOT_TF: wire.key(f"/*/{TF}"), TF: wire.key(f"/{TF}"), CLOCK: wire.key(f"/{CLOCK}")}
 
 
 def amcl_pose(odom: Odometry) -> PoseWithCovarianceStamped:
@@ -99,24 +92,24 @@ class Topics:
     def wants(self, topic: Topic) -> bool:
         """Return whether a topic's messages have a subscriber."""
         if topic is Topic.ODOM:
-            return any(self._interest[kind] for kind in OF_ODOM)
-        return topic in _PLAIN and self._interest[_PLAIN[topic]]
+            return any(self._interest[name] for name in (_ODOM, _TF, _TF_OF_ROBOT, _AMCL_POSE))
+        return topic in _PLAIN and self._interest[topic_name(WORLD if topic is Topic.CLOCK else "*", _PLAIN[topic])]
 
     def emit(self, sample: Sampled) -> None:
         """Publish a sample of a topic."""
         if isinstance(sample.message, Odometry):
             self._emit_odom(sample.robot, sample.message)
-        elif sample.topic in _PLAIN and self._interest[_PLAIN[sample.topic]]:
+        elif self.wants(sample.topic):
             self._publish(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
 
     def _emit_odom(self, robot: str, odom: Odometry) -> None:
-        if self._interest[ODOM]:
+        if self._interest[_ODOM]:
             self._publish(robot, ODOM, odom)
-        if self._interest[TF]:
+        if self._interest[_TF]:
             self._publish(WORLD, TF, tf_of_all(odom))
-        if self._interest[ROBOT_TF]:
+        if self._interest[_TF_OF_ROBOT]:
             self._publish(robot, TF, tf_of_robot(odom))
-        if self._interest[AMCL_POSE]:
+        if self._interest[_AMCL_POSE]:
             self._publish(robot, AMCL_POSE, amcl_pose(odom))
 
     def publish_pose(self, sample: Sampled) -> None:
@@ -160,8 +153,7 @@ class Publications:
         self._endpoints = Endpoints(wire, actions, services)
         self._publishers = Publishers(session, wire)
         self._declarations = Declarations(session, wire, self._endpoints.of, self._publishers)
-        patterns = goal_topics.patterns(wire) | topic_patterns(wire) | view_topics.patterns(wire)
-        patterns |= health_topics.patterns(wire)
+        patterns = {name: wire.key(name) for name in (*PUBLISHED, *goal_topics.FEEDBACK)}
         self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
         self._of_topics = TopicPublishers(self._publishers, self._endpoints)
@@ -279,7 +271,7 @@ class Publications:
 
     def _publish_poses(self) -> None:
         """Publish all robots' poses for the first subscriber: a robot may have moved without one."""
-        before, self._poses_wanted = self._poses_wanted, self._interest[AMCL_POSE]
+        before, self._poses_wanted = self._poses_wanted, self._interest[_AMCL_POSE]
         if self._poses_wanted and not before:
             for robot in self._poses:
                 self._publish_pose(robot)
@@ -292,4 +284,4 @@ class Publications:
     def _has_moved(self, name: str) -> bool:
         """Return whether a robot is elsewhere than in the last message on its latched topic."""
         robot = self._simulator.roster.robots[name]
-        return self._interest[AMCL_POSE] or robot.estimated(robot.pose()) != self._poses[name]
+        return self._interest[_AMCL_POSE] or robot.estimated(robot.pose()) != self._poses[name]

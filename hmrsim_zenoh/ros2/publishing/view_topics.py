@@ -26,6 +26,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
     SCAN,
     TF_STATIC,
     THINGS,
+    topic_name,
 )
 from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers
 from hmrsim_zenoh.ros2.publishing.scan import Scanner
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.ros2.publishing.endpoints import Part
     from hmrsim_zenoh.ros2.publishing.publishers import TopicPublishers
-    from hmrsim_zenoh.ros2.wires import Wire
     from hmrsim_zenoh.server.interest import SubscriberWatch
 
 _LATCHED: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, MARKERS, THINGS)
@@ -49,15 +49,6 @@ _REPLACES_THINGS: Final = (Spawned, Deleted, Teleported, SimulationReset, WorldL
 
 _PLAN_SECONDS: Final = 1.0
 """Simulated seconds between two messages of an unchanged plan, as Nav2's default tree plans once per second."""
-
-
-def patterns(wire: Wire) -> dict[str, str]:
-    """Return the keys on which each kind of topic is published."""
-    of_robots = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, *_STREAMS)
-    of_world = (MAP_TOPIC, TF_STATIC, MARKERS, THINGS)
-    return {f"/*/{topic}": wire.key(f"/*/{topic}") for topic in of_robots} | {
-        f"/{topic}": wire.key(f"/{topic}") for topic in of_world
-    }
 
 
 _PLAN, _THINGS = f"/*/{PLAN}", f"/{THINGS}"
@@ -137,7 +128,7 @@ class ViewTopics:
         robots = self._simulator.roster.robots
 
         def shows(robot: str, topic: str) -> bool:
-            return self._interest[f"/{topic}" if robot == WORLD else f"/*/{topic}"]
+            return self._interest[topic_name(robot if robot == WORLD else "*", topic)]
 
         for streamed in self._streamed.values():
             streamed.intersection_update(robots)
