@@ -33,8 +33,7 @@ export class Live extends EventTarget {
   #answered = -Infinity; // ms; when the latest scene arrived
   /** @type {ReturnType<typeof setTimeout> | null} */ #soon = null;
   #dirty = false;
-  /** @type {(() => void) | null} */ #scheduled = null;
-  #scheduledHidden = false;
+  /** @type {object | null} */ #scheduled = null; // the next step, if there is one
   /** @type {Record<string, {begin: () => void, stop: () => void}>} */ #watches = {};
 
   /** @type {'connecting' | 'live' | 'lost' | 'no server'} */
@@ -55,7 +54,9 @@ export class Live extends EventTarget {
     const latest = { latest: true };
     const readable = (take) => (payload, key) => this.rewind.head.guard(key, () => take(valid(key, payload)));
     const info = (payload) => this.#change('_world/info', payload);
-    connection.subscribe('_world/events', readable((event) => this.#receive(event)), { onLost: () => this.#loseAll() });
+    connection.subscribe('_world/events', readable((event) => this.#receive(event)), {
+      onLost: () => (this.#queue = [], this.#resync(true)),
+    });
     connection.subscribe('_world/clock', readable(({ clock: stamp }) => clock.receive(secondsOf(stamp))), latest);
     const lostTime = () => this.#getTime().catch(() => {});
     connection.subscribe('_world/time/state', readable((state) => this.#receiveTime(state)), { ...latest, every: 0.2, onLost: lostTime });
@@ -136,12 +137,6 @@ export class Live extends EventTarget {
   }
 
   async #getTime() { this.#receiveTime(valid('_world/time/state', await this.#connection.get('_world/time/state'))); }
-
-  /** Start again after a loss of events. */
-  #loseAll() {
-    this.#queue = [];
-    void this.#resync(true);
-  }
 
   /** Request the scene soon, but not too often, as it costs the simulator time. */
   #resyncSoon() {
@@ -262,19 +257,18 @@ export class Live extends EventTarget {
     this.#dirty = false;
   }
 
-  /** Apply messages in the next frame, or by a timer while the page is hidden. */
+  /** Apply messages in the next frame, or by a timer, as a hidden page has no frames. */
   #schedule() {
-    const hidden = !globalThis.requestAnimationFrame || globalThis.document?.hidden === true;
-    if (this.#buffering || (this.#scheduled && (!hidden || this.#scheduledHidden))) return;
-    this.#scheduled?.();
+    if (this.#buffering || this.#scheduled) return;
+    const turn = (this.#scheduled = {});
     const step = () => {
+      if (this.#scheduled !== turn) return;
       this.#scheduled = null;
       this.#play(this.#queue.length > MAX_WAITING ? Infinity : this.#clock.live());
       if (this.#queue.length) this.#schedule();
     };
-    const id = hidden ? setTimeout(step, HIDDEN) : requestAnimationFrame(step);
-    this.#scheduledHidden = hidden;
-    this.#scheduled = () => (hidden ? clearTimeout(id) : cancelAnimationFrame(id));
+    globalThis.requestAnimationFrame?.(step);
+    setTimeout(step, HIDDEN);
   }
 
   #leave(state) {
