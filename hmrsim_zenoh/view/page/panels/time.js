@@ -12,22 +12,38 @@ const BACK = 5; // seconds
 const PARTS = 10000; // of the slider
 const MARKS = 300; // places of marks
 
-/** The slider of a timeline, with its marks; of marks close together only the last is shown. */
-class Scrubber {
-  constructor(timeline, label) {
-    this.timeline = timeline;
+/** Return a choice of speeds. */
+function speedField(factors, onchange) {
+  return el('select', { class: 'field speed', 'aria-label': 'Speed', onchange }, ...factors.map(speedOption));
+}
+
+function speedOption(factor) {
+  return el('option', { value: factor, text: factor === AS_FAST_AS_POSSIBLE ? 'fastest' : `× ${factor}` });
+}
+
+/** What both bars have: play, time, and the speed and slider of a timeline; of marks close together only the last is shown. */
+class Bar {
+  constructor(app, timeline, label) {
+    Object.assign(this, { app, timeline, pressed: null });
+    this.play = button('play', 'Play', () => this.toggle(), { key: 'space', class: 'round primary' });
+    this.time = el('output', { class: 'time', 'aria-live': 'off', 'aria-label': 'Simulated time' });
+    this.note = el('span', { class: 'achieved' });
+    this.words = el('div', { class: 'time-words' }, this.time, this.note);
     this.marks = el('div', { class: 'marks', 'aria-hidden': 'true' });
     this.range = el('input', {
       type: 'range', class: 'scrubber', min: 0, max: PARTS, step: 1, value: 0, 'aria-label': label,
       oninput: () => timeline.seek(timeline.begin + (this.range.value / PARTS) * this.#length),
     });
-    this.element = el('div', { class: 'track' }, this.marks, this.range);
+    this.track = el('div', { class: 'track' }, this.marks, this.range);
+    this.pace = speedField(PLAYBACK_SPEEDS, () => (timeline.speed = Number(this.pace.value)));
+    this.pace.value = String(timeline.speed);
+    this.element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
+    timeline.addEventListener('state', () => app.render());
   }
 
   get #length() { return Math.max(this.timeline.end - this.timeline.begin, 1e-9); }
 
-  /** @param {number} time The time of the thumb. */
-  render(time) {
+  #renderTrack(time) {
     const place = (t, parts) => Math.round(((t - this.timeline.begin) / this.#length) * parts);
     const value = String(place(time, PARTS));
     if (this.range.value !== value) this.range.value = value;
@@ -41,31 +57,6 @@ class Scrubber {
       line.style.left = `${(at * 100) / MARKS}%`;
       return line;
     }));
-  }
-}
-
-/** Return a choice of speeds. */
-function speedField(factors, onchange) {
-  return el('select', { class: 'field speed', 'aria-label': 'Speed', onchange }, ...factors.map(speedOption));
-}
-
-function speedOption(factor) {
-  return el('option', { value: factor, text: factor === AS_FAST_AS_POSSIBLE ? 'fastest' : `× ${factor}` });
-}
-
-/** What both bars have: play, time, and the slider and speed of a timeline. */
-class Bar {
-  constructor(app, timeline, label) {
-    Object.assign(this, { app, timeline, pressed: null });
-    this.play = button('play', 'Play', () => this.toggle(), { key: 'space', class: 'round primary' });
-    this.time = el('output', { class: 'time', 'aria-live': 'off', 'aria-label': 'Simulated time' });
-    this.note = el('span', { class: 'achieved' });
-    this.words = el('div', { class: 'time-words' }, this.time, this.note);
-    this.scrubber = new Scrubber(timeline, label);
-    this.pace = speedField(PLAYBACK_SPEEDS, () => (timeline.speed = Number(this.pace.value)));
-    this.pace.value = String(timeline.speed);
-    this.element = el('div', { class: 'time-bar wide', role: 'toolbar', 'aria-label': 'Time' });
-    timeline.addEventListener('state', () => app.render());
   }
 
   toggle() {
@@ -91,7 +82,7 @@ class Bar {
   /** Show the time, and whether it stands; *resume* is the label of the button that lets it go on. */
   show(time, paused, resume) {
     say(this.time, clockWords(time, 1));
-    this.scrubber.render(time);
+    this.#renderTrack(time);
     const pressed = `${paused} ${resume}`;
     if (pressed === this.pressed) return;
     this.pressed = pressed;
@@ -107,7 +98,7 @@ export class Player extends Bar {
     const previous = button('previous', 'Previous mark', () => this.jump(-1), { key: '[', class: 'round' });
     const next = button('next', 'Next mark', () => this.jump(1), { key: ']', class: 'round' });
     say(this.note, `of ${clockWords(playback.end)}${playback.truncated ? ', truncated' : ''}`);
-    this.element.append(previous, this.play, next, this.words, this.scrubber.element, this.pace);
+    this.element.append(previous, this.play, next, this.words, this.track, this.pace);
   }
 
   render() { this.show(this.timeline.time, !this.timeline.playing, 'Play'); }
@@ -122,7 +113,7 @@ export class TimeBar extends Bar {
       type: 'button', class: 'button live-button', text: 'Live', title: 'Return to the present (esc)', onclick: () => this.timeline.leave(),
     });
     this.speed = speedField([...SPEEDS, AS_FAST_AS_POSSIBLE], () => this.#choose());
-    this.element.append(this.play, this.step, this.words, this.scrubber.element, this.present, this.speed);
+    this.element.append(this.play, this.step, this.words, this.track, this.present, this.speed);
     app.live.addEventListener('time', () => this.render());
     this.timeline.addEventListener('active', () => (app.aim(null), app.render()));
   }
