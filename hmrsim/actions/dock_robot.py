@@ -103,13 +103,12 @@ def _drive_in(robot: Robot, dock: DockBay) -> Generator[Any, Any, None]:
     """
     point, text = dock.pose.point, f"can't drive into {dock.name!r}"
     way, blocked = (robot.plan_to(point), "") if robot.flies else robot.straight_through([point])
-    aside = robot.moved_aside
     if blocked:
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}{aside}", Cause.BLOCKED)
+        raise robot.out_of_place(_RESULT.FAILED_TO_CONTROL, f"{text}: {blocked}", Cause.BLOCKED)
     try:
         yield from robot.drive(_shared(way), dock.spec.yaw)
     except GoalAborted as why:
-        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}{aside}", why.cause) from None
+        raise GoalAborted(_RESULT.FAILED_TO_CONTROL, f"{text}: {why}", why.cause) from None
 
 
 def _shared(route: Route) -> Route:

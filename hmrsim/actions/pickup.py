@@ -68,10 +68,8 @@ def _find(robot: Robot, claw: Claw, name: str) -> Item:
         )
     away, reach = robot.distance_to(item.position), claw.reach(robot.units)
     if away > reach:
-        raise GoalAborted(
-            MoveItErrorCodes.PLANNING_FAILED,
-            f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}{robot.moved_aside}",
-        )
+        text = f"{name!r} is out of reach: {away:.3f} {robot.units} away, reach {reach:g}"
+        raise robot.out_of_place(MoveItErrorCodes.PLANNING_FAILED, text)
     if claw.settings.max_weight is not None and item.weight > claw.settings.max_weight:
         raise GoalAborted(
             MoveItErrorCodes.CONTROL_FAILED,

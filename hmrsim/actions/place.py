@@ -68,21 +68,21 @@ def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLoca
     """Return the first location within reach; the robot's center where none was asked for.
 
     Raises:
-        GoalAborted: None of those asked for is within reach.
+        GoalAborted: None of those asked for is within reach; or none was asked for, and traffic has moved the robot
+            from where it was sent.
     """
     center = robot.pose().point
     if not goal.place_locations:
+        if robot.moved_aside:
+            raise robot.out_of_place(MoveItErrorCodes.PLANNING_FAILED, "the robot is not where it was sent")
         return center, _anywhere().model_copy(update={"place_pose": robot.pose_stamped()})
     reach = claw.reach(robot.units)
     for location in goal.place_locations:
         position = location.place_pose.pose.position
         if distance(center, (position.x, position.y)) <= reach:
             return (position.x, position.y), location
-    raise GoalAborted(
-        MoveItErrorCodes.PLANNING_FAILED,
-        f"none of {len(goal.place_locations)} place locations is within reach, which is {reach:g} {robot.units}"
-        f"{robot.moved_aside}",
-    )
+    text = f"none of {len(goal.place_locations)} place locations is within reach, which is {reach:g} {robot.units}"
+    raise robot.out_of_place(MoveItErrorCodes.PLANNING_FAILED, text)
 
 
 ACTION = Action(

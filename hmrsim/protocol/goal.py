@@ -85,7 +85,7 @@ class Cause(StrEnum):
     BUSY = "busy"
     """Another goal had what it needed, and kept it."""
     MOVED = "moved"
-    """The robot was put somewhere else."""
+    """The robot was put somewhere else, or traffic had moved it aside since its last drive."""
     DELETED = "deleted"
     """The robot was deleted."""
     BATTERY_EMPTY = "battery_empty"

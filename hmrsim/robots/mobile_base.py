@@ -18,7 +18,7 @@ from hmrsim.engine.environment import At
 from hmrsim.errors import BaseDisabled, NoRoute
 from hmrsim.events.robots import RouteTaken, Stopped
 from hmrsim.events.traffic import Rerouted
-from hmrsim.geometry import Pose, distance, turn
+from hmrsim.geometry import SAME_PLACE, Pose, distance, turn
 from hmrsim.interfaces.nav2_msgs import FollowPath
 from hmrsim.navigation.motion import Piece, drive_of, steered
 from hmrsim.robots.motion import Motion
@@ -236,16 +236,16 @@ class MobileBase:
 
     @property
     def moved_aside(self) -> str:
-        """Where traffic has moved it since its last drive, for which vehicle and when, in words; empty if it has not.
-
-        It begins with a semicolon, as it follows the text of an error.
-        """
+        """Where traffic has moved it since its last drive, for whom and when, in words; empty if it has not."""
         if self._moved_aside is None:
             return ""
         start, by, at = self._moved_aside
+        if self.distance_to(start) <= SAME_PLACE:
+            # Its next goal came at the instant at which it was to set out, or it is back.
+            return ""
         name = self._admission.causes.places.of
         return (
-            f"; {self.name} was at {name(start)} until traffic moved it aside for {by} at {at:g} s, and is at "
+            f"{self.name} was at {name(start)} until traffic moved it aside for {by} at {at:g} s, and is at "
             f"{name(self.pose().point)} now: drive there again"
         )
 

@@ -20,6 +20,7 @@ from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.navigation.cache import LruCache
+from hmrsim.protocol.goal import Cause
 from hmrsim.robots.mobile_base import MobileBase
 from hmrsim.robots.power import EMPTY, Energy, Level
 
@@ -422,6 +423,12 @@ class Robot(MobileBase):
                 self._last_goal = action, ended, self.now
         if self.energy is not None:
             self.energy.act()
+
+    def out_of_place(self, code: int, text: str, cause: str = Cause.FAILED) -> GoalAborted:
+        """Return the error of a goal that fails where the robot is; it says if traffic has moved the robot there."""
+        if not (aside := self.moved_aside):
+            return GoalAborted(code, text, cause)
+        return GoalAborted(code, f"{text}; {aside}", Cause.MOVED)
 
     def publish(self, make: Callable[[], WorldEvent]) -> None:
         """Publish an event of an action's own; it is made only if it is wanted."""

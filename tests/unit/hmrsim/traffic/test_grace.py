@@ -24,6 +24,12 @@ MEET = (0.0, go("ann", 10, 0, A)), (1.0, go("bob", 0, 0, B))
 GRAB = SendGoal("ann", "pickup", Pickup.Goal(target_name="parcel"), C)
 SINCE = "ann was at b until traffic moved it aside for bob at 15 s, and is at bay now: drive there again"
 
+
+def end_of(log, goal_id):
+    """Return the last status of a goal."""
+    return log.changes(goal_id)[-1][1]
+
+
 every_policy = pytest.mark.parametrize("policy", ["priority", "planned"])
 
 
@@ -111,6 +117,24 @@ def test_a_place_that_fails_as_traffic_has_moved_the_robot_says_so():
 
     text = "none of 1 place locations is within reach, which is 1 m; "
     assert text + SINCE.replace("15", "17") == log.result(D).error_code.message
+
+
+def test_nothing_is_placed_where_traffic_has_moved_the_robot():
+    place = SendGoal("ann", "place", Place.Goal(), D)
+    log = under("planned", FORK)(*MEET, (12.0, GRAB), (27.0, place))
+
+    assert f"the robot is not where it was sent; {SINCE}".replace("15", "17") == log.result(D).error_code.message
+    assert "moved" == log.goal_changes(D)[-1].cause
+
+
+def test_a_robot_that_was_to_make_room_at_this_instant_has_not_been_moved():
+    run = under("planned", FORK)
+    commands = [go("ann", 10, 0, A), MEET[1][1], GRAB, SendGoal("ann", "place", Place.Goal(), D)]
+    for at, command in zip((0.0, 1.0, 10.0, 10.0), commands, strict=True):
+        run.simulator.advance(at)
+        run.simulator.submit(command, "a participant in lockstep")
+
+    assert ["SUCCEEDED"] * 2 == [end_of(run(until=11.0), goal_id) for goal_id in (C, D)]
 
 
 def test_docking_that_fails_as_traffic_has_moved_the_robot_says_so():
