@@ -175,7 +175,8 @@ def _treatments(plan: Plan, *, known: bool) -> Iterator[Finding]:
                 else:
                     words_of(treatment, names)
             except (HmrsimError, ValueError) as error:
-                reasons.setdefault(str(error))
+                # A tree has a line for each of its errors.
+                reasons.update(dict.fromkeys(str(error).splitlines()))
         for reason in reasons:
             yield Finding(("treatments", name, kind), reason)
 

@@ -204,7 +204,8 @@ def _checked(
         try:
             controller_of(model.controller, {}, folder)
         except (HmrsimError, ValueError) as error:
-            findings.append(Finding(("controller",), f"{error}{hint}"))
+            # A tree has a line for each of its errors.
+            findings += [Finding(("controller",), f"{line}{hint}") for line in str(error).splitlines()]
     errors = [each for each in findings if each.severity == "error"]
     if problems:
         raise CheckError([*problems, *document.problems(errors)])

@@ -273,6 +273,14 @@ def test_errors_of_form_hide_no_others(tmp_path: Path) -> None:
     assert 9 == len(found), said  # `m` has no value either, but is not reported as an unknown measure
 
 
+def test_each_error_of_a_tree_is_an_error(tmp_path: Path) -> None:
+    tree = '<root BTCPP_format="4"><BehaviorTree ID="Main">\n<Pickup item="box"/>\n</BehaviorTree></root>'
+    (tmp_path / "tree.xml").write_text(tree, encoding="utf-8")
+    told = problems(written(tmp_path, treatments={"go": {"tree": "tree.xml"}}))
+
+    assert [line.partition("tree.xml:")[2][:20] for line in told] == ["2: <Pickup>: unknown", "2: <Pickup>: port 'ta"]
+
+
 def test_checks_a_controller_without_expressions(tmp_path: Path) -> None:
     """Without valid factors, only a controller with expressions is skipped."""
     treatments = {"a": {"tree": "nowhere:tree"}, "b": {"tree": "${speed}:tree"}}

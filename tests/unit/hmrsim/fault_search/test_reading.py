@@ -73,6 +73,14 @@ def test_an_unlike_kind_gets_all_kinds(tmp_path):
     assert all(f", {kind}" in told for kind in ("slip", "speed", "absent", "controller_killed", "simulation_reset"))
 
 
+def test_each_error_of_a_tree_is_an_error(tmp_path):
+    tree = '<root BTCPP_format="4"><BehaviorTree ID="Main">\n<Pickup item="box"/>\n</BehaviorTree></root>'
+    (tmp_path / "tree.xml").write_text(tree, encoding="utf-8")
+    told = problems(written(tmp_path, controller={"tree": "tree.xml"}))
+
+    assert [line.partition("tree.xml:")[2][:20] for line in told] == ["2: <Pickup>: unknown", "2: <Pickup>: port 'ta"]
+
+
 def test_custom_injections_are_checked_in_every_expansion(tmp_path):
     slips = {"type": "slip", "robot": ["porter", "portr"], "factor": [0.1, 0.5], "duration": 20}
     told = problems(written(tmp_path, space={"further": [slips, {"type": "slp", "robot": "*"}]}))
