@@ -1,6 +1,6 @@
 /** Robots and items: their positions on the screen, pictures, state marks and sensor ranges. */
 
-import { circle, faint, fill, lookOf, stroke } from './shapes.js';
+import { circle, faint, fill, stroke } from './shapes.js';
 import { HEADINGS, Sprites } from './sprites.js';
 
 /** The positions of robots on the screen, in arrays that are reused from frame to frame. */
@@ -106,71 +106,58 @@ const SMALL = 16; // css pixels of radius below which headings are rounded
 const PLAIN = 9; // css pixels of radius below which many robots have only marks of problems
 const DOT = 5; // css pixels of radius below which a robot has no marks
 
-export class RobotLayer {
-  constructor(sprites, palette) {
-    this.sprites = sprites;
-    this.palette = palette;
-    this.looks = new Map(); // looks by type
+export function drawItems(c, frame, sprites) {
+  const sprite = sprites.item(itemSize(frame));
+  for (const { at, carrier } of frame.model.items.values()) {
+    if (carrier || !at || !inSight(frame.camera, at)) continue;
+    stamp(c, sprite, ...frame.camera.toScreen(at));
   }
+}
 
-  look(type, world) {
-    if (!this.looks.has(type)) this.looks.set(type, lookOf(world.typeIndex(type), this.palette));
-    return this.looks.get(type);
-  }
-
-  drawItems(c, frame) {
-    const sprite = this.sprites.item(itemSize(frame));
-    for (const { at, carrier } of frame.model.items.values()) {
-      if (carrier || !at || !inSight(frame.camera, at)) continue;
-      stamp(c, sprite, ...frame.camera.toScreen(at));
+export function drawRobots(c, frame, sprites, poses, time) {
+  const { ratio, world, selected } = frame;
+  for (let i = 0; i < poses.count; i++) {
+    const [robot, radius, angle] = [poses.robots[i], poses.radius[i], poses.angle[i]];
+    const size = Sprites.size(radius);
+    const small = radius < SMALL;
+    // Whole steps, also for negative angles.
+    const heading = small ? Math.round((angle * HEADINGS) / (2 * Math.PI)) & (HEADINGS - 1) : 0;
+    const sprite = sprites.robot(sprites.look(robot.type, world), robot.flies, robot.stateAt(time), size, heading);
+    const width = (sprite.width * radius) / Sprites.radius(size);
+    if (small) {
+      c.drawImage(sprite.image, poses.px[i] - width / 2, poses.py[i] - width / 2, width, width);
+      continue;
     }
+    const cos = Math.cos(angle) * ratio;
+    const sin = Math.sin(angle) * ratio;
+    c.setTransform(cos, sin, -sin, cos, poses.px[i] * ratio, poses.py[i] * ratio);
+    c.drawImage(sprite.image, -width / 2, -width / 2, width, width);
+    c.setTransform(ratio, 0, 0, ratio, 0, 0);
   }
+  drawMarks(c, frame, sprites, poses, time);
+  const i = poses.index.get(selected);
+  if (i !== undefined) drawHalo(c, frame, poses.px[i], poses.py[i], poses.radius[i]);
+}
 
-  drawRobots(c, frame, poses, time) {
-    const { ratio, world, selected } = frame;
-    for (let i = 0; i < poses.count; i++) {
-      const [robot, radius, angle] = [poses.robots[i], poses.radius[i], poses.angle[i]];
-      const size = Sprites.size(radius);
-      const small = radius < SMALL;
-      // Whole steps, also for negative angles.
-      const heading = small ? Math.round((angle * HEADINGS) / (2 * Math.PI)) & (HEADINGS - 1) : 0;
-      const sprite = this.sprites.robot(this.look(robot.type, world), robot.flies, robot.stateAt(time), size, heading);
-      const width = (sprite.width * radius) / Sprites.radius(size);
-      if (small) {
-        c.drawImage(sprite.image, poses.px[i] - width / 2, poses.py[i] - width / 2, width, width);
-        continue;
-      }
-      const cos = Math.cos(angle) * ratio;
-      const sin = Math.sin(angle) * ratio;
-      c.setTransform(cos, sin, -sin, cos, poses.px[i] * ratio, poses.py[i] * ratio);
-      c.drawImage(sprite.image, -width / 2, -width / 2, width, width);
-      c.setTransform(ratio, 0, 0, ratio, 0, 0);
+/** Draw the marks of robots that do not turn: state, battery and held items. */
+function drawMarks(c, frame, sprites, poses, time) {
+  for (let i = 0; i < poses.count; i++) {
+    const [robot, radius, px, py] = [poses.robots[i], poses.radius[i], poses.px[i], poses.py[i]];
+    if (radius < DOT) continue;
+    const side = Math.min(9, Math.max(5, Math.round(radius * 0.45)));
+    const state = robot.stateAt(time);
+    const minor = state === 'busy' && radius < PLAIN && poses.count > FEW;
+    const badge = minor ? null : sprites.badge(state, side);
+    if (badge) stamp(c, badge, px + radius * 0.78, py - radius * 0.78);
+    if (robot.holds.length) {
+      // On its back, opposite the wedge.
+      const item = sprites.item(Math.round(Math.min(30, Math.max(6, radius * 0.6))));
+      const back = radius * 0.3;
+      stamp(c, item, px - back * Math.cos(poses.angle[i]), py - back * Math.sin(poses.angle[i]));
     }
-    this.drawMarks(c, frame, poses, time);
-    const i = poses.index.get(selected);
-    if (i !== undefined) drawHalo(c, frame, poses.px[i], poses.py[i], poses.radius[i]);
-  }
-
-  /** Draw the marks of robots that do not turn: state, battery and held items. */
-  drawMarks(c, frame, poses, time) {
-    for (let i = 0; i < poses.count; i++) {
-      const [robot, radius, px, py] = [poses.robots[i], poses.radius[i], poses.px[i], poses.py[i]];
-      if (radius < DOT) continue;
-      const side = Math.min(9, Math.max(5, Math.round(radius * 0.45)));
-      const state = robot.stateAt(time);
-      const minor = state === 'busy' && radius < PLAIN && poses.count > FEW;
-      const badge = minor ? null : this.sprites.badge(state, side);
-      if (badge) stamp(c, badge, px + radius * 0.78, py - radius * 0.78);
-      if (robot.holds.length) {
-        // On its back, opposite the wedge.
-        const item = this.sprites.item(Math.round(Math.min(30, Math.max(6, radius * 0.6))));
-        const back = radius * 0.3;
-        stamp(c, item, px - back * Math.cos(poses.angle[i]), py - back * Math.sin(poses.angle[i]));
-      }
-      if (robot.battery && (radius >= 10 || (poses.count <= CROWD && radius >= 7))) {
-        const tenths = Math.max(0, Math.min(10, Math.round(robot.battery.percentage * 10)));
-        stamp(c, this.sprites.battery(tenths, Math.round(Math.min(36, radius * 1.5))), px, py + radius + 4);
-      }
+    if (robot.battery && (radius >= 10 || (poses.count <= CROWD && radius >= 7))) {
+      const tenths = Math.max(0, Math.min(10, Math.round(robot.battery.percentage * 10)));
+      stamp(c, sprites.battery(tenths, Math.round(Math.min(36, radius * 1.5))), px, py + radius + 4);
     }
   }
 }

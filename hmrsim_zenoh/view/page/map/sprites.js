@@ -1,6 +1,6 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
-import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, mixed, stroke } from './shapes.js';
+import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, lookOf, mixed, stroke } from './shapes.js';
 import { STATES } from '../model/robot.js';
 
 /** Whether the browser draws by software, where a GPU's way of drawing canvases is many times as slow. */
@@ -20,12 +20,22 @@ export class Sprites {
     this.theme = 'light';
     this.ratio = 1;
     this.kept = new Map();
+    this.looks = new Map(); // looks by type
     this.measure = new OffscreenCanvas(1, 1).getContext('2d');
     this.measure.font = NAME_FONT;
   }
 
-  /** Clear the cache, as after a change of theme. */
-  clear() { this.kept.clear(); }
+  /** Clear the cache, as after a change of theme or world. */
+  clear() {
+    this.kept.clear();
+    this.looks.clear();
+  }
+
+  /** Return the look of a robot type. */
+  look(type, world) {
+    if (!this.looks.has(type)) this.looks.set(type, lookOf(world.typeIndex(type), this.palette));
+    return this.looks.get(type);
+  }
 
   /** Return the picture of a key, drawn around its center if it is not cached. */
   get(key, width, height, draw) {

@@ -7,7 +7,7 @@ import { Gestures } from './gestures.js';
 import { Names } from './names.js';
 import { Tooltip, pickAt, tooltipOf } from './picking.js';
 import { Pace } from './pace.js';
-import { Poses, RobotLayer, anyRobotMoves, drawSensors } from './robot_layer.js';
+import { Poses, anyRobotMoves, drawItems, drawRobots, drawSensors } from './robot_layer.js';
 import { SOFTWARE, Sprites } from './sprites.js';
 import { MARGIN, StaticLayer, drawScaleBar, measuresOf } from './static_layer.js';
 import { drawAhead, drawDriven, drawPreview } from './trails.js';
@@ -32,7 +32,6 @@ export class MapView extends EventTarget {
     this._c = this._moving.getContext('2d', { willReadFrequently: SOFTWARE });
     this._sprites = new Sprites(palette);
     this._stillLayer = new StaticLayer(this._still);
-    this._robotLayer = new RobotLayer(this._sprites, palette);
     this._names = new Names(this._sprites, this._stillLayer.signs);
     this._poses = new Poses();
     this._tooltip = new Tooltip(element);
@@ -113,7 +112,6 @@ export class MapView extends EventTarget {
     const before = this.measures;
     this.world = this.model.world;
     this.measures = measuresOf(this.world);
-    this._robotLayer.looks.clear();
     this._sprites.clear();
     // If the world is the same, as after a restart, the camera stays.
     if (!before || this.camera.fitted || String(before.box) !== String(this.measures.box)) {
@@ -169,7 +167,7 @@ export class MapView extends EventTarget {
   }
 
   _drawMoving(time, wallMs) {
-    const { _c: c, _poses: poses, _robotLayer: robots, layers, ratio } = this;
+    const { _c: c, _poses: poses, _sprites: sprites, layers, ratio } = this;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, this._moving.width, this._moving.height);
     if (!this.world) return;
@@ -179,10 +177,10 @@ export class MapView extends EventTarget {
     if (layers.sensors) drawSensors(c, this, poses);
     if (layers.driven) drawDriven(c, this, poses);
     if (layers.routes) drawAhead(c, this, poses);
-    robots.drawItems(c, this);
+    drawItems(c, this, sprites);
     drawCauses(c, this, poses, where);
     drawDeadlocks(c, this, where);
-    robots.drawRobots(c, this, poses, time);
+    drawRobots(c, this, sprites, poses, time);
     drawFaults(c, this, where);
     this._names.draw(c, this, poses, wallMs);
     drawScaleBar(c, this);
