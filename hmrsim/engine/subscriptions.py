@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -96,12 +96,20 @@ class EventPublisher:
     Attributes:
         interest: To be checked before frequent events are published.
         emit: For outputs that are no events of the world.
+        handlers: What processes the outputs of each type that has been emitted since sinks or reactions have changed.
     """
 
-    def __init__(self, clock: Clock, interest: Interest, emit: Callable[[Output], None]) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        interest: Interest,
+        emit: Callable[[Output], None],
+        handlers: Mapping[type, Sequence[object]],
+    ) -> None:
         self.interest = interest
         self._clock = clock
         self.emit = emit
+        self.handlers = handlers
 
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is built only if a sink wants it."""

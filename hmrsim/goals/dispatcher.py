@@ -117,6 +117,7 @@ class Dispatcher:
         )
         self.updates = DelayedUpdates(env, lambda robot: map(self._status, self.servers.of(robot)))
         self._emit = publisher.emit
+        self._handlers = publisher.handlers
         self._publisher = publisher
         self._interest = publisher.interest
         self._errors = errors
@@ -393,6 +394,8 @@ class Dispatcher:
         self._publish(goal, stamp)
 
     def _publish(self, goal: ServedGoal, stamp: int, message: Message | None = None) -> None:
+        if self._handlers.get(GoalChanged) == [] and not (self._interest.status or self.updates.late):
+            return
         server = goal.server
         result = None if goal.ended is None else goal.result
         robot, action = server.robot.name, server.action.name

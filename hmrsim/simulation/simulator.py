@@ -151,7 +151,7 @@ class Simulator:
         self._clock_published = (-1, 0.0)
         self._busy = False
         self.generation = 0
-        publisher = self.publisher = EventPublisher(self.env, self.interest, self.emit)
+        publisher = self.publisher = EventPublisher(self.env, self.interest, self.emit, self._handlers)
         self._errors = InternalErrors(publisher, strict=settings.strict, mark=self._mark)
         self.dispatcher = Dispatcher(
             self.env,
@@ -199,14 +199,14 @@ class Simulator:
         self.telemetry.start("detections", Topic.DETECTIONS, 0.0, settings.detection_rate, self._emit_detections)
         self.begin_scripts()
         self._sinks += [*sinks, *watchers(self)]
-        self._handlers = {}
+        self._handlers.clear()
         self._command_sinks = [sink for sink in self._sinks if hears_commands(sink)]
         self._apply(InterestChanged())
 
     def attach(self, sink: Sink) -> None:
         """Give the outputs to one more sink from now on."""
         self._sinks.append(sink)
-        self._handlers = {}
+        self._handlers.clear()
         if hears_commands(sink):
             self._command_sinks.append(sink)
         self.submit(InterestChanged())
@@ -240,7 +240,7 @@ class Simulator:
         """Seed the random numbers, and schedule the faults and the orders of the world."""
         self.chance.begin(self.seed)
         self._reactions.clear()
-        self._handlers = {}
+        self._handlers.clear()
         self.fault_injector.begin(self.world, self.seed)
         self.demand.begin(self.world)
         if self.world.demand:
@@ -254,7 +254,7 @@ class Simulator:
         """Subscribe a part of the simulation to the outputs that it needs now, until time restarts."""
         if part not in self._reactions:
             self._reactions.append(part)
-            self._handlers = {}
+            self._handlers.clear()
         self.interest.refresh()
 
     def begin_scripts(self) -> None:
@@ -371,7 +371,7 @@ class Simulator:
 
     def _change_interest(self) -> None:
         if any(isinstance(sink, SelectiveSink) and sink.varies for sink in self._sinks):
-            self._handlers = {}
+            self._handlers.clear()
         self.interest.refresh()
         self.dispatcher.feedback.interest_changed()
         self.telemetry.refresh(self.now)
@@ -446,7 +446,7 @@ class Simulator:
             return
         (sink, bug), self._fatal = self._fatal, None
         self._sinks[:] = [each for each in self._sinks if each is not sink]
-        self._handlers = {}
+        self._handlers.clear()
         self._command_sinks = [each for each in self._command_sinks if each is not sink]
         raise bug
 

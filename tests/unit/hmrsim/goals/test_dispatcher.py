@@ -19,8 +19,10 @@ from hmrsim.protocol.commands import CancelGoal, ForgetResult, GetResult, SendGo
 from hmrsim.protocol.goal import GoalStatus, Refused
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.topics import Topic
+from hmrsim.simulation.simulator import Simulator
+from hmrsim.world.model import World
 from tests.profiles import examples
-from tests.simulation import A, B, C, D, at, send, simulate
+from tests.simulation import SMALL_WORLD, A, B, C, D, Log, at, send, simulate
 
 NANO = 1_000_000_000
 ALL = "0" * 32
@@ -519,3 +521,20 @@ def test_any_commands_give_each_goal_one_terminal_status(commands, stopped):
 
 def test_codes_are_data_of_each_action():
     assert all(isinstance(action, Action) and isinstance(action.codes, Codes) for action in all_actions().values())
+
+
+def test_a_sink_that_is_attached_later_receives_the_changes_of_goals():
+    """Changes are not emitted as long as nothing processes them."""
+    simulator, log = Simulator(World.model_validate(SMALL_WORLD)), Log()
+    simulator.submit(wait(1, goal_id=A))
+    simulator.advance(2.0)
+    log.simulator = simulator
+
+    simulator.attach(log)
+    simulator.submit(wait(1, goal_id=B))
+    simulator.advance(4.0)
+
+    assert ([], ["ACCEPTED", "EXECUTING", "SUCCEEDED"]) == (
+        log.changes(A),
+        [status for _, status in log.changes(B)],
+    )
