@@ -371,11 +371,12 @@ class Dispatcher:
         ended[goal] = None
         if len(ended) > self._keep_results:
             self._forget(next(iter(ended)))
-        self._unpacked.append(goal)
+        unpacked = self._unpacked
+        unpacked.append(goal)
         most = 1 if lists_messages(result) else _UNPACKED
-        while len(self._unpacked) > most:
-            oldest = self._unpacked.popleft()
-            if oldest.goal_id in oldest.server.goals:
+        while (forgotten := unpacked[0].goal_id not in unpacked[0].server.goals) or len(unpacked) > most:
+            oldest = unpacked.popleft()
+            if not forgotten:
                 oldest.pack_result(result)
 
     def _tell(self, goal: ServedGoal, *, inside: bool = False) -> None:
