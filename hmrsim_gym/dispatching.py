@@ -369,7 +369,7 @@ class Dispatching:
             self._end_rests()
         if self._failed:
             self._forget_failures()
-        serving, before = self.serving.values(), self.free
+        serving, before = {*self.serving.values()}, self.free
         self.free = [
             order for order in self.demand.open.values() if order.state is OrderState.WAITING and order not in serving
         ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.program.memory import collect_run
 from hmrsim_gym.dispatching import Dispatching
 from hmrsim_gym.observations import Observer
 
@@ -33,20 +34,22 @@ class Episodes:
         self.run: Dispatching | None = None
         self.observer = Observer(setting)
         self._setting = setting
+        self._rewarded = 0.0
         self._renders = render_mode is not None
 
     def begin(self, seed: int) -> Dispatching:
         """End the current episode; return the run of a new one at its first decision."""
         self.end()
         run = self.run = Dispatching(self._setting, seed)
-        self._cost = Cost(run.demand)
+        self._rewarded = 0.0
         self.run_on(run)
         return run
 
     def run_on(self, run: Dispatching) -> float:
         """Let time pass until the next decision; return the reward for that time."""
         run.run_on()
-        return -self._cost.up_to(run.now)
+        since, self._rewarded = self._rewarded, run.now
+        return -cost(run.demand, since, run.now)
 
     def render(self) -> str | None:
         """Return the time, the state of each robot and the orders that are free; None without a render mode."""
@@ -54,9 +57,10 @@ class Episodes:
 
     def end(self) -> None:
         """End the current episode, if there is one."""
-        run, self.run = self.run, None
-        if run is not None:
-            run.close()
+        if self.run is not None:
+            self.run.close()
+            self.run = None
+            collect_run()
 
 
 def check_render_mode(render_mode: str | None) -> None:
@@ -69,27 +73,20 @@ def check_render_mode(render_mode: str | None) -> None:
         raise ValueError(f"render_mode must be None or 'ansi', got {render_mode!r}")
 
 
-class Cost:
-    """The cost of open orders: its weight for each minute, plus `LATE` times its weight for each minute it is late.
+def cost(demand: Demand, since: float, now: float) -> float:
+    """Return the cost of orders between a time and now, in simulated seconds.
 
-    The weight of an order is 1 plus its priority, if that is positive.
+    An open order costs its weight for each minute, plus `LATE` times its weight for each minute that it is late. Its
+    weight is 1 plus its priority, if that is positive.
     """
-
-    def __init__(self, demand: Demand) -> None:
-        self._demand = demand
-        self._until = 0.0
-
-    def up_to(self, now: float) -> float:
-        """Return the cost since the previous call."""
-        since, self._until = self._until, now
-        if now <= since:
-            return 0.0
-        cost = sum([_cost(order, since, now) for order in self._demand.open.values()])
-        for order in reversed(self._demand.closed):
-            if order.ended is None or order.ended <= since:
-                break
-            cost += _cost(order, since, order.ended)
-        return cost
+    if now <= since:
+        return 0.0
+    costs = [_cost(order, since, now) for order in demand.open.values()]
+    for order in reversed(demand.closed):
+        if order.ended is None or order.ended <= since:
+            break
+        costs.append(_cost(order, since, order.ended))
+    return sum(costs)
 
 
 def _cost(order: Order, since: float, until: float) -> float:

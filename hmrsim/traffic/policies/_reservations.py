@@ -242,7 +242,7 @@ class Slots:
         if not wanted or leg.leaves_for is not None or wanted[-1] >= self._waypoints:
             # Most legs lead from one waypoint to another.
             wanted = self.of(leg)
-        crowded = False
+        near, crowded = self.near, False
         for slot in wanted:
             if slot in held:
                 continue
@@ -250,7 +250,8 @@ class Slots:
                 self._wanted.setdefault(slot, {})[robot] = None
                 return False
             # Most slots have no slots near them.
-            crowded = crowded or slot in self.near
+            if near and slot in near:
+                crowded = True
         if crowded and self._waits_beside(robot, wanted, held):
             return False
         for slot in wanted:
