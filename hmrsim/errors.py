@@ -9,20 +9,20 @@
     │   ├── ExperimentError     ... of an experiment
     │   ├── PropertyError       ... of properties
     │   └── CheckError          ... of a check
-    ├── ResultsError            results of an experiment can't be read, or are of another one
-    ├── TraceError              a file that should be a trace is none, or can't be made
-    ├── RecordingError          a file that should be a recording is none, or can't be made
-    ├── OutputError             a file is none to write to, such as one that is being read
-    ├── WriteError              a file could not be written to its end, as on a full disk
+    ├── ResultsError            results of an experiment can't be read, or belong to another one
+    ├── TraceError              a file is not a valid trace, or a trace can't be made
+    ├── RecordingError          a file is not a valid recording, or a recording can't be made
+    ├── OutputError             a file can't be an output, such as one that is being read
+    ├── WriteError              a file could not be written completely, for example on a full disk
     ├── PluginError             a plug-in is missing, misnamed or broken
-    ├── MissingExtra            a package is not installed that only a part of hmrsim needs
+    ├── MissingExtra            an optional package is not installed
     ├── GoalRejected            a goal is not accepted; carries the reason
     ├── GoalAborted             an accepted goal can't be finished; carries the action's error code
-    │   └── NoRoute             ... because no way leads there
-    ├── EndlessInstant          more events are due at one instant than ever end
+    │   └── NoRoute             ... because there is no route
+    ├── EndlessInstant          the events of one instant do not come to an end
     └── SimulationStopped       a command came after the simulation had ended
 
-A mistake of the *caller* (a negative delay, an illegal transition) is a ``ValueError`` or ``RuntimeError``.
+An invalid call (a negative delay, an illegal transition) raises a ``ValueError`` or ``RuntimeError``.
 """
 
 from __future__ import annotations
@@ -104,23 +104,23 @@ class CheckError(DocumentError):
 
 
 class ResultsError(HmrsimError):
-    """The results of an experiment can't be read, or are of another one; the text says where and what would do."""
+    """The results of an experiment can't be read, or belong to another one; the text says where and how to go on."""
 
 
 class TraceError(HmrsimError):
-    """A file that should be a trace is none, or can't be made; the text says where and why."""
+    """A file is not a valid trace, or a trace can't be made; the text says where and why."""
 
 
 class RecordingError(HmrsimError):
-    """A file that should be a recording is none, or can't be made; the text says where and why."""
+    """A file is not a valid recording, or a recording can't be made; the text says where and why."""
 
 
 class OutputError(HmrsimError):
-    """A file is none to write to: it can't be opened, it is read by the same command, or it is another output."""
+    """A file can't be an output: it can't be opened, or the same command reads it or uses it for another output."""
 
 
 class WriteError(HmrsimError):
-    """A file could not be written to its end, as on a full disk; the text names the file and says why."""
+    """A file could not be written completely, for example on a full disk; the text names the file and says why."""
 
 
 class PluginError(HmrsimError):
@@ -128,7 +128,7 @@ class PluginError(HmrsimError):
 
 
 class MissingExtra(HmrsimError):
-    """A package is not installed that only a part of hmrsim needs; the text names what to install."""
+    """An optional package is not installed; the text says which part of hmrsim needs it, and how to install it."""
 
 
 class GoalRejected(HmrsimError):
@@ -167,18 +167,18 @@ class GoalAborted(HmrsimError):
 
 
 class BaseDisabled(GoalAborted):
-    """The base of a robot is disabled; the motion that it was to make is not finished."""
+    """The base of a robot is disabled, so that a motion is not finished."""
 
 
 class NoRoute(GoalAborted):
-    """No way leads from here to there; *code* is one of ComputePathToPose's."""
+    """There is no route between two points; *code* is one of ComputePathToPose's."""
 
     def __init__(self, code: int, message: str, cause: str = "no_route") -> None:
         super().__init__(code, message, cause)
 
 
 class EndlessInstant(HmrsimError):
-    """More events are due at one instant than ever end; the text says when, and of what they are."""
+    """The events of one instant do not come to an end; the text says when, and which events they are."""
 
 
 class SimulationStopped(HmrsimError):

@@ -64,5 +64,5 @@ class Item:
         self.carrier, self.point = None, point
 
     def detach(self) -> None:
-        """Move with no robot any more; `lie_at` says where it lies."""
+        """Stop moving with a robot; `lie_at` sets the new position."""
         self.carrier = None

@@ -91,7 +91,7 @@ def check() -> None:
 def _installed() -> Any:  # EntryPoints, but for Python 3.11
     """Return all entry points; cached, as this reads the metadata of every installed package.
 
-    A group of ours that does not exist is warned of: nobody else would ever look at it.
+    Logs a warning for a group that begins like ours but does not exist, since no other program would use it.
     """
     found = entry_points()
     for group in sorted(found.groups):

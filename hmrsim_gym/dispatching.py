@@ -351,7 +351,7 @@ class Dispatching:
         self._waiting[robot] = None
 
     def run_on(self) -> None:
-        """Let time pass until a robot needs a decision, or the run is over."""
+        """Advance time until a robot needs a decision, or the run is over."""
         while not (self.over or self.asking):
             until = [self._setting.horizon, *self._rests.values(), *self._failed.values()]
             if idle := self.idle:
@@ -360,7 +360,7 @@ class Dispatching:
             self._go_on(min(until))
 
     def _go_on(self, until: float) -> None:
-        """Let time pass until something happens, at most until a given time."""
+        """Advance time until the next event, at most until a given time."""
         now = self.now = self._run.advance(until)
         self._run.take_ends()
         self.ended = self.demand.served

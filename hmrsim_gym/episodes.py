@@ -46,7 +46,7 @@ class Episodes:
         return run
 
     def run_on(self, run: Dispatching) -> float:
-        """Let time pass until the next decision; return the reward for that time."""
+        """Advance time to the next decision, and return the reward for that time."""
         run.run_on()
         since, self._rewarded = self._rewarded, run.now
         return -cost(run.demand, since, run.now)

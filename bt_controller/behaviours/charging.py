@@ -204,7 +204,7 @@ class BatteryGuard(Control):
         suspend(mission)
 
     def _begin_charge(self) -> None:
-        """Note where the robot is, and begin to charge; a robot that is out of reach is waited for."""
+        """Remember where the robot is, and begin to charge it; wait if the robot is out of reach."""
         if self._where is None:
             try:
                 odometry: Odometry = self._topics.ask(self._robot, "odom")

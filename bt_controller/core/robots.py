@@ -215,7 +215,7 @@ class Topics:
         return lockstep is not None and not lockstep.over and f"{robot}/{topic}" not in self._unwatchable
 
     def poll(self, key: str) -> None:
-        """Have nodes polled that have conditions on a topic, by its key without the prefix: they can't be watched."""
+        """Poll the nodes with conditions on a topic, whose key has no prefix here, since they can't be watched."""
         self._unwatchable.add(key)
 
     def latest(self, robot: str, topic: str) -> Any:

@@ -113,7 +113,7 @@ def _origin(node: Behaviour) -> str:
 
 
 def _measure(node: Behaviour, sizes: dict[Behaviour, int]) -> int:
-    """Note how many nodes each subtree has."""
+    """Record the number of nodes of each subtree in *sizes*, and return that of the node."""
     size = sizes[node] = 1 + sum([_measure(child, sizes) for child in node.children])
     return size
 

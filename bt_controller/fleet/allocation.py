@@ -146,7 +146,7 @@ class TaskQueue:
         return found
 
     def finish(self, robot: str) -> Task:
-        """Note that a robot has done its task."""
+        """Record that a robot has done its task."""
         task = self.given.pop(robot).task
         self.done.append(task)
         return task

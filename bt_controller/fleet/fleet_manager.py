@@ -112,13 +112,13 @@ class FleetManager(Leaf):
         return min([arrival, *(each.since + self._patience for each in waiting)])
 
     def finished(self, robot: str) -> None:
-        """Note that a robot has done its task."""
+        """Record that a robot has done its task."""
         task = self.task_queue.finish(robot)
         self._check_charge(robot, self.charge(robot))
         self._tell(f"{robot} has brought {task.item} to {task.target}")
 
     def failed(self, robot: str, why: str) -> None:
-        """Note that a robot has failed at its task or at charging."""
+        """Record that a robot has failed at its task or at charging."""
         self._broken.add(robot)
         given = self.task_queue.given.get(robot)
         what = "charge" if given is None else f"{'bring' if given.holds else 'fetch'} {given.task.item}"
@@ -127,18 +127,18 @@ class FleetManager(Leaf):
         self._tell(f"{robot} can't {what}: {why}")
 
     def gave_up(self, robot: str) -> None:
-        """Note that a robot's task is given up, as no other robot can do it."""
+        """Record that a robot's task is given up, as no other robot can do it."""
         item = self.task_queue.given[robot].task.item
         self.task_queue.give_up(robot, f"{robot} holds it and is out of order")
         self._tell(f"{item} is given up: {self.task_queue.lost[item]}")
 
     def charged(self, robot: str) -> None:
-        """Note that a robot's battery is charged."""
+        """Record that a robot's battery is charged."""
         self.low.discard(robot)
         self._tell(f"{robot} is charged")
 
     def set_working(self, robot: str, *, working: bool) -> None:
-        """Note whether a robot works."""
+        """Record whether a robot works."""
         if working:
             self._broken.discard(robot)
             self._wake()

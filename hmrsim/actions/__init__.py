@@ -59,7 +59,7 @@ class Report(Protocol[F_contra]):
         """Publish the feedback of *source*, or its plain values, at the feedback rate, and when the goal ends."""
 
     def on_failure(self, make: Callable[[int, str], Any]) -> None:
-        """Let *make* build the result if the goal does not succeed, in place of the action's *failure*."""
+        """Use *make* in place of the action's *failure* to build the result if the goal does not succeed."""
 
 
 @dataclass(frozen=True)

@@ -16,16 +16,16 @@ _FAILED = Result.RESULT_OPERATION_FAILED
 
 
 class StepControl(Protocol):
-    """The control of a run's time, as far as steps need it."""
+    """The functions of a run's control of time that steps need."""
 
     def open(self, steps: int) -> None:
-        """Let time move by so many steps."""
+        """Allow time to move by a number of steps."""
 
     def step_end(self, number: int) -> Event:
         """Return the event of the end of a step; *number* counts from 1."""
 
     def shut(self) -> None:
-        """Let time move no further."""
+        """Stop time."""
 
 
 def _process(

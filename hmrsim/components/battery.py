@@ -196,7 +196,7 @@ class Battery:
         self.settle(now, min(self._charge, charge))
 
     def rebase(self, to: float) -> None:
-        """Let it be another time, without any passing."""
+        """Set the current time, without charging or discharging."""
         self._since = to
 
     def fail_cell(self, now: float, cell: int) -> None:

@@ -192,7 +192,7 @@ class Telemetry:
                 self._push(sampler, min(sampler.due_after(now), due.get(sampler, math.inf)))
 
     def sample(self, let_it_be: Callable[[float], None]) -> None:
-        """Take the sample that is due next, which must exist; *let_it_be* is called with its time first."""
+        """Take the next sample, after calling *let_it_be* with its time; there has to be one."""
         due, _, sampler = self._heap[0]
         self._order += 1
         heapq.heapreplace(self._heap, (sampler.due_after(due), self._order, sampler))

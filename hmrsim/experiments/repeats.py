@@ -42,7 +42,7 @@ class Repeats:
         return repeats
 
     def note(self, cell: Cell, fingerprint: str) -> None:
-        """Note a run; without a fingerprint it repeats none."""
+        """Add a run; a run without a fingerprint repeats no other."""
         self._counts[cell] += 1
         if self._fingerprints.setdefault(cell, fingerprint) != fingerprint:
             self._fingerprints[cell] = ""

@@ -197,7 +197,7 @@ class BatteryDraws(SelectiveSink):
         return 0.0 if robot is None or robot.energy is None else robot.energy.battery.share(robot.now)
 
     def _note_draw(self, robot: str, share: float) -> None:
-        """Note the draw since the last charge, at the end of which *share* is left."""
+        """Record how much the battery was discharged since its last charge, given the *share* that is left."""
         draw = self._draws.get(robot, Draw())
         self._draws[robot] = draw._replace(whole=max(draw.whole, self._charged.get(robot, 1.0) - share))
 

@@ -191,7 +191,7 @@ class FaultSite(Protocol):
         """Connect a robot to the network, or disconnect it."""
 
     def delay_news(self, name: str, seconds: float) -> Callable[[], None]:
-        """Let status and results of a robot's goals reach clients late; return what ends that."""
+        """Delay the status and results of a robot's goals; return the function that ends the delay."""
 
     def publish(self, make: Callable[[], Event]) -> None:
         """Publish an event of this instant; it is made only if it is wanted."""

@@ -41,7 +41,7 @@ class Owner(Protocol):
 
     @property
     def components(self) -> Mapping[str, Any]:
-        """Its components, on which some actions depend."""
+        """The components, on which some actions depend."""
 
     @property
     def disabled_reasons(self) -> Mapping[str, str]:
@@ -96,7 +96,7 @@ class ServedGoal:
 
     @property
     def result(self) -> Message | None:
-        """Its result; None while it is active."""
+        """The result of the goal; None while it is active."""
         kept = self._result
         if isinstance(kept, bytes):
             packed: Message = self.server.action.result.model_validate_json(kept)

@@ -241,7 +241,7 @@ class SpawnEntities:
     """Put several robots and items into the world."""
 
     class Request(Message):
-        """The entities to spawn."""
+        """The entities that the service spawns."""
 
         spawn_requests: list[SpawnEntity] = Field(default_factory=list)
 

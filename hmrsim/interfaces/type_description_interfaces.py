@@ -1,4 +1,4 @@
-"""Descriptions of ROS types, and the service of each node that returns those of its own."""
+"""Descriptions of ROS types, and the service by which a node describes its types."""
 
 from __future__ import annotations
 

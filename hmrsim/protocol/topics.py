@@ -63,7 +63,7 @@ class Comparison(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """Have time stop as soon as all comparisons hold in one message; answered by `Watching`.
+    """The request to stop time when all comparisons hold in one message; answered by `Watching`.
 
     Attributes:
         name: The sender's name for it; a condition of the same name is replaced.
@@ -83,7 +83,7 @@ class Watch(NamedTuple):
 
 
 class Unwatch(NamedTuple):
-    """Have time stop for a condition no longer, if it does; answered by `Watching`."""
+    """The request to stop watching a condition, if it is watched; answered by `Watching`."""
 
     name: str
 

@@ -112,7 +112,7 @@ def _parts_of(past: Past, began: int, ended: int) -> Iterator[tuple[Part, int]]:
             continue
         special_time = 0
         if state in ("busy", "waiting"):
-            # Queues at docks and waits for closed lanes are parts of their own.
+            # Queues at docks and waits for closed lanes are separate parts.
             special: Part = "queue" if state == "busy" else "faults"
             special_time = sum(
                 max(0, min(wait.ended or wait.began, until) - max(wait.began, since))

@@ -236,7 +236,7 @@ class MobileBase:
 
     @property
     def moved_aside(self) -> str:
-        """Where traffic has moved it since its last drive, for whom and when, in words; empty if it has not."""
+        """The last move by traffic since its last drive, with the other vehicle and the time, as text; may be empty."""
         if self._moved_aside is None:
             return ""
         start, by, at = self._moved_aside
@@ -251,7 +251,7 @@ class MobileBase:
 
     @property
     def disabled(self) -> str:
-        """Why it can do nothing now; empty while it can be used."""
+        """The reason for which it can do nothing now; empty while it can be used."""
         return next(iter(self.disabled_reasons.values()), "")
 
     @property

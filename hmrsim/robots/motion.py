@@ -61,7 +61,7 @@ class Motion:
         self.drives = False
 
     def detach(self) -> None:
-        """Call its vehicle no more, which leaves the simulation: no reference cycle keeps both."""
+        """Drop the vehicle, which leaves the simulation, so that no reference cycle keeps both in memory."""
         self._abandon_end()
         self._ended.clear()
 
@@ -111,7 +111,7 @@ class Motion:
         return at
 
     def _abandon_end(self) -> None:
-        """Let nothing happen at the end of the pieces that are driven, unless that is now."""
+        """Abandon the event at the end of the pieces that are driven, unless it happens now."""
         end, self._end = self._end, None
         if end is not None and end.callbacks is not None:
             self._env.abandon(end)

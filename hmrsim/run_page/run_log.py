@@ -88,7 +88,7 @@ class TreeNode(Protocol):
 
     @property
     def depth(self) -> int:
-        """Its depth; 0 for the root."""
+        """The depth of the node; 0 for the root."""
 
     @property
     def symbol(self) -> str:
@@ -104,7 +104,7 @@ class TreeNode(Protocol):
 
     @property
     def status(self) -> Any:
-        """Its status, whose value is a word such as ``SUCCESS``."""
+        """The status of the node, whose value is a word such as ``SUCCESS``."""
 
     @property
     def message(self) -> str:
@@ -142,7 +142,7 @@ class Tree:
         self.ticks: list[Tick] = []
 
     def note(self, at: float, line: int, nodes: Sequence[TreeNode]) -> None:
-        """Note the nodes after a tick."""
+        """Record the nodes after a tick."""
         shape = tuple((node.depth, node.symbol, node.kind, node.name) for node in nodes)
         if not self.shapes or self.shapes[-1] != shape:
             self.shapes.append(shape)
@@ -229,7 +229,7 @@ class RunLog:
         return [self._sink]
 
     def note_tick(self, robot: str, at: float | None, nodes: Sequence[TreeNode]) -> None:
-        """Note the nodes of a tree after a tick at a simulated time, in seconds."""
+        """Record the nodes of a tree after a tick at a simulated time, in seconds."""
         self.trees[robot].note((at or 0.0) + in_seconds(self._story.timeline.offset), len(self.lines), nodes)
 
     def report(self) -> Report:
@@ -250,7 +250,7 @@ class RunLog:
 
     @property
     def quiet_from(self) -> float:
-        """Seconds since the run began, from which nothing happens any more."""
+        """The seconds from the start of the run to its last change."""
         moved = [poses.frames[-1].at for poses in self.poses.values() if poses.frames]
         return in_seconds(max([self._last, *moved]))
 
@@ -331,13 +331,13 @@ class RunLog:
             self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), event.severity.value))
 
     def _change(self, kind: str, name: str, value: Any) -> None:
-        """Note a value from now on, unless it is the last one, or the item does not exist."""
+        """Record a value that holds from now on, unless it is None or that of the last record."""
         spans = self._spans[kind, name]
         if value is not None and (not spans or spans[-1][1] != value):
             spans.append((in_seconds(self._story.now), value))
 
     def _note_queues(self) -> None:
-        """Note whom the robots wait for that have joined a queue with the last event, which tells only their place."""
+        """Record the robots ahead of those that joined a queue with the last event, which has only their place."""
         if self._simulator is not None:
             for name, at in self._queued:
                 robot = self._simulator.robots.get(name)

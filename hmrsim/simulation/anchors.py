@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class _Waiting:
-    """One that waits: for its *left*-th event from now on."""
+    """A fault that waits for the *left*-th event of its kind from now on."""
 
     anchor: Anchor
     came: Callable[[], None]

@@ -288,7 +288,7 @@ class Demand:
         self._tell()
 
     def _look(self) -> None:
-        """Look where the items are that were handled at this instant."""
+        """Find where the items are that were handled at this instant."""
         moved, self._moved = self._moved, {}
         for item in moved:
             order = self._by_item.get(item)

@@ -65,7 +65,7 @@ class Surroundings:
 
 
 class Detections:
-    """Looks with the robots' sensors."""
+    """Finds what the robots' sensors detect."""
 
     def __init__(self, roster: Roster, errors: InternalErrors) -> None:
         self._roster = roster

@@ -77,7 +77,7 @@ def _begin(simulator: Simulator, loaded: World | None) -> None:
 
 
 def set_state(simulator: Simulator, state: int, why: str) -> None:
-    """Let time move, or stand; steps that are being made end here, because of *why*. To stop is to reset, too."""
+    """Change the state of the run, and end active steps with *why* as the reason; stopping also resets."""
     if state == SimulationState.STATE_STOPPED:
         reset(simulator, stops=True)
     simulator.roster.abort(why, Cause.RESET, WORLD)

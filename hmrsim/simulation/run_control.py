@@ -45,7 +45,7 @@ class Gate:
     def act(
         self, action: str, ended: GoalStatus | None = None, *, holds: bool = True, in_real_time: bool = False
     ) -> None:
-        """Take no note of goals that begin and end."""
+        """Do nothing: the control needs no events of goals."""
 
     def __init__(self, env: Environment, step_size: float, hindrance: Callable[[], str] = lambda: "") -> None:
         if nanoseconds(step_size) < 1:

@@ -367,7 +367,7 @@ class Lockstep(SelectiveSink):
             )
         env = self._env
         if self._woken and env.peek() > env.horizon and not (self._conditions.watched or simulator.interest.sampled):
-            # Halted at the end of this instant, at which nothing is due any more.
+            # Halted at the end of this instant, since nothing else is due at it.
             self._finish("event", wall)
             return False
         stop = self._next_stop()

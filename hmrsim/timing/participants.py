@@ -142,7 +142,7 @@ class Slot(Receiver):
         self._halt = halt
 
     def succeed(self, answer: Any) -> None:
-        """Take the answer; end the grant if it counts as a result, and the participant wants to be woken for it."""
+        """Record the answer; end the grant if it counts as a result that wakes the participant."""
         self.answer = answer
         if self.wakes and (isinstance(answer, _FINAL) or not getattr(answer, "accepted", True)):
             # No later event could wake the participant.

@@ -130,7 +130,7 @@ class LocalTrial(Trial):
         actor.play_aside(stays=lambda: self._gone)
 
     def _awaits_restart(self) -> bool:
-        """Let time pass until the killed controller has to be restarted; return False if the run ends before."""
+        """Advance time until the killed controller has to be restarted; return False if the run ends before."""
         while not self._restarts.is_set():
             self._host.go_on()
             plays = any(each.plays_aside(_POLL) for each in self._others)

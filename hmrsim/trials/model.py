@@ -59,7 +59,7 @@ class Limits(Part):
 
 
 class Controller(Part):
-    """A controller under test.
+    """A controller that is tested in trials.
 
     Attributes:
         tree: A behavior tree, run in the worker's process: FILE.xml, MODULE:FUNCTION or FILE.py:FUNCTION(NAME=VALUE).

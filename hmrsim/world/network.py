@@ -93,7 +93,7 @@ def as_networkx(
 def levels(waypoints: Iterable[str], ways: Iterable[Way], lifts: Mapping[str, tuple[str, ...]]) -> dict[str, int]:
     """Return the level of each waypoint: a lift goes up one level from stop to stop, and lanes stay on a level.
 
-    The lowest level that lifts connect is 0, and so is the level of waypoints that no lift leads to.
+    The lowest level that lifts connect is 0; waypoints that no lift leads to are also at level 0.
     """
     result = dict.fromkeys(waypoints, 0)
     neighbors: dict[str, list[str]] = {name: [] for name in result}

@@ -177,7 +177,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
         return self._clocks[0].loop_time() if self._clocks else super().time()
 
     def enter(self, clock: Clock) -> None:
-        """Take the time from a client from now on."""
+        """Use the simulated time of a client from now on."""
         if gc.isenabled():
             gc.disable()
             self._collects = True
@@ -186,7 +186,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
         self._shift_timers(self.time() - before)
 
     def leave(self, clock: Clock) -> None:
-        """Take the time from this client no longer."""
+        """Stop using the simulated time of a client."""
         if clock in self._clocks:
             before = self.time()
             self._clocks.remove(clock)

@@ -151,7 +151,7 @@ class _LentChannel:
         self._thread: threading.Thread | None = None
 
     def lend(self) -> None:
-        """Let the other thread read until it has added a query."""
+        """Lend the channel to the other thread until it has added a query."""
         if self.lent:
             return
         self.lent = True
