@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from contextlib import suppress
 
 import pytest
 
@@ -10,6 +10,7 @@ from hmrsim.errors import WorldError
 from hmrsim.world import ReadOptions
 from hmrsim.world.formats import _drawio_cells
 from hmrsim.world_checks import load_world
+from tests.calls import calls_of
 from tests.unit.hmrsim.world.drawings import diagram, drawing, file, model, packed, road, robot, shape, typed
 
 LENIENT = ReadOptions(lenient=True)
@@ -225,12 +226,12 @@ CROWDS = {
 
 
 @pytest.mark.parametrize("cells", CROWDS.values(), ids=CROWDS)
-def test_many_cells_are_read(write, cells):
+def test_many_cells_are_not_compared_with_all_others(write, cells):
+    """Five thousand cells have twelve million pairs."""
     path = write(drawing(*cells), "map.drawio")
-    begun = time.process_time()
-    try:
-        load_world(path)
-    except WorldError as error:
-        assert error.problems  # noqa: PT017  # either will do
 
-    assert time.process_time() - begun < 10
+    def load():
+        with suppress(WorldError):
+            load_world(path)
+
+    assert calls_of(load) < 5_000_000
