@@ -96,7 +96,7 @@ class PendingRosReply:
 
     def answer(self, answer: Any) -> None:
         """Send the answer to the command, in the client's layout."""
-        self.reply(self.handler.answer(answer))
+        self.reply(self.handler.refusal(answer.message) if isinstance(answer, Refused) else self.handler.answer(answer))
 
     def refuse(self, text: str) -> None:
         """Reject the request; *text* is the reason, if the response has a field for it."""
@@ -202,10 +202,8 @@ class CancelGoalHandler(ActionHandler):
         stamp = info["stamp"]["sec"] * NANOSECONDS + info["stamp"]["nanosec"]
         return [CancelGoal(self.robot, self.action.name, _goal_id(info), stamp, reply_to)]
 
-    def answer(self, answer: CancelResponse | Refused) -> Mapping[str, Any]:
+    def answer(self, answer: CancelResponse) -> Mapping[str, Any]:
         """Return the goals that are being canceled."""
-        if isinstance(answer, Refused):
-            return self.refusal(answer.message)
         goals = [
             {"goal_id": {"uuid": list(bytes.fromhex(goal.goal_id))}, "stamp": values_of(goal.stamp)}
             for goal in answer.goals_canceling
@@ -224,10 +222,8 @@ class GetResultHandler(ActionHandler):
         """Return the command that waits for the result."""
         return [GetResult(self.robot, self.action.name, _goal_id(request), reply_to)]
 
-    def answer(self, answer: ResultResponse | Refused) -> Mapping[str, Any]:
+    def answer(self, answer: ResultResponse) -> Mapping[str, Any]:
         """Return the goal's final status and result."""
-        if isinstance(answer, Refused):
-            return self.refusal(answer.message)
         return {"status": int(answer.status), "result": answer.result}
 
     def refusal(self, _text: str) -> Mapping[str, Any]:
@@ -245,9 +241,9 @@ class WorldServiceHandler(Handler):
         """Return the command that calls the service."""
         return [CallService(self.service.name, self.service.request.model_validate(request), reply_to)]
 
-    def answer(self, answer: Message | Refused) -> Message:
+    def answer(self, answer: Message) -> Message:
         """Return the response."""
-        return self.refusal(answer.message) if isinstance(answer, Refused) else answer
+        return answer
 
     def refusal(self, text: str) -> Message:
         """Return that the call failed, with the reason if the response has a field for it."""

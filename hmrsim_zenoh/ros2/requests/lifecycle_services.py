@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -167,20 +167,20 @@ _TARGETS: Final = MappingProxyType(
 """The state that each command of a lifecycle manager leads to."""
 
 
-def _path(state: int, target: int) -> list[int] | None:
+_ASCENT: Final = (_UNCONFIGURED, _INACTIVE, ACTIVE)
+_UP: Final = (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
+_DOWN: Final = (Transition.TRANSITION_CLEANUP, Transition.TRANSITION_DEACTIVATE)
+"""The transitions from each state of the ascent to the next one, and back."""
+
+
+def _path(state: int, target: int) -> Sequence[int] | None:
     """Return the transitions from one state to another; None if there is no way."""
-    if state == target:
-        return []
     if target == State.PRIMARY_STATE_FINALIZED:
-        return [number for number, (before, after) in TRANSITIONS.items() if (before, after) == (state, target)]
-    ways = {_UNCONFIGURED: [], _INACTIVE: [Transition.TRANSITION_CONFIGURE]}
-    ways[ACTIVE] = [Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE]
-    back = {Transition.TRANSITION_CONFIGURE: Transition.TRANSITION_CLEANUP}
-    back[Transition.TRANSITION_ACTIVATE] = Transition.TRANSITION_DEACTIVATE
-    if state not in ways:
+        return [number for number, change in TRANSITIONS.items() if change == (state, target)]
+    if state not in _ASCENT:
         return None
-    done, wanted = ways[state], ways[target]
-    return wanted[len(done) :] or [back[number] for number in reversed(done[len(wanted) :])]
+    here, there = _ASCENT.index(state), _ASCENT.index(target)
+    return _UP[here:there] or _DOWN[there:here][::-1]
 
 
 class ManageNodesHandler(_StatesHandler):
