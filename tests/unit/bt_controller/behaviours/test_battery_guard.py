@@ -202,20 +202,60 @@ def test_charging_in_an_earlier_life_does_not_count(client):
     assert client.goals[1].goal_id != client.goals[2].goal_id
 
 
-def test_goals_end_before_the_battery_is_charged(client):
-    """A robot that is still leaving one goal is not given another."""
+STEPS = {
+    "tick": lambda guard, _battery, _goals: guard.tick_once(),
+    "low": lambda _guard, battery, _goals: setattr(battery, "percentage", 0.1),
+    "full": lambda _guard, battery, _goals: setattr(battery, "percentage", 1.0),
+    "accept": lambda _guard, _battery, goals: goals[-1].accept(),
+    "succeed": lambda _guard, _battery, goals: goals[-1].succeed(),
+    "end_canceled": lambda _guard, _battery, goals: goals[-1].end_canceled(),
+    "abort": lambda _guard, _battery, goals: goals[-1].abort(208, "no way there"),
+}
+"""What the tree does, how full the battery is, and what becomes of the latest goal."""
+WAIT, GO = "wait", "navigate_to_pose"
+
+
+@pytest.mark.parametrize(
+    ("steps", "sent", "status", "message"),
+    [
+        ("tick low tick tick", [WAIT], Status.RUNNING, "stopping, battery 10%"),
+        ("tick low tick tick end_canceled tick", [WAIT, WAIT], Status.RUNNING, "charge, battery 10%"),
+        (
+            "tick low tick end_canceled tick abort tick",
+            [WAIT, WAIT],
+            Status.FAILURE,
+            "the battery is at 10%, and charging it failed",
+        ),
+        (
+            "tick low tick abort tick succeed full tick succeed tick",
+            [WAIT, WAIT, GO],
+            Status.FAILURE,
+            "mission, battery 100%",
+        ),
+        (
+            "low tick succeed full tick abort tick",
+            [WAIT, GO],
+            Status.FAILURE,
+            "charged, but can't get back: aborted: no way there",
+        ),
+    ],
+    ids=[
+        "a robot that is still leaving one goal is not given another",
+        "it is charged when its goal has ended",
+        "the mission is not gone on with on an empty battery",
+        "a goal that was aborted meanwhile was not canceled, and is not sent again",
+        "a robot that can't get back would go on in the wrong place",
+    ],
+)
+def test_a_low_battery_is_charged_between_goals(client, steps, sent, status, message):
     battery = Battery()
     guard = guarded(client, leaf(1), battery)
-    guard.tick_once()
-    battery.percentage = 0.1
-    guard.tick_once()
-    guard.tick_once()
-    before = len(client.goals)
-    client.goals[0].end_canceled()
-    guard.tick_once()
+    for step in steps.split():
+        STEPS[step](guard, battery, client.goals)
 
-    assert (1, 2) == (before, len(client.goals))
-    assert client.goals[1].goal.time.sec == CHARGE
+    assert (sent, status) == ([goal.action.name for goal in client.goals], guard.status)
+    assert message == guard.feedback_message
+    assert status is Status.RUNNING or all(goal.done for goal in client.goals)
 
 
 def test_a_charger_that_still_charges_is_waited_for(client):
@@ -252,23 +292,6 @@ def test_a_charger_that_does_not_charge_fails_the_guard(client):
     assert guard.feedback_message == "charged to 10% only"
 
 
-def test_charging_that_fails_fails_the_guard_and_leaves_nothing_running(client):
-    """The mission is not gone on with on an empty battery."""
-    battery = Battery()
-    guard = guarded(client, leaf(1), battery)
-    guard.tick_once()
-    battery.percentage = 0.1
-    guard.tick_once()
-    client.goals[0].end_canceled()
-    guard.tick_once()
-    client.goals[1].abort(903, "no way there")
-    guard.tick_once()
-
-    assert (Status.FAILURE, Status.INVALID) == (guard.status, guard.children[0].status)
-    assert guard.feedback_message == "the battery is at 10%, and charging it failed"
-    assert [] == [goal for goal in client.goals if not goal.done]
-
-
 def test_an_interrupt_while_charging_cancels_that(client):
     battery = Battery()
     battery.percentage = 0.1
@@ -277,24 +300,6 @@ def test_an_interrupt_while_charging_cancels_that(client):
     guard.stop(Status.INVALID)
 
     assert [True] == [goal.canceled for goal in client.goals]
-
-
-def test_a_goal_that_was_aborted_meanwhile_fails_the_mission(client):
-    """It is not sent again: that was no cancel."""
-    battery = Battery()
-    guard = guarded(client, leaf(1), battery)
-    guard.tick_once()
-    battery.percentage = 0.1
-    guard.tick_once()
-    client.goals[0].abort(740, "lost")
-    guard.tick_once()
-    client.goals[1].succeed()
-    battery.percentage = 1.0
-    guard.tick_once()
-    client.goals[2].succeed()
-    guard.tick_once()
-
-    assert (Status.FAILURE, 3) == (guard.status, len(client.goals))
 
 
 def test_time_stands_still_for_the_mission(client):
@@ -358,22 +363,6 @@ def test_shares_that_make_no_sense_are_an_error(client, below, until):
     guard = BatteryGuard("Guard", leaf(1), leaf(CHARGE), below=below, until=until)
     with pytest.raises(PortError, match=r"Guard: port 'below': .* are not as 0 <= below < until <= 1"):
         guard.setup(client=client, robot="wall_e", topics=Battery())
-
-
-def test_a_robot_that_can_not_get_back_fails_the_guard(client):
-    """It would go on in the wrong place."""
-    battery = Battery()
-    battery.percentage = 0.1
-    guard = guarded(client, leaf(1), battery)
-    guard.tick_once()
-    client.goals[0].succeed()
-    battery.percentage = 1.0
-    guard.tick_once()
-    client.goals[1].abort(208, "no way there")
-    guard.tick_once()
-
-    assert (Status.FAILURE, 2) == (guard.status, len(client.goals))
-    assert guard.feedback_message == "charged, but can't get back: aborted: no way there"
 
 
 def test_a_battery_that_is_low_on_the_way_back_is_charged_again(client):
