@@ -1,8 +1,8 @@
 """Learn which order a robot should serve, and compare what was learned with serving the nearest one.
 
 The score of an order is linear in five features. The cross-entropy method looks for weights: it tries some around a
-mean, and moves the mean to those that did best. It needs ``pip install 'hmrsim[gym,experiments]'``, and takes half a
-minute. The runs of the comparison have seeds that were not learned from.
+mean, and moves the mean to those that did best. It needs ``pip install 'hmrsim[gym,experiments]'``, and takes ten
+seconds. The runs of the comparison have seeds that were not learned from.
 """
 
 from collections.abc import Callable
