@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
@@ -26,15 +26,9 @@ from hmrsim_zenoh.ros2.names import (
     LIFECYCLE_SERVICES,
     LOCALIZATION,
     MAP_SERVER,
-    NODE_SERVICES,
     OTHER_NODE,
     WORLD_NODE,
-    cached_per_robot,
-    lifecycle_of,
-    named_actions,
     node_of,
-    nodes_of,
-    own_services,
     ros_services,
     services_of,
 )
@@ -45,7 +39,7 @@ if TYPE_CHECKING:
     from hmrsim.services import AnyService
     from hmrsim_zenoh.ros2.codec.types import ActionType
     from hmrsim_zenoh.ros2.keys import TypeHash
-    from hmrsim_zenoh.ros2.names import Names, NodeService
+    from hmrsim_zenoh.ros2.names import NodeService
     from hmrsim_zenoh.ros2.wires import Wire
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
@@ -98,11 +92,11 @@ TOPICS: Final[Mapping[str, TopicKind]] = MappingProxyType(
 )
 """The topics by their names below the robot's; the messages are the same in all distributions."""
 
-_OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS, ROSOUT, DIAGNOSTICS)
-_FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE, CMD_VEL)
+OF_WORLD: Final = (CLOCK, TF, MAP_TOPIC, TF_STATIC, MARKERS, THINGS, ROSOUT, DIAGNOSTICS)
+FOR_VIEWERS: Final = (MAP_TOPIC, TF_STATIC, ROBOT_DESCRIPTION, PLAN, FOOTPRINT, SCAN, INITIAL_POSE, CMD_VEL)
 """The topics of a robot that are for RViz and Foxglove, declared after its actions."""
 
-_ALWAYS: Final = (ODOM, TF, AMCL_POSE)
+OF_ALL: Final = (ODOM, TF, AMCL_POSE)
 """The topics of each robot that are declared first."""
 
 _KEPT: Final = 64
@@ -143,9 +137,9 @@ def topic_name(robot: str, topic: str) -> str:
     return f"/{topic}" if robot in ("", WORLD) else f"/{robot}/{topic}"
 
 
-_OF_ROBOTS: Final = (*_ALWAYS, BATTERY_STATE, DETECTIONS, *_FOR_VIEWERS)
+_OF_ROBOTS: Final = (*OF_ALL, BATTERY_STATE, DETECTIONS, *FOR_VIEWERS)
 PUBLISHED: Final = (
-    *(topic_name(WORLD, topic) for topic in _OF_WORLD),
+    *(topic_name(WORLD, topic) for topic in OF_WORLD),
     *(topic_name("*", topic) for topic in _OF_ROBOTS if TOPICS[topic].kind is Kind.PUBLISHER),
 )
 """The names of all topics that are published, with a wildcard for the robot."""
@@ -248,147 +242,3 @@ class Endpoints:
             *((Kind.PUBLISHER, "feedback", one, DEFAULT_QOS) for one in self.feedback_types(action)),
             (Kind.PUBLISHER, "status", self.status_type, LATCHED_QOS),
         ]
-
-
-FIRST: Final = "navigate_to_pose"
-"""The action that is declared for all robots before any other, and whose node is always declared."""
-
-MAX_STANDING: Final = 4_000
-"""The largest number of tokens that are declared without a request, except for `ALWAYS`: a new ROS node
-receives 4,000 in half a second, and twice as many in four times as long."""
-
-ALWAYS: Final = 2
-"""The number of phases that are always declared: the world, and one node of each robot."""
-
-_ACTION: Final = "/_action/"
-
-
-class Parts:
-    """The parts with all endpoints of the served robots and the world, in the order to declare them.
-
-    Args:
-        lost: The robots to which the connection is lost, which have no parts.
-    """
-
-    def __init__(self, names: Names, lost: Collection[str] = ()) -> None:
-        self._names = names
-        self._phases = _phases(names, lost)
-        self.all = [part for phase in self._phases for part in phase]
-
-    def standing(self, tokens: Callable[[Part], int]) -> int:
-        """Return how many of the parts are declared without a request.
-
-        A phase is declared for all robots or for none, so that all robots have the same.
-
-        Args:
-            tokens: Returns the number of a part's tokens.
-        """
-        count = total = 0
-        for number, phase in enumerate(self._phases):
-            total += sum(map(tokens, phase))
-            if number >= ALWAYS and total > MAX_STANDING:
-                break
-            count += len(phase)
-        return count
-
-    def of(self, name: str) -> Part | None:
-        """Return the part with the endpoints of a name, such as ``/wall_e/odom``; None if there is none."""
-        action, is_action, _ = name.rpartition(_ACTION)
-        if is_action:
-            return self._of_actions.get(self._names.actions.get(action, ("", "")))
-        node, _, verb = name.rpartition("/")
-        part = self._others.get(name) or (self._others.get(node) if verb in NODE_SERVICES else None)
-        return part or (self.all[0] if name.count("/") == 1 else None)
-
-    @cached_property
-    def _of_actions(self) -> dict[tuple[str, str], Part]:
-        return {(part.robot, action): part for part in self.all for _, action in part.actions}
-
-    @cached_property
-    def _others(self) -> dict[str, Part]:
-        result = {name: part for part in self.all for name, _ in part.states}
-        served = [(node, part) for part in self.all for node in part.served]
-        result |= {node.full_name: part for node, part in served}
-        result |= {name: part for node, part in served for name in own_services(node)}
-        result |= {topic_name(part.robot, topic): part for part in self.all for topic in part.topics}
-        return result
-
-
-class _RobotParts(NamedTuple):
-    """The parts of one robot."""
-
-    node: Part
-    first: Part
-    nodes: Part
-    topics: Part
-    others: Mapping[str, Part]
-    views: Part
-    services: tuple[Part, ...]
-
-
-def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
-    """Return all parts in the order to declare them, without robots to which the connection is lost.
-
-    The order is: the world, one node of each robot, action `FIRST` of all robots, their nodes, their topics and states,
-    each other action, topics for viewers, and finally the services of nodes.
-    """
-    aliases: dict[str, dict[str, str]] = {}
-    for alias, target in names.aliases.items():
-        robot, action = names.actions.get(f"/{alias}", ("", ""))
-        if target == f"{robot}/{action}":
-            aliases.setdefault(robot, {})[f"/{alias}"] = action
-    robots = [
-        _parts_of(robot, tuple(actions), tuple(aliases.get(robot, {}).items()), tuple(_topics(names, robot)))
-        for robot, actions in names.serves.items()
-        if robot not in lost and robot != WORLD
-    ]
-    of_world = _called(WORLD, tuple(names.serves.get(WORLD, ())), tuple(aliases.get(WORLD, {}).items()))
-    world = tuple(named for of_action in of_world.values() for named in of_action)
-    others = dict.fromkeys(action for one in robots for action in one.others)
-    return [
-        [Part(WORLD, world, _OF_WORLD, served=(WORLD_NODE, MAP_SERVER))],
-        [one.node for one in robots],
-        [one.first for one in robots],
-        [one.nodes for one in robots],
-        [one.topics for one in robots],
-        *([one.others[action] for one in robots if action in one.others] for action in others),
-        [one.views for one in robots],
-        [part for one in robots for part in one.services],
-    ]
-
-
-# Cached, since the parts of hundreds of robots stay the same when another one joins.
-@cached_per_robot
-def _parts_of(
-    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]
-) -> _RobotParts:
-    called = _called(robot, actions, aliases)
-    nodes = nodes_of(robot, actions)
-    return _RobotParts(
-        Part(robot, nodes=(node_of(robot, FIRST if FIRST in actions else ""),)),
-        Part(robot, tuple(called.pop(FIRST, ()))),
-        Part(robot, nodes=nodes),
-        Part(robot, (), topics, tuple(lifecycle_of(robot, actions).items())),
-        {action: Part(robot, tuple(named)) for action, named in called.items()},
-        Part(robot, topics=(*_FOR_VIEWERS, *((GOAL_POSE,) if FIRST in actions else ()))),
-        tuple(Part(robot, served=(node,)) for node in nodes),
-    )
-
-
-def _called(
-    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...]
-) -> dict[str, list[tuple[str, str]]]:
-    """Return the pairs of name and action to declare for each action of a robot, by action."""
-    own = {name: action for name, (_, action) in named_actions(robot, actions).items()}
-    result: dict[str, list[tuple[str, str]]] = {}
-    for name, action in {**own, **dict(aliases)}.items():
-        result.setdefault(action, []).append((name, action))
-    return result
-
-
-def _topics(names: Names, robot: str) -> Iterator[str]:
-    yield from _ALWAYS
-    if robot in names.powered:
-        yield BATTERY_STATE
-    if robot in names.seeing:
-        yield DETECTIONS

@@ -27,12 +27,12 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
     PUBLISHED,
     TF,
     Endpoints,
-    Parts,
     topic_name,
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
 from hmrsim_zenoh.ros2.publishing.markers import BASE
+from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers, TopicPublishers
 from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
 from hmrsim_zenoh.ros2.publishing.views import FOOTPRINT_FRAME

@@ -20,7 +20,8 @@ from hmrsim.protocol.goal import GoalResponse, Refused
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.ros2.codec.layout import CdrError
 from hmrsim_zenoh.ros2.codec.types import message_type
-from hmrsim_zenoh.ros2.publishing.endpoints import CMD_VEL, FIRST, GOAL_POSE, INITIAL_POSE, TOPICS
+from hmrsim_zenoh.ros2.publishing.endpoints import CMD_VEL, GOAL_POSE, INITIAL_POSE, TOPICS
+from hmrsim_zenoh.ros2.publishing.parts import FIRST
 from hmrsim_zenoh.wire.envelopes import unreadable
 
 if TYPE_CHECKING:

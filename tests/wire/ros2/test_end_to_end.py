@@ -191,7 +191,7 @@ def test_the_world_has_a_clock_poses_and_a_list_of_entities(live, ros):
 
 def test_servers_of_a_large_fleet_are_declared_when_looked_for(monkeypatch, serve, ros):
     """Only a node of each robot is declared beforehand."""
-    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
     options = serve(wires=(RmwZenoh(),), real_time_factor=0)
     watcher, node = ros(options, node="watcher"), ros(options)
     watcher.graph.wait(lambda tokens: any(token.endswith("/%cart/bt_navigator") for token in tokens))

@@ -13,7 +13,8 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.world.model import World
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS, Kind, Node, endpoint_token
 from hmrsim_zenoh.ros2.names import Names, names_of
-from hmrsim_zenoh.ros2.publishing.endpoints import MAX_STANDING, Endpoints, Owned, Part, Parts
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Owned, Part
+from hmrsim_zenoh.ros2.publishing.parts import MAX_STANDING, Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 
 from tests.simulation import SMALL_WORLD  # isort: skip

@@ -311,7 +311,7 @@ def test_a_lost_robot_serves_nothing_until_it_is_back(stage):
 
 
 def test_parts_of_a_large_fleet_are_declared_when_asked_for(stage, monkeypatch):
-    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.endpoints.MAX_STANDING", 0)
+    monkeypatch.setattr("hmrsim_zenoh.ros2.publishing.parts.MAX_STANDING", 0)
     stage.publications.start()
     stage.publications.ask("/cart/nothing")
     stage.publications.ask("/cart/wait/_action/get_result")

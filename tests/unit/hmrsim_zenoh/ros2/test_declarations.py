@@ -15,7 +15,8 @@ from hmrsim.services import registry as services
 from hmrsim_zenoh.ros2.keys import Endpoint, gid, read_token
 from hmrsim_zenoh.ros2.names import Names
 from hmrsim_zenoh.ros2.publishing.declarations import Declarations
-from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints, Parts
+from hmrsim_zenoh.ros2.publishing.endpoints import Endpoints
+from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.wires import RmwZenoh, Ros2Dds, Wire
 from tests.patience import PATIENCE
 
