@@ -321,7 +321,8 @@ class LocalInbox(QueryInbox):
 
     def wait(self, timeout: float | None) -> None:  # noqa: ARG002 - as others
         """Prepare for the next query, and return."""
-        self._prepare(None)
+        if self._preparation is not None:
+            self._prepare(None)
 
     def leave(self) -> None:
         """Undeclare the queryables of the inbox."""
@@ -335,10 +336,8 @@ K = TypeVar("K", bound="Hashable")
 class LocalInterest(Interest[K]):
     """Knows which kinds of keys had subscribers in this process at the last `look`."""
 
-    def __init__(
-        self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None]
-    ) -> None:
-        super().__init__(session, patterns, anything, changed)
+    def __init__(self, session: zenoh.Session, patterns: Mapping[K, str], *_: object) -> None:
+        super().__init__(patterns)
         self._exchange = cast("LocalConnection", session).simulation.exchange
         self._patterns = patterns
         self._version = -1

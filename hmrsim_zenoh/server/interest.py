@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
 from typing import Final, Generic, TypeVar
 
 import zenoh
@@ -24,25 +24,13 @@ _JOIN_SECONDS: Final = 1.0
 class Interest(ABC, Generic[K]):
     """Knows which kinds of keys have subscribers.
 
-    Args:
-        session: The session to look on; closing it ends the detection.
-        patterns: A key expression for each kind.
-        anything: A key expression that includes all others.
-        changed: Called in a separate thread after a kind got its first subscriber or lost its last one.
-
     Attributes:
         any: Whether any kind has a subscriber.
     """
 
-    def __init__(
-        self,
-        session: zenoh.Session,  # noqa: ARG002 - for subclasses
-        patterns: Mapping[K, str],
-        anything: str,  # noqa: ARG002 - as above
-        changed: Callable[[], None],  # noqa: ARG002 - as above
-    ) -> None:
+    def __init__(self, kinds: Iterable[K]) -> None:
         self.any = False
-        self._listened = dict.fromkeys(patterns, False)
+        self._listened = dict.fromkeys(kinds, False)
         self._changes = 0
 
     def __getitem__(self, kind: K) -> bool:
@@ -65,12 +53,19 @@ class Interest(ABC, Generic[K]):
 
 
 class SubscriberWatch(Interest[K]):
-    """Detects the subscribers of each kind of keys over Zenoh."""
+    """Detects the subscribers of each kind of keys over Zenoh.
+
+    Args:
+        session: The session to look on; closing it ends the detection.
+        patterns: A key expression for each kind.
+        anything: A key expression that includes all others.
+        changed: Called in a separate thread after a kind got its first subscriber or lost its last one.
+    """
 
     def __init__(
         self, session: zenoh.Session, patterns: Mapping[K, str], anything: str, changed: Callable[[], None]
     ) -> None:
-        super().__init__(session, patterns, anything, changed)
+        super().__init__(patterns)
         self._session = session
         self._changed = changed
         self._lock = threading.Lock()

@@ -80,7 +80,7 @@ class Server(SelectiveSink):
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
         inbox: The inbox of queries, which the server opens.
-        interest: The class that detects subscribers.
+        interest: Starts to detect subscribers, with the arguments of `SubscriberWatch`.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
@@ -100,7 +100,7 @@ class Server(SelectiveSink):
         on_roster: Callable[[], None],
         settings: RunSettings,
         inbox: QueryInbox,
-        interest: type[Interest[Topic | str]],
+        interest: Callable[..., Interest[Topic | str]],
     ) -> None:
         self._submit = submit
         self._description = description
