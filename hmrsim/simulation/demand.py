@@ -1,7 +1,7 @@
-"""The demand of a world: it places orders, creates their items, and measures their progress.
+"""The demand of a world, which places orders, creates their items, and measures their progress.
 
-An order is delivered when its item lies near where it has to be, no matter which robot brought it or how. Its item
-then leaves the world. Controllers are not asked.
+An order is delivered when its item lies near its destination, no matter which robot brought it or how. Controllers do
+not report deliveries. The item then leaves the world.
 """
 
 from __future__ import annotations
@@ -59,11 +59,11 @@ class Order:
         at: The place of the item when the order was placed.
         to: The place to bring it to.
         weight: The mass of the item, in kg.
-        placed: When it was placed.
-        due: The deadline; None for none.
+        placed: The time at which it was placed.
+        due: The deadline; None if there is none.
         robot: The robot that carries the item or has brought it; empty for none.
-        picked_up: When the item was first picked up; None if it was not.
-        ended: When it was delivered or lost; None while it is open.
+        picked_up: The time at which the item was first picked up; None if it was not.
+        ended: The time at which it was delivered or lost; None while it is open.
         late: Whether it was not delivered by the deadline.
     """
 
@@ -106,9 +106,9 @@ class Totals:
 
     Attributes:
         placed: All orders.
-        delivered: Those that were delivered, in time or late.
-        late: Those that were not delivered by their deadline, even if they were later.
-        lost: Those whose item was deleted.
+        delivered: Orders that were delivered, in time or late.
+        late: Orders that were not delivered by their deadline, including those that were delivered later.
+        lost: Orders whose item was deleted.
     """
 
     placed: int = 0
@@ -118,20 +118,20 @@ class Totals:
 
 
 NEAR: Final = METER
-"""How near to its destination an item counts as delivered, by the world's unit: the reach of a claw."""
+"""The distance to its destination within which an item counts as delivered, by the world's unit."""
 
 _KEPT: Final = 1_000
-"""Orders that are kept after they have ended."""
+"""The number of orders that are kept after they have ended."""
 
 
 class Demand:
     """The orders of a run; a `Reaction` to the events of their items.
 
     Attributes:
-        open: The orders that are still to be served, by name, in the order in which they came.
-        closed: The last of the others, in the order in which they ended.
-        totals: How many there were.
-        lead_times: Seconds from coming to delivery, of all that were delivered.
+        open: The orders that are still to be served, by name, in the order in which they were placed.
+        closed: The last orders that have ended, in the order in which they ended.
+        totals: The numbers of orders so far.
+        lead_times: The seconds from placement to delivery of each delivered order.
     """
 
     topics = (Topic.EVENTS,)
@@ -152,7 +152,7 @@ class Demand:
         self._coming: dict[str, Timeout] = {}
         self._held_back: dict[str, DemandSpec] = {}
         self._placed: Counter[str] = Counter()
-        # How many orders of each demand are open.
+        # The number of open orders of each demand.
         self._open_of: Counter[str] = Counter()
         self._numbers: Counter[str] = Counter()
 
@@ -162,11 +162,11 @@ class Demand:
         return not (self.open or self._coming or self._held_back)
 
     def has(self, item: str) -> bool:
-        """Return whether an item is that of an open order."""
+        """Return whether an item belongs to an open order."""
         return item in self._by_item
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the open orders and the totals in plain values of JSON."""
+        """Return the open orders and the totals as JSON values."""
         return {
             "stamp": values_of(stamp(self._env.now)),
             "orders": [order.as_dict() for order in self.open.values()],
@@ -180,7 +180,7 @@ class Demand:
             self._expect(spec)
 
     def end(self) -> None:
-        """Forget all orders, and take their items away."""
+        """Forget all orders, and delete their items."""
         for coming in self._coming.values():
             self._env.abandon(coming)
         for alarm in self._due.values():
@@ -213,7 +213,7 @@ class Demand:
     def _note(self, stamped: EventStamped) -> None:
         """Record an event of an order's item; its consequences are published at the end of this instant.
 
-        All sinks are to know of the one before the other.
+        All sinks therefore receive the event before its consequences.
         """
         event = stamped.event
         item = event.item if isinstance(event, ItemEvent) else ""
@@ -252,7 +252,7 @@ class Demand:
         return order
 
     def _free_item(self, kind: str) -> str:
-        """Return a name for an item that nothing has."""
+        """Return an unused name for an item."""
         while True:
             self._numbers[kind] += 1
             name = f"{kind}_{self._numbers[kind]}"

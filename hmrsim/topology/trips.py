@@ -1,4 +1,4 @@
-"""Trips between places: how long they take, which are impossible, and how many of them take a lane."""
+"""Trips between places: their durations, which ones are impossible, and the share of them that uses each lane."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ if TYPE_CHECKING:
 
 
 _MAX_SEARCH_STEPS: Final = 4_000_000
-"""Maximum number of lanes that are searched for all destinations together: some seconds."""
+"""Maximum number of lanes to search for all destinations together, which takes some seconds."""
 MAX_PLACES: Final = 100
 SEED: Final = 1
 
 
 @dataclass(frozen=True)
 class Trip:
-    """A trip without turning and acceleration.
+    """A trip, without the time for turning and acceleration.
 
     Attributes:
-        start: Name of the place or dock where it begins.
-        goal: Likewise where it leads.
-        length: In the world's unit.
-        seconds: At the speed of these trips.
+        start: The name of the place or dock where it begins.
+        goal: The name of the place or dock where it ends.
+        length: Its length, in the world's unit.
+        seconds: Its duration.
     """
 
     start: str
@@ -46,12 +46,11 @@ class Trips:
     """The quickest trips between places and docks.
 
     Attributes:
-        found: All of them, in order of the names.
-        failed: Trips for which there is no route, and why.
-        places: Between how many places they are.
-        of: How many there are; more than *places* where they are too many, of which they are a sample that is always
-            the same.
-        speed: Of the robots, in the world's unit a second.
+        found: All trips, in order of the names.
+        failed: The pairs of places without a route, each with the reason.
+        places: The number of places between which trips were planned.
+        of: The number of all places; more than *places* if there are too many, of which a fixed sample is used.
+        speed: The speed of the robots, in the world's unit per second.
     """
 
     found: tuple[Trip, ...]
@@ -62,9 +61,9 @@ class Trips:
 
 
 def speeds_of(world: World) -> dict[float, tuple[str, ...]]:
-    """Return the speeds of robots that drive, with their types; that of most robots first.
+    """Return the speeds of robots that drive, each with their types, the most frequent speed first.
 
-    It is the speed of a robot without one, and no type, where no robot drives.
+    If no robot drives, the result is the default speed without types.
     """
     found: dict[float, list[str]] = {}
     for robot in world.robots.values():
@@ -95,7 +94,7 @@ def trips(world: World, speed: float) -> Trips:
 
 
 def seconds_at(world: World, trips: Iterable[Trip], speed: float) -> dict[tuple[str, str], float]:
-    """Return how long trips take robots of another speed, for which other ways may be quicker, by their ends."""
+    """Return the durations of trips at another speed, at which other routes may be quicker, by start and goal."""
     graph = WaypointGraph(world)
     ends = [(trip.start, trip.goal) for trip in trips]
     return {pair: _trip(graph, world, pair, speed).seconds for pair in ends}
@@ -113,9 +112,9 @@ class Reach:
     """The reachability of waypoints from each other.
 
     Attributes:
-        strong: How many waypoints there are in each part within which all reach each other; the largest first.
-        gaps: By place or dock, those that no way leads to; in order of name.
-        pairs: How many pairs of places and docks these are, a pair for each direction.
+        strong: The number of waypoints in each part whose waypoints all reach each other, the largest first.
+        gaps: The places and docks that can't be reached from each place or dock, in order of name.
+        pairs: The number of such pairs of places and docks, a pair for each direction.
     """
 
     strong: tuple[int, ...]
@@ -124,7 +123,7 @@ class Reach:
 
 
 def parts(graph: nx.DiGraph[str]) -> list[int]:
-    """Return how many waypoints there are in each part that lanes connect in any direction; the largest first.
+    """Return the number of waypoints in each part that lanes connect in any direction, the largest first.
 
     Closed lanes count: the parts are those of the map as it is drawn.
     """
@@ -134,7 +133,7 @@ def parts(graph: nx.DiGraph[str]) -> list[int]:
 def reach(graph: nx.DiGraph[str]) -> Reach:
     """Return the waypoints that can be reached from each waypoint on lanes that are not closed.
 
-    A place is reached where its waypoint is; a place at the waypoint of another one is reached from there.
+    A place is reached if its waypoint is, so that places at one waypoint reach each other.
     """
     open_graph = _without_closed(graph)
     components = list(nx.strongly_connected_components(open_graph))
@@ -155,7 +154,7 @@ def reach(graph: nx.DiGraph[str]) -> Reach:
 
 
 def _without_closed(graph: nx.DiGraph[str]) -> nx.DiGraph[str]:
-    """Return the graph without its closed lanes; itself, if it has none."""
+    """Return the graph without its closed lanes, or the graph itself if it has none."""
     closed = [(start, end) for start, end, lane in graph.edges(data=True) if lane["closed"]]
     if not closed:
         return graph
@@ -165,11 +164,11 @@ def _without_closed(graph: nx.DiGraph[str]) -> nx.DiGraph[str]:
 
 
 MAX_STEPS: Final = 2_000_000
-"""Maximum number of lanes that are searched in all: some seconds."""
+"""Maximum number of lanes to search in all, which takes some seconds."""
 MIN_STARTS: Final = 8
-"""Trips from fewer waypoints would say nothing; where there is no time for so many there is no answer."""
+"""The least number of waypoints to start from; there is no result if there is no time for so many."""
 MIN_PLACES: Final = 3
-"""Where fewer waypoints have places, trips lead from any waypoint to any other."""
+"""If fewer waypoints have places, trips lead from any waypoint to any other."""
 _MICROSECONDS: Final = 1e6
 _TAKES: Final = "takes"
 
@@ -179,12 +178,12 @@ class Concentration:
     """The share of trips on each lane, with one trip from each start to each destination.
 
     Attributes:
-        shares: By the waypoints at both ends of a lane or ride, in order of name, with the share of trips that take
-            it, whatever their direction; the greatest first. Equally quick ways share a trip.
-        between: ``places`` (and docks), or ``waypoints`` where few have names.
-        starts: From how many waypoints trips are counted.
-        of: How many there are; more than *starts* in a large graph, of which they are a sample that is always the same.
-        speed: Of the robots, in the world's unit a second.
+        shares: The share of trips that use each lane or ride in any direction, the greatest first, by the names of the
+            waypoints at its ends, in order. A trip is divided among equally quick routes.
+        between: ``places`` (and docks), or ``waypoints`` if few of them have names.
+        starts: The number of waypoints from which trips are counted.
+        of: The number of all such waypoints; more than *starts* in a large graph, of which a fixed sample is used.
+        speed: The speed of the robots, in the world's unit per second.
     """
 
     shares: dict[tuple[str, str], float]
@@ -195,9 +194,9 @@ class Concentration:
 
 
 def concentration(graph: nx.DiGraph[str], speed: float) -> Concentration | None:
-    """Return where traffic of robots of this greatest *speed* concentrates: edge betweenness, by travel time.
+    """Return where the traffic of robots with a maximum *speed* concentrates: edge betweenness, by travel time.
 
-    Closed lanes are not taken. None where the graph is too large for `MAX_STEPS`.
+    Closed lanes are not used. The result is None if the graph is too large for `MAX_STEPS`.
     """
     named = [name for name, places in graph.nodes(data="places") if places]
     between = "places" if len(named) >= MIN_PLACES else "waypoints"
@@ -222,10 +221,10 @@ def concentration(graph: nx.DiGraph[str], speed: float) -> Concentration | None:
 
 
 def _timed(graph: nx.DiGraph[str], speed: float) -> nx.DiGraph[str]:
-    """Return the lanes that are not closed, with how long they take in microseconds.
+    """Return the lanes that are not closed, with the microseconds that they take.
 
-    Whole numbers make equally quick trips exactly so. Betweenness needs lanes that take time, and two waypoints may be
-    at the same point.
+    With whole numbers, trips that are equally quick have exactly the same duration. Each lane takes at least one
+    microsecond, as betweenness requires, although two waypoints may be at the same point.
     """
     timed: nx.DiGraph[str] = nx.DiGraph()
     timed.add_nodes_from(graph)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _HARMLESS: Final = ("MainThread", "hmrsim", "asyncio_")
-"""How the names of threads begin that wake no task of a user: those of clients, and of executors without work."""
+"""The beginnings of the names of threads that wake no task of a user: those of clients, and of idle executors."""
 _OWN_SUBSCRIPTION: Final = "/_world/events"
 _MOST_NAMED: Final = 10
 _COLLECT_EVERY: Final = 1000
@@ -73,7 +73,7 @@ class OrderedTask(asyncio.Task[Any]):
     """A task whose hash is its number.
 
     Attributes:
-        number: How many tasks and futures its loop had made when it made this one.
+        number: The number of tasks and futures that its loop had made when it made this one.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
     `asyncio.run` makes its loop before a client connects: `of` makes that loop ordered.
     """
 
-    # Of asyncio, and in none of its type stubs.
+    # Attributes of asyncio that its type stubs lack.
     _ready: Any
     _scheduled: Any
     _selector: Any
@@ -166,7 +166,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
     def run_in_executor(  # type: ignore[override]
         self, executor: Any, func: Callable[..., Any], *args: Any
     ) -> asyncio.Future[Any]:
-        """Call a function in a thread; what waits for it is no deadlock."""
+        """Call a function in a thread; tasks that wait for it do not count as deadlocked."""
         job = super().run_in_executor(executor, func, *args)
         self._jobs = [each for each in self._jobs if not each.done()]
         self._jobs.append(job)
@@ -210,7 +210,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
             timer._when += seconds  # noqa: SLF001 - all by as much, so that the heap stays one
 
     def _run_once(self) -> None:
-        """Run what is ready, after time has gone on if nothing is."""
+        """Run the tasks that are ready; if there are none, advance time first."""
         if self._clocks and not self._ready and not self._stopping:
             self._on_quiet()
         super()._run_once()  # type: ignore[misc]
@@ -280,7 +280,7 @@ def _unique(awaitables: Iterable[Any] = ()) -> Any:
 
 
 def _number_of(gathered: asyncio.Future[Any]) -> int:
-    """Return the hash of what `asyncio.gather` has returned."""
+    """Return the hash of a future that `asyncio.gather` has returned."""
     number: int | None = getattr(gathered, "_number", None)
     if number is None:
         loop = gathered.get_loop()
@@ -292,8 +292,8 @@ def _number_of(gathered: asyncio.Future[Any]) -> int:
 def _order_sets() -> None:
     """Make asyncio's own functions keep the order.
 
-    `asyncio.as_completed` starts coroutines in the order of a set; the set of all tasks has those of `asyncio.run`,
-    which were made before; what `asyncio.gather` returns is made by none of the methods of a loop.
+    `asyncio.as_completed` starts coroutines in the order of a set. The set of all tasks includes those that
+    `asyncio.run` made before the loop was ordered. The futures of `asyncio.gather` are not made by the loop.
     """
     names = vars(asyncio.tasks)
     names["_GatheringFuture"].__hash__ = _number_of
@@ -303,7 +303,7 @@ def _order_sets() -> None:
 
 
 def _described(tasks: Iterable[asyncio.Task[Any]]) -> str:
-    """Describe which tasks wait, and where."""
+    """Return a text that names the tasks that wait, and where they do."""
     waiting = [f"{task.get_name()} ({place})" if (place := _place(task)) else task.get_name() for task in tasks]
     more = len(waiting) - _MOST_NAMED
     named = "; ".join(waiting[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")

@@ -39,9 +39,9 @@ class Interest(ABC, Generic[K]):
 
     @abstractmethod
     def look(self, kinds: Collection[K] | None = None) -> int:
-        """Check the kinds that had no subscriber, or some of them; return how often anything has changed.
+        """Check the kinds that had no subscriber, or some of them; return the number of changes so far.
 
-        A client that subscribes and then sends a goal must see all of it.
+        This lets a client that subscribes and then sends a goal receive everything about the goal.
         """
 
     @abstractmethod
