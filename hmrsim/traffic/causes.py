@@ -271,8 +271,9 @@ class Causes:
         park = f"send {robot.name} elsewhere when it has nothing to do"
         if self._yields:
             better = "or add a waypoint where it can move aside"
-        shut_in_by = self._rules.shut_in_by(robot) if self._rules is not None else ()
+        # Most idle vehicles are in no other one's way.
         waiting = self._waiting_for(robot)
+        shut_in_by = self._rules.shut_in_by(robot) if waiting and self._rules is not None else ()
         others = [each.name for each in shut_in_by if each not in waiting]
         if waiting and not others and (past := self._way_past(waiting[0], robot, shut_in=bool(shut_in_by))):
             return detail, past if self._yields else f"{past}; {better}"
