@@ -16,7 +16,7 @@ from hmrsim.engine.sim_time import end_of_instant
 from hmrsim.geometry import distance
 from hmrsim.interfaces.geometry_msgs import Point as PointMessage
 from hmrsim.interfaces.geometry_msgs import Pose, PoseStamped
-from hmrsim.interfaces.moveit_msgs import Pickup, Place, PlaceLocation
+from hmrsim.interfaces.moveit_msgs import Pickup, Place
 from hmrsim.interfaces.nav2_msgs import DockRobot, NavigateToPose
 from hmrsim.program.memory import collect_runs_young
 from hmrsim.protocol.commands import SendGoal
@@ -417,8 +417,7 @@ class Dispatching:
         order = self.serving.get(robot)
         if order is not None and self.truth.carries(robot, order):
             self._doing[robot] = "serves"
-            # Here, even if traffic has moved the robot from where it was sent.
-            self._run.pursue(robot, [put_down(order.item, self.truth.point(robot))], partial(self._put_down, robot))
+            self._run.pursue(robot, [put_down(order.item)], partial(self._put_down, robot))
         elif self.serving.pop(robot, None) is not None:
             self._rest(robot)
         else:
@@ -449,7 +448,8 @@ _KEPT: Final = 4096
 @lru_cache(_KEPT)
 def go(point: Point) -> Step:
     """Return the goal to drive to a point."""
-    return "navigate_to_pose", NavigateToPose.Goal(pose=_pose(point))
+    x, y = point
+    return "navigate_to_pose", NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=PointMessage(x=x, y=y))))
 
 
 @lru_cache(_KEPT)
@@ -459,16 +459,11 @@ def pick_up(item: str) -> Step:
 
 
 @lru_cache(_KEPT)
-def put_down(item: str, at: Point | None = None) -> Step:
-    """Return the goal to put down an item at a point within reach, or else where the robot was sent."""
-    locations = [] if at is None else [PlaceLocation(place_pose=_pose(at))]
-    return "place", Place.Goal(attached_object_name=item, place_locations=locations)
+def put_down(item: str) -> Step:
+    """Return the goal to put down an item at the robot's position."""
+    return "place", Place.Goal(attached_object_name=item)
 
 
 def dock(name: str) -> Step:
     """Return the goal to drive into a dock."""
     return "dock_robot", DockRobot.Goal(dock_id=name)
-
-
-def _pose(point: Point) -> PoseStamped:
-    return PoseStamped(pose=Pose(position=PointMessage(x=point[0], y=point[1])))
