@@ -69,11 +69,11 @@ def _where(robot: Robot, claw: Claw, goal: Place.Goal) -> tuple[Point, PlaceLoca
 
     Raises:
         GoalAborted: None of those asked for is within reach; or none was asked for, and traffic has moved the robot
-            from where it was sent.
+            from where its last goal succeeded.
     """
     center = robot.pose().point
     if not goal.place_locations:
-        if robot.moved_aside:
+        if robot.moved_aside and robot.last_goal_succeeded:
             raise robot.out_of_place(MoveItErrorCodes.PLANNING_FAILED, "the robot is not where it was sent")
         return center, _anywhere().model_copy(update={"place_pose": robot.pose_stamped()})
     reach = claw.reach(robot.units)

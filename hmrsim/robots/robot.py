@@ -20,7 +20,7 @@ from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
 from hmrsim.navigation.cache import LruCache
-from hmrsim.protocol.goal import Cause
+from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.robots.mobile_base import MobileBase
 from hmrsim.robots.power import EMPTY, Energy, Level
 
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
-    from hmrsim.protocol.goal import GoalStatus
     from hmrsim.robots.docking import DockBay
     from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.rules import Activity
@@ -396,6 +395,11 @@ class Robot(MobileBase):
             verb = f"is {'charging' if charging else 'docked'} in {self.dock.name!r}"
             return "docked", verb, f"it {executes}" if self.doing else self._since_last_goal
         return ("works", executes, "") if self.doing else ("idle", "is idle", self._since_last_goal)
+
+    @property
+    def last_goal_succeeded(self) -> bool:
+        """Return whether its last goal succeeded, so that its client counts on where the robot was then."""
+        return self._last_goal is not None and self._last_goal[1] is GoalStatus.SUCCEEDED
 
     @property
     def _since_last_goal(self) -> str:

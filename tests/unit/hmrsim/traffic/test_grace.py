@@ -127,6 +127,14 @@ def test_nothing_is_placed_where_traffic_has_moved_the_robot():
     assert "moved" == log.goal_changes(D)[-1].cause
 
 
+def test_after_a_goal_that_failed_an_item_is_placed_where_the_robot_is():
+    """Nobody counts on where it is, and a dispatcher has to get rid of an item that it can't deliver."""
+    failed = SendGoal("ann", "pickup", Pickup.Goal(target_name="nothing"), B)
+    log = under("planned", FORK)(*MEET, (12.0, GRAB), (27.0, failed), (28.0, SendGoal("ann", "place", Place.Goal(), D)))
+
+    assert "SUCCEEDED" == end_of(log, D)
+
+
 def test_a_robot_that_was_to_make_room_at_this_instant_has_not_been_moved():
     run = under("planned", FORK)
     commands = [go("ann", 10, 0, A), MEET[1][1], GRAB, SendGoal("ann", "place", Place.Goal(), D)]
