@@ -203,7 +203,7 @@ def check_apart(simulator):
 def comes_by(simulator, one, here, other, there):
     """Return whether one robot has stopped in the middle of a lane, and the other is on or from an adjacent one."""
     slots, lanes = simulator.roster.admission._rules.slots, simulator.graph.lanes
-    if slots.is_lane(here):
+    if here not in slots.points:
         one, here, other, there = other, there, one, here
     own = [slot for slot in slots.held(one) if slots.is_lane(slot)]
     if here not in slots.points or not own or there in slots.points:
