@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from linecache import getline
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.fault_search.check import ReproFile
 from hmrsim.fault_search.reducer import left_out
@@ -20,6 +22,9 @@ if TYPE_CHECKING:
     from hmrsim.protocol.sinks import Sink
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.timing.pacing import Pacing
+
+
+_PLACE: Final = re.compile(r"([^\s()]+\.py):(\d+)")
 
 
 def run_logged(check: Check, case: Case, wanted: Wanted) -> tuple[Outcome, RunLog]:
@@ -66,11 +71,23 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     if case.definition is not None:
         lacks = left_out(check.definition, case.definition)
     note = f"The world is reduced to what this failure needs. The search has left out {lacks}." if lacks else ""
-    heading = Heading(f"Failing run of {check.name}", title, text, "The run fails without any fault.", note)
+    alone = "" if twin else "No run passes without one of them, so there is no passing run beside it."
+    if not case.schedule:
+        alone = "The run fails without any fault, so there is no passing run beside it."
+    heading = Heading(f"Failing run of {check.name}", title, text, alone, note, [*code_in(text)])
     return page_of(heading, causes, (failing, twin) if twin else (failing,))
+
+
+def code_in(text: str) -> Iterator[tuple[str, str]]:
+    """Yield each place in a text, such as ``mission.py:12``, with its line if the file can be read now."""
+    for place in dict.fromkeys(_PLACE.findall(text)):
+        if source := getline(place[0], int(place[1])).strip():
+            yield f"{place[0]}:{place[1]}", source
 
 
 def _ending(outcome: Outcome) -> str:
     violated = dict.fromkeys(failure.property for failure in outcome.failures)
-    what = f"violates {', '.join(violated)}, and " if violated else ""
-    return f"{what}ends as {outcome.ending} at {outcome.at:.1f} s"
+    what = f"violates {', '.join(violated)} and " if violated else ""
+    # The search stops a run that can no longer succeed.
+    ends = "is stopped there" if outcome.ending == "stopped" and violated else f"ends as {outcome.ending}"
+    return f"{what}{ends} at {outcome.at:.1f} s"

@@ -160,6 +160,10 @@ class Robots(Part):
         robot = self._robots.get(name)
         return robot is not None and robot.present and robot.state == state
 
+    def state_of(self, name: str) -> State:
+        """Return the state of a robot that exists or has existed."""
+        return self._robots[name].state
+
     def begin_anew(self) -> None:
         """Return to the robots of the world, all idle."""
         for name, robot in self._robots.items():
@@ -201,6 +205,10 @@ class Robots(Part):
             self._settle(event.robot, robot)
 
     def _go(self, name: str, robot: Robot, until: int) -> None:
+        if until <= self._timeline.now:
+            # A turn by no angle, as at the end of some routes.
+            return
+
         def arrive(_at: int) -> None:
             robot.arrives = None
             self._settle(name, robot)
@@ -261,9 +269,7 @@ class Robots(Part):
             waits=robot.waits, aside=robot.aside, moves=robot.arrives is not None, busy=bool(robot.running)
         )
         if (robot.present, robot.state) != before:
-            # As `changed`; this is called for each status of each goal.
-            for call in self._watchers.get(name, ()):
-                call()
+            self.changed(name)
 
 
 def _duration(event: MotionBegan) -> int:

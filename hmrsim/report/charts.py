@@ -198,12 +198,17 @@ class Timeline(NamedTuple):
 class _Scale(NamedTuple):
     began: float
     length: float
+    narrowest: float
 
     def x(self, at: float) -> float:
         return (at - self.began) / self.length * WIDTH
 
+    def is_short(self, bar: _Bar) -> bool:
+        """Return whether a bar has the minimum width, so that it is drawn over its neighbors."""
+        return self.width(bar.began, bar.ended) == self.narrowest
+
     def width(self, began: float, ended: float) -> float:
-        return max(1.0, (ended - began) / self.length * WIDTH)
+        return max(self.narrowest, (ended - began) / self.length * WIDTH)
 
 
 class _Bar(NamedTuple):
@@ -215,10 +220,16 @@ class _Bar(NamedTuple):
     second: bool
 
 
-def timeline_of(report: Report, length: float | None = None) -> Timeline:
-    """Return the timeline of a report; *length* is that of the axis in seconds, if the run is shorter."""
+def timeline_of(report: Report, length: float | None = None, narrowest: float = 1.0) -> Timeline:
+    """Return the timeline of a report.
+
+    Args:
+        report: The report.
+        length: The length of the axis in seconds, if the run is shorter.
+        narrowest: The minimum width of a bar, in units of a row.
+    """
     began = min((robot.began for robot in report.robots), default=0.0)
-    scale = _Scale(began, length or report.summary.sim_time or 1.0)
+    scale = _Scale(began, length or report.summary.sim_time or 1.0, narrowest)
     goals, spans = defaultdict[str, list["Goal"]](list), defaultdict[str, list["Span"]](list)
     waits, faults = defaultdict[str, list["Wait"]](list), defaultdict[str, list["FaultSpan"]](list)
     for goal in report.goals:
@@ -239,7 +250,7 @@ def timeline_of(report: Report, length: float | None = None) -> Timeline:
     rows, most_waits = [], _MAX_BARS // max(1, len(robots)) + 20
     for robot in robots:
         parts = [
-            *(_goal_bar(bar, scale) for bar in bars[robot.name]),
+            *(_goal_bar(bar, scale) for bar in sorted(bars[robot.name], key=scale.is_short)),
             *_states(spans[robot.name], scale),
             *(_wait_bar(wait, scale) for wait in waits[robot.name][:most_waits]),
             *(_fault_bar(fault, scale, end) for fault in faults[robot.name]),
@@ -273,9 +284,8 @@ def _goal_bar(bar: _Bar, scale: _Scale) -> str:
     )
     y, height = (8, 5) if bar.second else (2, 11)
     width = scale.width(bar.began, bar.ended)
-    return element(
-        "rect", title, class_=f"g {worst.status.lower()}", x=scale.x(bar.began), y=y, width=width, height=height
-    )
+    x = min(scale.x(bar.began), WIDTH - width)
+    return element("rect", title, class_=f"g {worst.status.lower()}", x=x, y=y, width=width, height=height)
 
 
 _BY_GRAVITY: Final = ("ABORTED", "CANCELED", "CANCELING", "EXECUTING", "ACCEPTED", "SUCCEEDED")

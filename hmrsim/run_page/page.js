@@ -1,10 +1,11 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
-const STATES = ["offline", "stopped", "waiting", "driving", "charging", "busy", "idle"];
 const SIGNS = { S: "✓", F: "✕", R: "▸", I: "·" };
 const WORDS = { S: "success", F: "failure", R: "running", I: "not active" };
 const SVG = "http://www.w3.org/2000/svg";
 const NEAR = 12;
+/** Pixels of the map between a point and an item there, and between two items. */
+const BELOW = 9, STACKED = 20;
 /** Milliseconds between two times at which the events are scrolled while the page plays. */
 const FOLLOW = 300;
 
@@ -33,22 +34,21 @@ function countUpTo(values, limit, key = (value) => value[0]) {
   return low;
 }
 
-/** Return the last value with a time up to *at*, or undefined. */
-const lastUpTo = (values, at) => values[countUpTo(values, at) - 1];
+/** Return the last value that holds at a moment: a time, and a number of events up to then. */
+const lastAt = (values, { at, lines }) => values[Math.min(countUpTo(values, at), countUpTo(values, lines, (value) => value[1])) - 1];
 
-/** Return the span that contains a time, or undefined; without an end, it lasts. */
+/** Return the span that contains a time, or undefined. */
 function spanAt(spans, at) {
-  const span = lastUpTo(spans, at);
-  return span && (span[1] === null || at < span[1]) ? span : undefined;
+  const span = spans[countUpTo(spans, at) - 1];
+  return span && at < span[1] ? span : undefined;
 }
 
 const seconds = (at) => `${at.toFixed(at < 1000 ? 3 : 1)} s`;
 
-const stateOf = (robot, at) => STATES[spanAt(robot.states, at)?.[2] ?? 6];
+const stateOf = (robot, moment) => lastAt(robot.state, moment)?.[2] ?? "idle";
 
-/** Return the goals that a robot executes at a time, in words. */
-const goalsOf = (robot, at) =>
-  robot.goals.filter(([accepted, ended]) => accepted <= at && (ended === null || at < ended)).map(([, , text]) => text);
+/** Return the goals that a robot executes at a moment, in words. */
+const goalsOf = (robot, moment) => lastAt(robot.goals, moment)?.[2] ?? [];
 
 /** The poses of a robot, decoded from differences. */
 class Poses {
@@ -57,7 +57,7 @@ class Poses {
     let frame = [0, 0, 0, 0];
     for (let i = 0; i < values.length; i += 4) {
       frame = frame.map((value, j) => value + values[i + j]);
-      this.frames.push([frame[0] / 1000, frame[1] / 10, frame[2] / 10, frame[3]]);
+      this.frames.push([frame[0] / 1e6, frame[1] / 10, frame[2] / 10, frame[3]]);
     }
   }
 
@@ -97,51 +97,61 @@ class Run {
     return { element, sign, state, goal, holds, battery };
   }
 
+  /** List the events and violations in order; each has the number of events up to it, and whether runs are compared by it. */
   #listEvents(list) {
     this.list = list;
-    const { lines, violations } = this.values;
-    this.items = lines.map(([at, subject, text, severity], i) => {
-      const item = make("li", { class: severity === "warning" ? "notice" : severity }, make("time", {}, at.toFixed(3)), make("span", {}, make("b", {}, subject), ` ${text}`));
-      item.addEventListener("click", () => show(at, this.number, i + 1));
-      return item;
+    const { lines, violations, apart } = this.values, alone = new Set(apart);
+    this.items = lines.map(([at, subject, text, severity], i) => ({ at, lines: i + 1, compared: !alone.has(i), kind: severity === "warning" ? "notice" : severity, text: [make("b", {}, subject), ` ${text}`] }));
+    violations.forEach(([at, text], violation) => {
+      const next = countUpTo(this.items, at, (item) => item.at);
+      this.items.splice(next, 0, { at, lines: this.items[next - 1]?.lines ?? 0, compared: false, kind: "violated", text: [`violated: ${text}`], violation });
     });
-    this.lines = this.items.length;
+    this.items.forEach((item, i) => {
+      item.element = make("li", { class: item.kind }, make("time", {}, item.at.toFixed(3)), make("span", {}, ...item.text));
+      item.element.addEventListener("click", () => showItem(this.number, i + 1));
+    });
+    this.shown = this.items.length;
     const first = data.difference?.lines[this.number];
-    if (first !== undefined) this.items[first]?.classList.add("difference");
-    this.list.append(...this.items);
-    for (const [at, text] of violations) {
-      const item = make("li", { class: "violated" }, make("time", {}, at.toFixed(3)), make("span", {}, `violated: ${text}`));
-      item.addEventListener("click", () => show(at));
-      const before = this.items[countUpTo(lines, at)];
-      before ? before.before(item) : this.list.append(item);
-    }
+    if (first !== undefined) this.items[this.itemsUpTo(first)]?.element.classList.add("difference");
+    this.list.append(...this.items.map((item) => item.element));
   }
 
-  /** Show the run at a time, after a number of its events. */
-  show(at, lines) {
-    const carried = new Map(), places = new Map();
+  /** Return the number of items up to the event with a number. */
+  itemsUpTo(lines) {
+    return lines ? this.items.findIndex((item) => item.lines === lines) + 1 : 0;
+  }
+
+  /** Show the run at a time, after a number of its items. */
+  show(at, count) {
+    const moment = { at, lines: this.items[count - 1]?.lines ?? 0 };
+    // Waits have no number of an event: until the last item of an instant, those before it hold.
+    this.inside = this.items[count]?.at <= at ? 1e-7 : 0;
+    const carried = new Map(), places = new Map(), lying = new Map();
     this.robots.forEach((robot) => places.set(robot.name, robot.track.at(at)));
-    for (const [name, values] of this.values.items) {
-      const where = lastUpTo(values, at)?.[1];
+    for (const [name, values] of Object.entries(this.values.items)) {
+      const where = lastAt(values, moment)?.[2];
       const box = this.boxes.get(name);
       const robot = typeof where === "string" ? places.get(where) : undefined;
-      if (robot) carried.set(where, [...(carried.get(where) ?? []), name]);
-      const point = robot ? [robot[0] + 5, robot[1] + 5] : where;
+      const beside = robot ? carried : lying, key = String(where), others = beside.get(key) ?? [];
+      beside.set(key, [...others, name]);
+      const point = robot ?? where;
       box.toggleAttribute("hidden", !Array.isArray(point));
-      if (Array.isArray(point)) box.setAttribute("transform", `translate(${point[0]} ${point[1]})`);
+      // Below the point, so that a robot there does not cover it.
+      const below = (robot ? find(".ring", this.bodies.get(where)).r.baseVal.value : BELOW) + STACKED * others.length;
+      if (Array.isArray(point)) box.setAttribute("transform", `translate(${point[0]} ${point[1] + below})`);
     }
     this.waits.replaceChildren();
-    this.robots.forEach((robot, i) => this.#showRobot(robot, this.rows[i], places, at, carried.get(robot.name) ?? []));
-    for (const [name, values] of this.values.doors) this.doors.get(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
-    for (const [name, values] of this.values.lanes) this.lanes.get(name)?.classList.toggle("on", lastUpTo(values, at)?.[1] ?? false);
-    this.#showEvent(lines);
+    this.robots.forEach((robot, i) => this.#showRobot(robot, this.rows[i], places, moment, carried.get(robot.name) ?? []));
+    for (const [kind, elements] of [["doors", this.doors], ["lanes", this.lanes]]) {
+      for (const [name, values] of Object.entries(this.values[kind])) elements.get(name)?.classList.toggle("on", lastAt(values, moment)?.[2] ?? false);
+    }
+    this.#showItem(count);
   }
 
-  #showRobot(robot, row, places, at, holds) {
-    const [x, y, yaw] = places.get(robot.name);
-    const over = at >= this.values.end;
-    const state = stateOf(robot, Math.min(at, this.values.end - 1e-6));
-    const gone = lastUpTo(robot.gone, at)?.[1] ?? false;
+  #showRobot(robot, row, places, moment, holds) {
+    const [x, y, yaw] = places.get(robot.name), at = moment.at - this.inside;
+    const state = stateOf(robot, moment);
+    const gone = lastAt(robot.gone, moment)?.[2] ?? false;
     const body = this.bodies.get(robot.name);
     body.toggleAttribute("hidden", gone);
     body.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
@@ -156,23 +166,24 @@ class Run {
       this.waits.append(line);
     }
     row.element.hidden = gone;
-    row.sign.className = state;
-    say(row.state, over ? "the run is over" : state);
-    say(row.goal, [...goalsOf(robot, at), ...(wait ? [this.#why(robot, at)] : [])].join("; ") || "–");
+    const over = at > this.values.end;
+    row.sign.className = over ? "" : state;
+    say(row.state, over ? "ended" : state);
+    say(row.goal, [...goalsOf(robot, moment), ...(wait ? [this.#why(robot, moment)] : [])].join("; ") || "–");
     say(row.holds, holds.join(", ") || "–");
-    const charge = lastUpTo(robot.battery, at);
+    const charge = robot.battery[countUpTo(robot.battery, moment.at) - 1];
     say(row.battery, charge ? `${Math.round(100 * charge[1])} %` : "–");
   }
 
   /** Return why a robot waits at a time: the chain of robots up to one that does not wait. */
-  #why(robot, at) {
-    const texts = [], seen = new Set();
+  #why(robot, moment) {
+    const at = moment.at - this.inside, texts = [], seen = new Set();
     for (let each = robot, wait; each; each = this.robots.find(({ name }) => name === wait[3][0])) {
       const who = texts.length ? `${each.name} ` : "";
       if (seen.has(each.name)) return [...texts, `${who}again: a circle`].join(" → ");
       seen.add(each.name);
       wait = spanAt(each.waits, at);
-      if (!wait) return [...texts, `${who}${this.#activity(each, at)}`].join(" → ");
+      if (!wait) return [...texts, `${who}${this.#activity(each, moment)}`].join(" → ");
       const others = wait[3].length ? ` for ${wait[3].join(", ")}` : wait[2] ? "" : " for its turn";
       const what = `${others}${wait[2] ? `: ${wait[2]}` : ""}`;
       texts.push(`${who}waits since ${seconds(wait[0])}${what}`);
@@ -180,38 +191,44 @@ class Run {
     return texts.join(" → ");
   }
 
-  #activity(robot, at) {
-    const state = stateOf(robot, at), goals = goalsOf(robot, at).join(", ");
+  #activity(robot, moment) {
+    const state = stateOf(robot, moment), goals = goalsOf(robot, moment).join(", ");
     return goals && state !== "stopped" ? `executes ${goals}` : `is ${state}`;
   }
 
-  #showEvent(lines) {
+  #showItem(count) {
     this.current?.classList.remove("now");
-    this.current = this.items[lines - 1];
+    this.current = this.items[count - 1]?.element;
     this.current?.classList.add("now");
-    const [first, last] = [Math.min(lines, this.lines), Math.max(lines, this.lines)];
-    for (const item of this.items.slice(first, last)) item.classList.toggle("later", lines < this.lines);
-    this.lines = lines;
-    this.near?.forEach((each) => each.classList.remove("near"));
-    this.near = this.items.slice(Math.max(0, lines - NEAR), lines + NEAR);
-    this.near.forEach((each) => each.classList.add("near"));
+    const [first, last] = [Math.min(count, this.shown), Math.max(count, this.shown)];
+    for (const item of this.items.slice(first, last)) item.element.classList.toggle("later", count < this.shown);
+    this.shown = count;
+    this.near?.forEach((each) => each.element.classList.remove("near"));
+    this.near = this.items.slice(Math.max(0, count - NEAR), count + NEAR);
+    this.near.forEach((each) => each.element.classList.add("near"));
   }
 
   /** Scroll to the last event that has happened, which lays the page out. */
   follow() {
-    const item = this.current ?? this.items[0];
+    const item = this.current ?? this.items[0]?.element;
     if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight / 2;
   }
 
-  /** Return the last tick of a robot's tree at a time, after a number of events; undefined if there is none. */
-  tickOf(robot, at, lines) {
+  /** Return the last tick of a robot's tree at a time, after a number of items; undefined if there is none. */
+  tickOf(robot, at, count) {
     const tree = this.values.trees.find((each) => each.robot === robot);
     if (!tree) return undefined;
-    const [time, , shape, statuses, messages] = tree.ticks[Math.min(countUpTo(tree.ticks, at), countUpTo(tree.ticks, lines, (tick) => tick[1])) - 1] ?? [];
+    const [time, , shape, statuses, messages] = lastAt(tree.ticks, { at, lines: this.#settled(count) }) ?? [];
     if (time === undefined) return undefined;
     const texts = new Map();
     for (let i = 0; i < messages.length; i += 2) texts.set(messages[i], tree.texts[messages[i + 1]]);
-    return { time, nodes: tree.shapes[shape].map(([depth, symbol, kind, name], i) => ({ depth, symbol, kind, name, is: statuses[i], message: texts.get(i) ?? "" })) };
+    return { time, nodes: tree.shapes[shape].map(([depth, kind, name], i) => ({ depth, kind, name, is: statuses[i], message: texts.get(i) ?? "" })) };
+  }
+
+  /** Return the number of events up to the next one by which runs are compared: a tree reacts after the fault and its like. */
+  #settled(count) {
+    while (this.items[count] && !this.items[count].compared) count += 1;
+    return this.items[count - 1]?.lines ?? 0;
   }
 
   showTree(tick, other) {
@@ -220,11 +237,11 @@ class Run {
     if (text === this.treeShown) return;
     this.treeShown = text;
     const same = other && tick && other.nodes.length === tick.nodes.length;
-    this.tree.replaceChildren(...(tick?.nodes ?? []).map(({ depth, symbol, kind, name, is, message }, i) => {
+    this.tree.replaceChildren(...(tick?.nodes ?? []).map(({ depth, kind, name, is, message }, i) => {
       const differs = same && other.nodes[i].is !== is;
       const item = make("li", { "data-is": is, title: `${kind}, ${WORDS[is]}`, class: differs ? "differs" : "" },
-        make("b", { "aria-label": WORDS[is] }, SIGNS[is] ?? is), make("span", { class: "symbol" }, `${symbol} `), name,
-        make("span", { class: "message" }, message ? ` – ${message}` : ""));
+        make("b", { "aria-label": WORDS[is] }, SIGNS[is] ?? is), name,
+        make("span", { class: "message" }, `${kind === name ? "" : ` (${kind})`}${message ? ` – ${message}` : ""}`));
       item.style.setProperty("--depth", depth);
       return item;
     }));
@@ -235,31 +252,47 @@ class Run {
 
 const runs = data.runs.map((values, number) => new Run(number, values));
 const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");
+/** The moments to which one can step, in order: a time, and the number of items of each run up to it. */
+const stops = allStops();
 let playing = 0, before = 0, followed = 0;
-const cursor = { at: 0, lines: runs.map(() => 0), ticked: runs.map(() => 0) };
+const cursor = { at: 0, counts: [], ticked: [] };
 
-/** Return how many events of each run have happened at a time, or after the *count*-th event of run *number*. */
-function linesAt(at, number, count) {
-  return runs.map((run, i) => {
-    if (number === undefined) return countUpTo(run.values.lines, at);
-    if (i === number) return count;
-    const happened = countUpTo(run.values.lines, at), seen = data.difference?.seen;
-    if (!seen || count > seen[number]) return happened;
-    return count === seen[number] ? seen[i] : Math.min(happened, data.difference.lines[i]);
-  });
+/** Return the stops: runs go on together up to their first difference, then in order of time. */
+function allStops() {
+  const counts = runs.map(() => 0), found = [{ at: 0, counts: [...counts] }];
+  const first = data.difference?.lines.map((lines, i) => runs[i].itemsUpTo(lines));
+  for (let differ = runs.length < 2; ;) {
+    const next = runs.map((run, i) => run.items[counts[i]]);
+    if (!next.some(Boolean)) return found;
+    const ats = next.map((item) => item?.at ?? Infinity);
+    const which = ats[1] < ats[0] ? 1 : 0;
+    const apart = next.findIndex((item, i) => item && !item.compared && counts[i] < (first?.[i] ?? Infinity));
+    if (differ) counts[which] += 1;
+    else if (first?.every((count, i) => count === counts[i])) {
+      differ = true;
+      data.difference.seen.forEach((lines, i) => { counts[i] = runs[i].itemsUpTo(lines); });
+      found.difference = found.length;
+      found.push({ at: data.difference.at, counts: [...counts] });
+      continue;
+    } else if (apart >= 0) counts[next[which] && !next[which].compared ? which : apart] += 1;
+    else next.forEach((item, i) => { if (item) counts[i] += 1; });
+    const at = Math.max(found[found.length - 1].at, ...runs.map((run, i) => run.items[counts[i] - 1]?.at ?? 0));
+    found.push({ at, counts: [...counts] });
+  }
 }
 
-/** Show a time; with the number of a run and a count, the moment after so many of its events. */
-function show(at, number, count) {
+/** Show a time, at the end of its instant, or within it at a stop. */
+function show(at, stop) {
   cursor.at = Math.min(data.length, Math.max(0, at));
-  cursor.lines = cursor.ticked = linesAt(cursor.at, number, count);
+  cursor.stop = stop ?? countUpTo(stops, cursor.at, (each) => each.at) - 1;
+  cursor.counts = cursor.ticked = stops[cursor.stop].counts;
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
   say(clock, `${text} of ${seconds(data.length)}`);
   // One element moves, as a property of the chart would restyle all of its bars.
   line.style.left = `calc(var(--names) + (100% - var(--names)) * ${cursor.at / data.length})`;
-  runs.forEach((run, i) => run.show(cursor.at, cursor.lines[i]));
+  runs.forEach((run, i) => run.show(cursor.at, cursor.counts[i]));
   showTrees();
   if (playing && performance.now() < followed + FOLLOW) return;
   followed = performance.now();
@@ -272,19 +305,27 @@ function showTrees() {
   runs.forEach((run, i) => run.showTree(ticks[i], ticks[1 - i]));
 }
 
-/** Step to the next event of the first run, or to the previous one. */
-function step(by) {
-  const { lines } = runs[0].values, count = Math.min(lines.length, Math.max(0, cursor.lines[0] + by));
+function showStop(stop) {
   pause();
-  show(count ? lines[count - 1][0] : 0, 0, count);
+  show(stops[stop].at, stop);
+}
+
+/** Show the moment after a number of items of a run. */
+function showItem(number, count) {
+  showStop(stops.findIndex(({ counts }) => counts[number] >= count));
+}
+
+/** Step to the next stop, or to the previous one. */
+function step(by) {
+  const back = by < 0 && cursor.at > stops[cursor.stop].at ? 0 : by;
+  showStop(Math.min(stops.length - 1, Math.max(0, cursor.stop + back)));
 }
 
 function showDifference() {
   if (!data.difference) return;
-  pause();
-  show(data.difference.at, 0, data.difference.seen[0]);
+  showStop(stops.difference);
   // The trees react to the event after it, at the same instant.
-  cursor.ticked = linesAt(cursor.at);
+  cursor.ticked = stops[countUpTo(stops, cursor.at, (each) => each.at) - 1].counts;
   showTrees();
 }
 
@@ -335,10 +376,11 @@ document.addEventListener("keydown", (event) => {
 });
 for (const button of all(".jump")) {
   button.addEventListener("click", () => {
-    const { at, seen } = button.dataset;
+    const { at, seen, violated } = button.dataset;
     pause();
-    if (seen === undefined) show(Number(at));
-    else show(Number(at), 0, Number(seen));
+    if (violated !== undefined) showItem(0, runs[0].items.findIndex((item) => item.violation === Number(violated)) + 1);
+    else if (seen === undefined) show(Number(at));
+    else showItem(0, runs[0].itemsUpTo(Number(seen)));
   });
 }
 chart.addEventListener("click", (event) => {
@@ -358,6 +400,8 @@ if (treeOf) {
 }
 line.style.height = `${chart.scrollHeight}px`;
 speed.value = ["1", "2", "5", "20", "100"].find((each) => data.length / Number(each) <= 40) ?? "100";
+const violated = runs[0].items.findIndex((item) => item.kind === "violated");
 if (data.difference) showDifference();
-else show(data.at);
+else if (violated >= 0) showItem(0, violated + 1);
+else show(0);
 document.documentElement.dataset.ready = "true";

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.history.motion import Motion
-from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 
 if TYPE_CHECKING:
     from hmrsim.events.robots import MotionBegan
@@ -87,7 +86,7 @@ class Poses:
             self.frames.append(self.frames[-1]._replace(at=at))
 
     def encoded(self, place: Callable[[Point], Point], *, turns: float) -> list[int]:
-        """Return the frames as differences of milliseconds, tenths of the units of *place*, and degrees.
+        """Return the frames as differences of microseconds, tenths of the units of *place*, and degrees.
 
         Args:
             place: Returns the point of a picture for one of the world.
@@ -97,7 +96,7 @@ class Poses:
         for frame in self.frames:
             x, y = place((frame.x, frame.y))
             now = (
-                round(frame.at / NANOSECONDS * 1000),
+                round(frame.at / 1000),
                 round(x * 10),
                 round(y * 10),
                 round(math.degrees(frame.yaw) * turns),

@@ -14,7 +14,7 @@ from hmrsim.actions import registry as actions
 from hmrsim.drawing import Drawing
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events import Event
-from hmrsim.events.faults import FaultEvent
+from hmrsim.events.faults import FaultBegan, FaultEvent
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.events.robots import (
     BatteryEmpty,
@@ -27,7 +27,9 @@ from hmrsim.events.simulation import Deleted, ParticipantEvent, Spawned, Telepor
 from hmrsim.events.traffic import Waiting
 from hmrsim.geometry import PlaceNames
 from hmrsim.history.items import Items
+from hmrsim.history.motion import INSTANT
 from hmrsim.history.occurrence import BatterySeen, SceneSeen
+from hmrsim.history.robots import Robots
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.goals import target_of
@@ -39,7 +41,6 @@ from hmrsim.run_page.poses import Poses
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame
-    from hmrsim.geometry import Point
     from hmrsim.history.occurrence import Occurrence
     from hmrsim.protocol.sinks import Sink
     from hmrsim.report.model import Report
@@ -50,8 +51,10 @@ _RUNNING: Final = "R"
 """The first letter of the status of a node that runs."""
 MAX_LINES: Final = 20_000
 """The maximum number of events in words, and of ticks of a tree: what a controller that runs away does first."""
-WIDTH: Final = 720.0
-"""The width of the map, in pixels of its own."""
+_WIDTHS: Final = (460.0, 720.0)
+"""The width of the map of a small world and of others, in pixels of its own: a page scales names with the map."""
+_SMALL: Final = 60
+"""The maximum number of points of a small world."""
 
 
 class Line(NamedTuple):
@@ -66,6 +69,19 @@ class Line(NamedTuple):
     subject: str
     text: str
     severity: str
+
+
+class Change(NamedTuple):
+    """A value that holds from a time on.
+
+    Attributes:
+        at: Seconds since the run began.
+        line: The number of lines up to the event that changed it.
+    """
+
+    at: float
+    line: int
+    value: Any
 
 
 class Happening(NamedTuple):
@@ -89,10 +105,6 @@ class TreeNode(Protocol):
     @property
     def depth(self) -> int:
         """The depth of the node; 0 for the root."""
-
-    @property
-    def symbol(self) -> str:
-        """The symbol of its kind."""
 
     @property
     def kind(self) -> str:
@@ -133,17 +145,17 @@ class Tree:
     """The tree of a robot, or of a fleet, over time.
 
     Attributes:
-        shapes: The nodes that it has had, each with its depth, symbol, kind and name.
+        shapes: The nodes that it has had, each with its depth, kind and name.
         ticks: The ticks that have changed something.
     """
 
     def __init__(self) -> None:
-        self.shapes: list[tuple[tuple[int, str, str, str], ...]] = []
+        self.shapes: list[tuple[tuple[int, str, str], ...]] = []
         self.ticks: list[Tick] = []
 
     def note(self, at: float, line: int, nodes: Sequence[TreeNode]) -> None:
         """Record the nodes after a tick."""
-        shape = tuple((node.depth, node.symbol, node.kind, node.name) for node in nodes)
+        shape = tuple((node.depth, node.kind, node.name) for node in nodes)
         if not self.shapes or self.shapes[-1] != shape:
             self.shapes.append(shape)
         statuses = "".join(str(node.status.value)[0] for node in nodes)
@@ -156,7 +168,7 @@ class Tree:
         """Yield name and message of each leaf that runs after the last tick."""
         tick = self.ticks[-1]
         nodes = self.shapes[tick.shape]
-        for i, ((depth, _, _, name), status) in enumerate(zip(nodes, tick.statuses, strict=True)):
+        for i, ((depth, _, name), status) in enumerate(zip(nodes, tick.statuses, strict=True)):
             is_leaf = i + 1 == len(nodes) or nodes[i + 1][0] <= depth
             if is_leaf and status == _RUNNING:
                 yield name, tick.messages.get(i, "")
@@ -169,6 +181,7 @@ class RunLog:
         world: The world of the run, once it is watched.
         lines: Its events in words, in order.
         happenings: Its events by which it is compared with another run, in order.
+        faults: The times, in seconds, and numbers of the lines with which faults begin.
         trees: The trees of its robots, by robot.
         poses: The poses of its robots, by name.
         queues: The robots at a dock when another one began to queue for it, by the robot that queues and its time in
@@ -179,6 +192,7 @@ class RunLog:
     def __init__(self) -> None:
         self.lines: list[Line] = []
         self.happenings: list[Happening] = []
+        self.faults: list[tuple[float, int]] = []
         self.trees: dict[str, Tree] = defaultdict(Tree)
         self.poses: dict[str, Poses] = {}
         self._queued: list[tuple[str, int]] = []
@@ -189,7 +203,9 @@ class RunLog:
         self._sink: ReportSink | None = None
         self._places = PlaceNames({})
         self._targets: dict[str, str] = {}
-        self._spans: dict[tuple[str, str], list[tuple[float, Any]]] = defaultdict(list)
+        self._executing: dict[str, dict[str, str]] = defaultdict(dict)
+        self._changes: dict[tuple[str, str], list[Change]] = defaultdict(list)
+        self._event_at = self._event_line = 0
         self._report: Report | None = None
         self._last = 0
         timeline = self._story.timeline
@@ -212,10 +228,15 @@ class RunLog:
         """True if the run has begun: a run whose controller can't be loaded has not."""
         return self._simulator is not None
 
+    @property
+    def width(self) -> float:
+        """The width of the map, in pixels of its own."""
+        return _WIDTHS[len(self.world.points) > _SMALL]
+
     @cached_property
     def frame(self) -> Frame:
         """The window of the map."""
-        return Drawing(self.world, width=WIDTH, legend=False).frame
+        return Drawing(self.world, width=self.width, legend=False).frame
 
     def watch(self, simulator: Simulator, _pacing: object = None) -> list[Sink]:
         """Return the sinks that follow a simulator, which has not started."""
@@ -225,6 +246,8 @@ class RunLog:
         doors.watch_all(lambda door: self._change("door", door, doors.is_(door, "open")))
         lanes.watch_all(lambda lane: self._change("lane", "-".join(lane), lanes.is_closed(lane)))
         items.watch_all(lambda item: self._change("item", item, items[item].carrier or items[item].at))
+        robots = Robots(self._story.timeline, simulator.world)
+        robots.watch_all(lambda robot: self._change("state", robot, robots.state_of(robot)))
         self._sink = ReportSink(simulator, self._take)
         return [self._sink]
 
@@ -262,11 +285,9 @@ class RunLog:
             for name, message in tree.running()
         ]
 
-    def changes(self, kind: str) -> Iterator[tuple[str, list[tuple[float, Any]]]]:
-        """Yield each item, door, lane or robot that is ``gone``, with its values over time."""
-        for (what, name), values in sorted(self._spans.items()):
-            if what == kind:
-                yield name, values
+    def changes(self, kind: str) -> dict[str, list[Change]]:
+        """Return the changes of each ``item``, ``door`` or ``lane``, or of robots' ``state``, ``goals`` or ``gone``."""
+        return {name: values for (what, name), values in sorted(self._changes.items()) if what == kind}
 
     def describe(self, event: Event) -> str:
         """Return an event as a sentence, with the names of places."""
@@ -314,27 +335,41 @@ class RunLog:
             # It ended with the simulation, when the run was over; until now, its robot may have waited.
             self.stuck = self.stuck or self._stuck()
             return
+        told = isinstance(event, Event) and len(self.lines) < MAX_LINES and _is_told(event)
+        self._event_at, self._event_line = occurrence.at, len(self.lines) + told
         self._story.take(occurrence)
         if not isinstance(event, Event):
             return
         at = occurrence.at + self._story.timeline.offset
-        told = (
-            len(self.lines) < MAX_LINES
-            and (event.traced or isinstance(event, GoalAccepted))
-            and not (isinstance(event, GoalStatusChanged) and not GoalStatus(event.status).terminal)
-        )
+        self._follow_goals(event)
         if not isinstance(event, FaultEvent | ParticipantEvent):
             self.happenings.append(Happening(at, event, len(self.lines), told))
         if not isinstance(event, ParticipantEvent | BatteryEvent):
             self._last = at
         if told:
+            if isinstance(event, FaultBegan):
+                self.faults.append((in_seconds(at), len(self.lines)))
             self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), event.severity.value))
 
     def _change(self, kind: str, name: str, value: Any) -> None:
         """Record a value that holds from now on, unless it is None or that of the last record."""
-        spans = self._spans[kind, name]
-        if value is not None and (not spans or spans[-1][1] != value):
-            spans.append((in_seconds(self._story.now), value))
+        changes, now = self._changes[kind, name], self._story.now
+        if value is not None and (not changes or changes[-1].value != value):
+            # What changes between events, such as at the end of a motion, does so before the event.
+            between = now + INSTANT < self._event_at + self._story.timeline.offset
+            changes.append(Change(in_seconds(now), len(self.lines) if between else self._event_line, value))
+
+    def _follow_goals(self, event: Event) -> None:
+        """Record the goals that a robot executes, in words."""
+        if isinstance(event, GoalAccepted):
+            goals = self._executing[event.robot]
+            goals[event.goal_id] = f"{event.action} {self._target_of(event)}".strip()
+        elif isinstance(event, GoalStatusChanged) and GoalStatus(event.status).terminal:
+            goals = self._executing[event.robot]
+            goals.pop(event.goal_id, None)
+        else:
+            return
+        self._change("goals", event.robot, [*goals.values()])
 
     def _note_queues(self) -> None:
         """Record the robots ahead of those that joined a queue with the last event, which has only their place."""
@@ -356,9 +391,8 @@ class RunLog:
             self._poses(robot["name"]).put(at, *robot["pose"])
 
 
-def place_of(value: Any, frame: Frame) -> Any:
-    """Return where an item is on the map: the name of its robot, or a point in pixels."""
-    if isinstance(value, str):
-        return value
-    at: Point = (float(value[0]), float(value[1]))
-    return [round(each, 1) for each in frame.at(at)]
+def _is_told(event: Event) -> bool:
+    """Return whether an event has a line."""
+    if isinstance(event, GoalStatusChanged):
+        return event.traced and GoalStatus(event.status).terminal
+    return event.traced or isinstance(event, GoalAccepted)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from markupsafe import Markup
@@ -11,16 +11,19 @@ from markupsafe import Markup
 from hmrsim import __version__
 from hmrsim.drawing import PALETTE, Drawing, marks, type_looks
 from hmrsim.drawing.canvas import element, group, path, text_of, titled
+from hmrsim.drawing.labels import names
+from hmrsim.events.traffic import LaneEvent
 from hmrsim.history.robots import STATES
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.report.charts import timeline_of
 from hmrsim.report.html import page_around, part, templates
 from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, moments_of
-from hmrsim.run_page.run_log import MAX_LINES, WIDTH, place_of
+from hmrsim.run_page.run_log import MAX_LINES
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
-    from hmrsim.report.model import Goal, Report, Wait
+    from hmrsim.drawing.canvas import Frame
+    from hmrsim.report.model import Report, Wait
     from hmrsim.run_page.run_log import RunLog, Tree
 
 _COLORS: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
@@ -28,7 +31,9 @@ _COLORS: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["
 _QUIET: Final = 1.1
 """The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
 _MAX_NAMES: Final = 40
-"""The maximum number of robots whose names are on the map."""
+"""The maximum number of robots, and of items, whose names are on the map."""
+_NARROWEST: Final = 50.0
+"""The minimum width of a goal in the chart, where an instant one has to be seen."""
 
 
 def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | tuple[ShownRun, ShownRun]) -> str:
@@ -43,11 +48,10 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
     reports = [run.log.report() for run in runs]
     difference = first_difference(failing.log, other.log) if other is not None else None
     moments = moments_of(causes, failing, other, difference)
-    whole = max(report.summary.sim_time for report in reports) or 1.0
-    length = min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0)
+    whole = _at(max(report.summary.sim_time for report in reports)) or 1.0
+    length = _at(min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0))
     data = {
-        "length": round(length, 3),
-        "at": round(difference.at if difference else moments[0].at, 3),
+        "length": length,
         "difference": _difference(difference),
         "runs": [_run(run, report) for run, report in zip(runs, reports, strict=True)],
     }
@@ -64,7 +68,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
             faults=[_faults(report, length) for report in reports],
             maps=[Markup(_map(run.log)) for run in runs],  # noqa: S704 - escaped by the functions that made it
             rows=[*_rows(reports, length)],
-            ticks=timeline_of(reports[0], length=length).ticks,
+            ticks=timeline_of(reports[0], length).ticks,
             most=MAX_LINES,
             cut=any(len(run.log.lines) == MAX_LINES for run in runs),
             trees=any(run.log.trees for run in runs),
@@ -83,16 +87,15 @@ def _embedded(data: Any) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
+def _at(seconds: float) -> float:
+    """Return seconds in the precision of lines: events of an instant have the same."""
+    return round(seconds, 6)
+
+
 def _difference(difference: Difference | None) -> Any:
-    return (
-        None
-        if difference is None
-        else {
-            "at": round(difference.at, 3),
-            "lines": difference.lines,
-            "seen": difference.seen,
-        }
-    )
+    if difference is None:
+        return None
+    return {"at": _at(difference.at), "lines": difference.lines, "seen": difference.seen}
 
 
 def _faults(report: Report, length: float) -> list[tuple[float, float, str]]:
@@ -100,14 +103,15 @@ def _faults(report: Report, length: float) -> list[tuple[float, float, str]]:
     found = []
     for fault in report.faults:
         ended = min(length, report.summary.sim_time if fault.ended is None else fault.ended)
-        text = f"{fault.fault} of {fault.subject}, {fault.began:.1f} to {ended:.1f} s"
+        until = "the end of the run" if fault.ended is None else f"{fault.ended:.1f} s"
+        text = f"{fault.fault} of {fault.subject}, {fault.began:.1f} s to {until}"
         found.append((100 * fault.began / length, 100 * (ended - fault.began) / length, text))
     return found
 
 
 def _rows(reports: Sequence[Report], length: float) -> Iterator[tuple[str, str, list[str]]]:
     """Yield the name and type of each robot, and its row of the timeline in each run."""
-    timelines = [timeline_of(report, length=length) for report in reports]
+    timelines = [timeline_of(report, length, _NARROWEST) for report in reports]
     rows = [{row.robot: row for row in timeline.rows} for timeline in timelines]
     for name in dict.fromkeys(name for known in rows for name in known):
         own = [known.get(name) for known in rows]
@@ -119,9 +123,9 @@ def _map(log: RunLog) -> str:
     """Return the map as SVG, with the robots and items, which the script moves."""
     world, frame, points = log.world, log.frame, log.world.points
     still = world.model_copy(update={"robots": {}, "items": {}, "bounds": frame.box})
-    drawing = Drawing(still, width=WIDTH, legend=False, colors=_COLORS)
+    drawing = Drawing(still, width=log.width, names=False, legend=False, colors=_COLORS)
     size = drawing.mark
-    changed = dict(log.changes("lane"))
+    changed = log.changes("lane")
     lanes = {f"{a}-{b}": (a, b) for lane in world.lanes for a, b in ((lane.from_, lane.to), (lane.to, lane.from_))}
     closed = (
         element("path", titled(f"{name} is closed"), d=path(frame.at(points[end]) for end in ends), data_lane=name)
@@ -131,18 +135,26 @@ def _map(log: RunLog) -> str:
     doors = (
         element("path", d=path(map(frame.at, door.at)), data_door=name)
         for name, door in world.doors.items()
-        if name in dict(log.changes("door"))
+        if name in log.changes("door")
     )
-    items = (
-        element("g", marks.item((0.0, 0.0), size, _COLORS, titled(name)), data_item=name)
-        for name, _ in log.changes("item")
+    items = [*log.changes("item")]
+    named = len(items) <= _MAX_NAMES
+    boxes = (
+        element(
+            "g",
+            marks.item((0.0, 0.0), size, _COLORS, titled(name)),
+            element("text", text_of(name), y=size + 8, text_anchor="middle") if named else "",
+            data_item=name,
+        )
+        for name in items
     )
     over = [
         group("closed", closed),
         group("open-doors", doors),
         group("waits", [""]),
-        group("items", items),
         group("robots", _robots(log, size)),
+        group("items", boxes),
+        names(drawing),
     ]
     return f"{drawing.svg().removesuffix('</svg>')}{''.join(over)}</svg>"
 
@@ -167,41 +179,46 @@ def _robots(log: RunLog, size: float) -> Iterator[str]:
 def _run(run: ShownRun, report: Report) -> dict[str, Any]:
     """Return what the script needs of a run."""
     log = run.log
+    own = {kind: _changes(log, kind) for kind in ("gone", "state", "goals")}
+    compared = {each.line for each in log.happenings if each.told and not isinstance(each.event, LaneEvent)}
     return {
-        "end": round(report.summary.sim_time, 3),
-        "robots": [_robot(log, report, name) for name in log.poses],
-        "items": [
-            [name, [[at, place_of(value, log.frame)] for at, value in values]] for name, values in log.changes("item")
-        ],
-        "doors": [[name, values] for name, values in log.changes("door")],
-        "lanes": [[name, values] for name, values in log.changes("lane")],
-        "lines": [[round(line.at, 3), line.subject, line.text, line.severity] for line in log.lines],
+        "end": _at(report.summary.sim_time),
+        "robots": [_robot(log, report, name, own) for name in log.poses],
+        "items": _changes(log, "item", lambda value: _place_of(value, log.frame)),
+        "doors": _changes(log, "door"),
+        "lanes": _changes(log, "lane"),
+        "lines": [[_at(line.at), line.subject, line.text, line.severity] for line in log.lines],
+        "apart": [i for i in range(len(log.lines)) if i not in compared],
         "trees": [_tree(name, tree) for name, tree in log.trees.items()],
-        "violations": [[round(at, 3), text] for at, text in run.violations],
+        "violations": [[_at(at), text] for at, text in run.violations],
     }
 
 
-def _robot(log: RunLog, report: Report, name: str) -> dict[str, Any]:
+def _changes(log: RunLog, kind: str, shown: Callable[[Any], Any] = lambda value: value) -> dict[str, list[Any]]:
+    """Return the changes of each member of a kind, by name."""
+    return {
+        name: [(_at(change.at), change.line, shown(change.value)) for change in changes]
+        for name, changes in log.changes(kind).items()
+    }
+
+
+def _place_of(value: Any, frame: Frame) -> Any:
+    """Return where an item is on the map: the name of its robot, or a point in pixels."""
+    if isinstance(value, str):
+        return value
+    x, y = frame.at((float(value[0]), float(value[1])))
+    return round(x, 1), round(y, 1)
+
+
+def _robot(log: RunLog, report: Report, name: str, changes: Mapping[str, Mapping[str, list[Any]]]) -> dict[str, Any]:
     frame = log.frame
-    goals = [_goal(goal) for goal in report.goals if goal.robot == name]
     return {
         "name": name,
         "poses": log.poses[name].encoded(frame.at, turns=-1.0 if frame.up else 1.0),
-        "gone": dict(log.changes("gone")).get(name, []),
-        "states": [
-            [round(span.began, 3), round(span.ended, 3), STATES.index(span.state)]
-            for span in report.states
-            if span.robot == name and span.state != "idle"
-        ],
-        "goals": goals,
+        **{kind: known.get(name, []) for kind, known in changes.items()},
         "waits": [_wait(log, wait) for wait in report.waits if wait.robot == name],
-        "battery": [[round(at, 3), round(share, 4)] for at, share in report.batteries.get(name, ())],
+        "battery": [[_at(at), round(share, 4)] for at, share in report.batteries.get(name, ())],
     }
-
-
-def _goal(goal: Goal) -> list[Any]:
-    ended = None if goal.ended is None else round(goal.ended, 3)
-    return [round(goal.accepted, 3), ended, f"{goal.action} {goal.target}".strip(), goal.status.lower()]
 
 
 def _wait(log: RunLog, wait: Wait) -> list[Any]:
@@ -209,14 +226,14 @@ def _wait(log: RunLog, wait: Wait) -> list[Any]:
     why, robots = wait.why, wait.robots
     if wait.kind == "dock":
         why, robots = f"the queue of {wait.why}", log.queues.get((wait.robot, round(wait.began * NANOSECONDS)), ())
-    return [round(wait.began, 3), round(wait.ended, 3), why, robots]
+    return [_at(wait.began), _at(wait.ended), why, robots]
 
 
 def _tree(name: str, tree: Tree) -> dict[str, Any]:
     texts: dict[str, int] = {}
     ticks = [
         [
-            round(tick.at, 3),
+            _at(tick.at),
             tick.line,
             tick.shape,
             tick.statuses,

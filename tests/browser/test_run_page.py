@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 
 from benchmarks._browser import until
@@ -25,6 +27,7 @@ def serve(robot):
 '''
 _PROPERTY = {"never": {"all": [{"event": "placed"}, {"not": {"item": "coffee", "at": "table_1"}}]}}
 _REJECTED = {"type": "goals_rejected", "robot": "mocha", "action": "navigate_to_pose", "count": 1, "at": 1.0}
+NOTHING = "\N{EN DASH}"
 _PLACES = "() => [...document.querySelectorAll('[data-robot=mocha]')].map((each) => each.getAttribute('transform'))"
 
 
@@ -103,6 +106,57 @@ def test_the_keyboard_moves_the_slider_and_steps_through_events(page):
     page.keyboard.press("p")
 
     assert "true" == page.evaluate("String(document.querySelector('.events .now') !== null)")
+
+
+def test_stepping_goes_on_from_the_time_of_the_slider(page):
+    to(page, 2)
+    page.click("#next")
+
+    assert float(page.input_value("#time")) > 2
+
+
+def test_stepping_reaches_each_row_of_both_runs_in_order(page):
+    steps = page.evaluate(
+        "() => { show(0, 0);"
+        " return stops.map(() => { const now = [cursor.at, ...cursor.counts]; step(1); return now; }); }"
+    )
+
+    assert steps == sorted(steps)
+    assert all(one <= other for pair in pairwise(steps) for one, other in zip(*pair, strict=True))
+    assert steps[-1][1:] == page.evaluate("runs.map((run) => run.items.length)")
+    assert "violated" in page.get_attribute(".events[data-run='0'] .now", "class")
+
+
+def test_the_table_follows_the_selected_event_within_an_instant(page):
+    picked = page.locator(".events[data-run='1'] li", has_text="picks up coffee")
+    held = "[data-run='1'] .now td:nth-child(4)"
+    picked.click()
+    assert page.text_content(held) == "coffee"
+    page.click("#previous")
+    assert page.text_content(held) == NOTHING
+
+
+def test_the_end_shows_what_the_last_events_have_changed(page):
+    page.evaluate("show(data.length)")
+
+    assert page.text_content("[data-run='1'] .now td:nth-child(4)") == NOTHING
+    assert page.locator(".events .later").count() == 0
+
+
+def test_trees_do_not_differ_before_the_runs_do(page):
+    differing = page.evaluate(
+        "() => stops.slice(0, stops.difference).map((stop, i) => {"
+        " showStop(i); return document.querySelectorAll('.tree .differs').length; })"
+    )
+
+    assert 1 < len(differing)
+    assert not any(differing)
+
+
+def test_a_violation_in_the_key_moments_selects_its_row(page):
+    page.click(".moments .violated .jump")
+
+    assert "violated" in page.get_attribute(".events[data-run='0'] .now", "class")
 
 
 def test_it_plays(page):

@@ -70,8 +70,14 @@ def test_key_moments_are_the_causes_the_difference_and_what_went_wrong(failing, 
     other = ShownRun("Without", passing[1], "ends", passing[0].at)
     moments = moments_of([Cause("breakdown", outcome.began[0])], run, other, first_difference(log, passing[1]))
 
-    assert ["cause", "difference", "alarm", "violated", "end"] == [moment.kind for moment in moments]
+    kinds = [moment.kind for moment in moments]
+    assert ["goal", "cause", "difference", "alarm", "silent", "violated", "end"] == kinds
     assert sorted(moment.at for moment in moments) == [moment.at for moment in moments]
+    assert "porter navigate_to_pose: store, SUCCEEDED at 10.000 s" == moments[0].text
+    assert moments[3].text.startswith("porter pickup rejected: ")
+    assert moments[3].text.endswith(", 4 times")
+    assert "after pickup of porter was rejected, the controller sends no further goal" == moments[4].text
+    assert log.lines[moments[1].seen - 1].text.startswith("has the fault")
 
 
 def test_the_moment_from_which_nothing_happens_says_why(waiting):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 
-from hmrsim.fault_search.failure_page import failure_page, run_logged
+from hmrsim.fault_search.failure_page import code_in, failure_page, run_logged
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from tests.porters import WORLD, check_of
@@ -25,7 +25,7 @@ def test_the_page_has_the_failing_run_and_the_passing_one(page):
     assert ["violated"] == [kind for kind in ("violated", "passing") if f'<li class="{kind}">' in page]
     assert [1, 0] == [len(run["violations"]) for run in data["runs"]]
     assert ["porter", "other"] == [robot["name"] for robot in data["runs"][0]["robots"]]
-    assert 10.0 == data["difference"]["at"] == data["at"]
+    assert 10.0 == data["difference"]["at"]
     assert "breakdown of porter for 60 s, when pickup of porter is executing" in page
     assert "it passes: the run ends as succeeded at " in page
 
@@ -48,8 +48,22 @@ def test_a_run_that_fails_without_any_fault_stands_alone():
     check = check_of("broken")
     page = failure_page(check, Case(), *run_logged(check, Case(), Wanted()))
 
-    assert "The run fails without any fault." in page
+    assert "The run fails without any fault, so there is no passing run beside it." in page
     assert 1 == len(data_of(page)["runs"])
+
+
+def test_the_lines_at_which_tasks_wait_are_quoted(tmp_path):
+    source = tmp_path / "mission.py"
+    source.write_text("first = 1\nawait gate.wait()\n", encoding="utf-8")
+
+    assert [(f"{source}:2", "await gate.wait()")] == [*code_in(f"eve ({source}:2); ben ({source}:2); ada (gone.py:1)")]
+
+
+def test_an_instant_goal_at_the_end_of_a_run_can_be_seen(page):
+    (x, width), *_ = re.findall(r'class="g aborted" x="([\d.]+)" y="2" width="([\d.]+)"', page)
+
+    assert 50.0 <= float(width)
+    assert float(x) + float(width) <= 10_000
 
 
 def test_a_reduced_world_is_named():

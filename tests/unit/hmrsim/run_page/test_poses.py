@@ -84,4 +84,4 @@ def test_frames_are_encoded_as_differences():
     poses = Poses(0.1)
     poses.move(SECOND, EAST)
 
-    assert [1000, 0, 50, 0, 2000, 80, 0, 0] == poses.encoded(lambda at: (2 * at[0], 5 - at[1]), turns=-1.0)
+    assert [1_000_000, 0, 50, 0, 2_000_000, 80, 0, 0] == poses.encoded(lambda at: (2 * at[0], 5 - at[1]), turns=-1.0)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import pytest
+
 from hmrsim.fault_search.failure_page import run_logged
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
@@ -13,9 +15,7 @@ from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
 
 def node(name, status="RUNNING", message="", depth=0):
-    return SimpleNamespace(
-        depth=depth, symbol="-->", kind="Leaf", name=name, status=SimpleNamespace(value=status), message=message
-    )
+    return SimpleNamespace(depth=depth, kind="Leaf", name=name, status=SimpleNamespace(value=status), message=message)
 
 
 def test_the_log_does_not_change_the_run(check, failing):
@@ -46,9 +46,21 @@ def test_robots_are_where_they_were(passing):
 
 
 def test_items_are_carried(passing):
-    boxes = dict(passing[1].changes("item"))["box"]
+    log = passing[1]
+    boxes = log.changes("item")["box"]
 
-    assert [[10.0, 0.3], "porter"] == [list(value) if not isinstance(value, str) else value for _, value in boxes][:2]
+    assert [(10.0, 0.3), "porter"] == [change.value for change in boxes][:2]
+    assert "picks up box" == log.lines[boxes[1].line - 1].text
+
+
+def test_goals_and_states_change_with_their_event(passing):
+    log = passing[1]
+    goals = [(log.lines[change.line - 1].text, change.value) for change in log.changes("goals")["porter"]]
+    at_store = [change.value for change in log.changes("state")["porter"] if change.at == pytest.approx(10.0)]
+
+    assert ("navigate_to_pose accepted: store", ["navigate_to_pose store"]) == goals[0]
+    assert ("navigate_to_pose SUCCEEDED", []) == goals[1]
+    assert "idle" == at_store[0]
 
 
 def test_ticks_that_change_nothing_are_left_out():
