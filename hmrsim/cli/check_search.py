@@ -107,7 +107,7 @@ def _warn_of(nominal: Outcome) -> None:
     """Warn if the controller does not succeed even without faults: there may be little to break."""
     if nominal.ending != "succeeded":
         cause = nominal.cause or nominal.output.rpartition("\n")[2]
-        why = f": {cause}" if cause else ""
+        why = f": {cause.removeprefix(f'{nominal.ending}: ')}" if cause else ""
         if nominal.ending == TIMEOUT:
             why += "; for a controller that never ends, put `built_in: {mission_ends: false}` into its properties"
         warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")

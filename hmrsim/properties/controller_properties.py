@@ -56,7 +56,9 @@ class ControllerLives(Watcher):
         self._end_known = ended is not None and not cut_off(ended)
         if ended is not None and ended.ending in _DEATHS:
             death = _DEATHS[ended.ending]
-            text = f"{death}: {ended.cause}" if ended.cause else death
+            # The cause of a deadlock begins with that word.
+            cause = ended.cause.removeprefix(f"{ended.ending}: ")
+            text = f"{death}: {cause}" if cause else death
             self.violate(at, "", _reason(ended), text, fatal=True)
 
     def unless_violated(self) -> Verdict:
