@@ -136,7 +136,7 @@ def begins(part: Formula) -> Formula:
     return And(part, Or(Not(Previous(part)), Above("begins")))
 
 
-_HOLDS: Final = Clause(Or(A, Previous(Not(A))), "not: {a}", "it is not so that {a}")
+_HOLDS: Final = Clause(Or(A, Previous(Not(A))), "not: {a}", "it is not true that {a}")
 _NEVER_BEGINS: Final = Clause(Not(begins(A)), "{a}", "{a}")
 
 
@@ -209,19 +209,19 @@ class Eventually(Temporal):
 
     def _expired(self, at: int, _obligation: Obligation[None]) -> None:
         term, late = self.terms[0], f"within {self.part.within:g} s"
-        self.violate(at, self.subject, f"not {late}: {term.words}", f"it was not so {late} that {term.text}")
+        self.violate(at, self.subject, f"not {late}: {term.words}", f"it was not true {late} that {term.text}")
 
     def end(self, at: int, ended: Ended | None) -> None:
         """Report that the condition has never held, if it had all the time of the run."""
         if self._missing and self.part.within is None and not cut_off(ended):
             term = self.terms[0]
-            self.violate(at, self.subject, f"never: {term.words}", f"it was never so that {term.text}")
+            self.violate(at, self.subject, f"never: {term.words}", f"it was never true that {term.text}")
 
     def unless_violated(self) -> Verdict:
         """Return whether the condition has held; the robustness is the share of the time that was left."""
         text = self.terms[0].text
         if self._missing:
-            return self._is("undecided", 0.0, f"it was not so by the end that {text}")
+            return self._is("undecided", 0.0, f"it was not true by the end that {text}")
         return self._is("holds", self._missing.least, f"after {self._missing.seconds:.1f} s {text}")
 
 
@@ -238,7 +238,7 @@ class Sometimes(Temporal):
         """Return whether the condition has held."""
         term = self.terms[0]
         if not term.times:
-            return self._is("never_exercised", 0.0, f"it was never so that {term.text}")
+            return self._is("never_exercised", 0.0, f"it was never true that {term.text}")
         return self._is("holds", 1.0, f"{term.text}, {'once' if term.times == 1 else f'{term.times} times'}")
 
 
@@ -274,7 +274,7 @@ class Reports(Temporal):
         term = self.terms[0]
         if not term.holds:
             reason = f"reported {self._report}, but not: {term.words}"
-            text = f"the controller reports {self._report}, but it is not so that {term.text}"
+            text = f"the controller reports {self._report}, but it is not true that {term.text}"
             self.violate(at, self.subject, reason, text)
 
     def unless_violated(self) -> Verdict:

@@ -50,13 +50,13 @@ class HeldUntil(Invariant):
         """Report a violation if the other condition has never held."""
         if not (self.over or cut_off(ended)):
             until = self.terms[1]
-            self.violate(at, self.subject, f"never: {until.words}", f"it was never so that {until.text}")
+            self.violate(at, self.subject, f"never: {until.words}", f"it was never true that {until.text}")
 
     def unless_violated(self) -> Verdict:
         """Return the verdict, which depends on whether the other condition has held."""
         held, until = self.terms
         if not self.over:
-            return self._is("undecided", 0.0, f"it was not so by the end that {until.text}")
+            return self._is("undecided", 0.0, f"it was not true by the end that {until.text}")
         return self._is("holds", 1.0, f"until {until.text} it was {'not ' * self._avoided}so that {held.text}")
 
 
@@ -70,8 +70,8 @@ class AvoidedAfter(Invariant):
         """Return the verdict, which depends on whether the other condition has ever held."""
         avoided, after = self.terms
         if not after.times:
-            return self._is("never_exercised", 1.0, f"it was never so that {after.text}")
-        return self._is("holds", 1.0, f"since {after.text} it was not so that {avoided.text}")
+            return self._is("never_exercised", 1.0, f"it was never true that {after.text}")
+        return self._is("holds", 1.0, f"since {after.text} it was not true that {avoided.text}")
 
 
 class Counted(Temporal):
@@ -134,7 +134,7 @@ class Reaction(Invariant):
         """Return the verdict, which depends on whether there was a stimulus, and an instant for the reaction."""
         stimulus = self.terms[0]
         if not stimulus.times:
-            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+            return self._is("never_exercised", 1.0, f"it was never true that {stimulus.text}")
         if self._next and stimulus.holds and stimulus.times == 1:
             return self._is("undecided", 0.0, f"nothing has followed since {stimulus.text}")
         return self._is("holds", 1.0, f"{stimulus.times} times {stimulus.text}")
@@ -175,9 +175,9 @@ class DelayedReaction(Temporal):
         """Return the verdict on all reactions; the robustness is the least share of the time that was left."""
         stimulus, reaction = self.terms
         if self._undecided:
-            return self._is("undecided", 0.0, f"it was not so by the end that {reaction.text}")
+            return self._is("undecided", 0.0, f"it was not true by the end that {reaction.text}")
         if not stimulus.times:
-            return self._is("never_exercised", 1.0, f"it was never so that {stimulus.text}")
+            return self._is("never_exercised", 1.0, f"it was never true that {stimulus.text}")
         return self._is("holds", self._missing.least, f"{stimulus.times} times {stimulus.text}")
 
 
@@ -275,7 +275,7 @@ class Whenever(Temporal):
         """Return the verdict on all triggers; the robustness is the least share of the time that was left."""
         count = self._obligations.count
         if not count:
-            return self._is("never_exercised", 1.0, f"it was never so that {self._trigger_text}")
+            return self._is("never_exercised", 1.0, f"it was never true that {self._trigger_text}")
         if self._undecided:
             return self._is("undecided", 0.0, f"{self._undecided} of {count} times it had not followed by the end")
         return self._is("holds", self._obligations.least, f"followed each time, {count} in all")

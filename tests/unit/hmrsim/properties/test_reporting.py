@@ -26,7 +26,7 @@ def test_a_false_report_of_success_is_a_violation():
     assert feed.violations == [
         (9.0, "told", "", "reported succeeded, but not: medicine is at ward_a and is not carried")
     ]
-    assert "reports succeeded, but it is not so that medicine is at ward_a" in feed.monitor.violations[0].text
+    assert "reports succeeded, but it is not true that medicine is at ward_a" in feed.monitor.violations[0].text
 
 
 @pytest.mark.parametrize("report", ["succeeded", "failed"])
