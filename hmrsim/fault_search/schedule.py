@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pydantic import ValidationError
 
+from hmrsim.actions import error_codes
+from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.documents.validation import explain
 from hmrsim.faults import SUBJECTS, Anchor
@@ -123,7 +125,7 @@ class Injection:
         """Return what happens to goals, such as ``the 2nd drive of eve is aborted``."""
         action, count, anchor = self.spec["action"], self.spec["count"], self.anchor
         word, becomes = _ACTIONS.get(action, action), _OF_GOALS[self.kind]
-        code = f" with code {self.spec['error_code']}" if "error_code" in self.spec else ""
+        code = f" with code {self._code()}" if "error_code" in self.spec else ""
         own = (anchor.get("goal"), anchor.get("robot"), anchor.get("action")) == ("executing", self.subject, action)
         known = self.at_start or (own and not anchor.get("after") and self.kind == "goals_aborted")
         which = _ordinal(anchor.get("nth", 1)) if known else "next"
@@ -134,6 +136,12 @@ class Injection:
         else:
             what = f"the next {count} times a {word} of {self.subject} is {becomes}{code}"
         return what if known else f"{what}{self._when()}"
+
+    def _code(self) -> str:
+        """Return the error code with its name, such as ``-7 (PREEMPTED)``."""
+        code, action = self.spec["error_code"], actions().get(self.spec["action"])
+        name = error_codes(action).get(code) if action is not None else None
+        return f"{code} ({name})" if name else str(code)
 
     def _when(self) -> str:
         if self.anchor:

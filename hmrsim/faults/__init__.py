@@ -55,7 +55,10 @@ class Anchor(EventPattern):
     def describe(self) -> str:
         """Return the anchor in words, such as ``0.5 s after pickup of eve is executing (number 2)``."""
         delay = f"{self.after:g} s after " if self.after else ""
-        return f"{delay}{super().describe()}{f' (number {self.nth})' if self.nth > 1 else ''}"
+        what = super().describe()
+        if self.event is not None and self.robot:
+            what = f"{self.robot} reports {EventPattern(event=self.event, where=self.where).describe()}"
+        return f"{delay}{what}{f' (number {self.nth})' if self.nth > 1 else ''}"
 
 
 SUBJECTS = FaultEvent.presentation.subject

@@ -23,14 +23,18 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
             "the 2nd pickup of eve is aborted",
         ),
         (
-            {"type": "goals_aborted", "count": 3, "error_code": -22, **GOAL_OF_EVE, "when": {**GOAL, "nth": 11}},
-            "3 times in a row a pickup of eve is aborted with code -22, from the 11th on",
+            {"type": "goals_aborted", "count": 3, "error_code": -7, **GOAL_OF_EVE, "when": {**GOAL, "nth": 11}},
+            "3 times in a row a pickup of eve is aborted with code -7 (PREEMPTED), from the 11th on",
         ),
         (
             {"type": "goals_rejected", "count": 1, "robot": "eve", "action": "navigate_to_pose", "when": GOAL},
             "the next drive of eve is rejected, when pickup of eve is executing",
         ),
         ({"type": "lane_closed", "lane": ["a", "b"], "at": 3.0}, "lane_closed of a-b, at 3 s"),
+        (
+            {"type": "lane_closed", "lane": ["a", "b"], "when": {"event": "picked", "robot": "eve", "nth": 2}},
+            "lane_closed of a-b, when eve reports picked (number 2)",
+        ),
         (
             {"type": "door_jammed", "door": "gate", "at": 0.0, "duration": 5.0},
             "door_jammed of gate for 5 s, from the start",
