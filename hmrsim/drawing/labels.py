@@ -124,14 +124,19 @@ class _Name(NamedTuple):
     weight: str = "400"
 
 
-def names(drawing: Canvas) -> str:
-    """Return the names of robots, places, docks, lifts, items, doors and waypoints, placed in this order."""
+def names(drawing: Canvas, clear: float = 0.0) -> str:
+    """Return the names of robots, places, docks, lifts, items, doors and waypoints, placed in this order.
+
+    Args:
+        drawing: The picture.
+        clear: The minimum distance in pixels between a mark and its name, such as for robots that stop there.
+    """
     if drawing.mark < _ROOM:
         return ""
     frame = drawing.frame
     width, height = frame.size
     labels = Labels((frame.left, frame.top, frame.left + width, frame.top + height))
-    labeled = list(_labels_of(drawing))
+    labeled = [name._replace(radius=max(clear, name.radius)) for name in _labels_of(drawing)]
     for name in labeled:
         (x, y), half = name.at, name.radius
         labels.block((x - half, y - half, x + half, y + half))

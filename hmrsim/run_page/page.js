@@ -5,7 +5,7 @@ const WORDS = { S: "success", F: "failure", R: "running", I: "not active" };
 const SVG = "http://www.w3.org/2000/svg";
 const NEAR = 12;
 /** Pixels of the map between a point and an item there, and between two items. */
-const BELOW = 9, STACKED = 20;
+const BELOW = 9, STACKED = 11;
 /** Milliseconds between two times at which the events are scrolled while the page plays. */
 const FOLLOW = 300;
 

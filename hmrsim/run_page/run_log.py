@@ -52,10 +52,12 @@ _RUNNING: Final = "R"
 """The first letter of the status of a node that runs."""
 MAX_LINES: Final = 20_000
 """The maximum number of events in words, and of ticks of a tree: what a controller that runs away does first."""
-_WIDTHS: Final = (460.0, 720.0)
-"""The width of the map of a small world and of others, in pixels of its own: a page scales names with the map."""
-_SMALL: Final = 60
-"""The maximum number of points of a small world."""
+_WIDTH: Final = 720.0
+"""The width of the map, in pixels of its own."""
+_WIDTH_OF_SPARSE: Final = 460.0
+"""That of a sparse world, whose names are larger as a page scales them with the map."""
+_SPARSE: Final = 20
+"""The maximum number of points of a sparse world."""
 
 
 class Line(NamedTuple):
@@ -231,9 +233,14 @@ class RunLog:
         return self._simulator is not None
 
     @property
+    def sparse(self) -> bool:
+        """Whether there is room for large names on the map, and for names of items."""
+        return len(self.world.points) <= _SPARSE
+
+    @property
     def width(self) -> float:
         """The width of the map, in pixels of its own."""
-        return _WIDTHS[len(self.world.points) > _SMALL]
+        return _WIDTH_OF_SPARSE if self.sparse else _WIDTH
 
     @cached_property
     def frame(self) -> Frame:

@@ -31,7 +31,7 @@ _COLORS: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["
 _QUIET: Final = 1.1
 """The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
 _MAX_NAMES: Final = 40
-"""The maximum number of robots, and of items, whose names are on the map."""
+"""The maximum number of robots whose names are on the map."""
 _NARROWEST: Final = 50.0
 """The minimum width of a goal in the chart, where an instant one has to be seen."""
 
@@ -137,24 +137,23 @@ def _map(log: RunLog) -> str:
         for name, door in world.doors.items()
         if name in log.changes("door")
     )
-    items = [*log.changes("item")]
-    named = len(items) <= _MAX_NAMES
     boxes = (
         element(
             "g",
             marks.item((0.0, 0.0), size, _COLORS, titled(name)),
-            element("text", text_of(name), y=size + 8, text_anchor="middle") if named else "",
+            element("text", text_of(name), x=size, y=size * 0.5) if log.sparse else "",
             data_item=name,
         )
-        for name in items
+        for name in log.changes("item")
     )
+    radii = ((world.robot_type(robot).base.radius or 0.0) * frame.scale for robot in world.robots.values())
     over = [
         group("closed", closed),
         group("open-doors", doors),
         group("waits", [""]),
+        names(drawing, max([1.2 * size, *radii]) if log.sparse else 0.0),
         group("robots", _robots(log, size)),
         group("items", boxes),
-        names(drawing),
     ]
     return f"{drawing.svg().removesuffix('</svg>')}{''.join(over)}</svg>"
 

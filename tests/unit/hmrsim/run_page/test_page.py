@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 
 from hmrsim.fault_search.failure_page import code_in, failure_page, run_logged
@@ -64,6 +65,14 @@ def test_an_instant_goal_at_the_end_of_a_run_can_be_seen(page):
 
     assert 50.0 <= float(width)
     assert float(x) + float(width) <= 10_000
+
+
+def test_names_of_a_sparse_world_are_clear_of_robots_at_their_points(page):
+    point = re.search(r'<circle cx="([\d.]+)" cy="([\d.]+)"[^>]*><title>store<', page)
+    name = re.search(r'<text x="([\d.]+)" y="([\d.]+)"[^>]*>store<', page)
+    radius = float(re.search(r'class="ring" r="([\d.]+)"', page)[1]) / 1.3
+
+    assert radius < math.dist([float(each) for each in point.groups()], [float(each) for each in name.groups()])
 
 
 def test_a_reduced_world_is_named():
