@@ -32,7 +32,7 @@ _QUIET: Final = 1.1
 """The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
 _MAX_NAMES: Final = 40
 """The maximum number of robots whose names are on the map."""
-_NARROWEST: Final = 50.0
+_NARROWEST: Final = 90.0
 """The minimum width of a goal in the chart, where an instant one has to be seen."""
 
 

@@ -63,7 +63,7 @@ def test_the_lines_at_which_tasks_wait_are_quoted(tmp_path):
 def test_an_instant_goal_at_the_end_of_a_run_can_be_seen(page):
     (x, width), *_ = re.findall(r'class="g aborted" x="([\d.]+)" y="2" width="([\d.]+)"', page)
 
-    assert 50.0 <= float(width)
+    assert 90.0 <= float(width)
     assert float(x) + float(width) <= 10_000
 
 
