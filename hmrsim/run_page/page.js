@@ -284,8 +284,11 @@ function allStops() {
 /** Show a time, at the end of its instant, or within it at a stop. */
 function show(at, stop) {
   cursor.at = Math.min(data.length, Math.max(0, at));
-  cursor.stop = stop ?? countUpTo(stops, cursor.at, (each) => each.at) - 1;
-  cursor.counts = cursor.ticked = stops[cursor.stop].counts;
+  const last = countUpTo(stops, cursor.at, (each) => each.at) - 1;
+  cursor.stop = stop ?? last;
+  cursor.counts = stops[cursor.stop].counts;
+  // Once the runs differ, their trees are compared when both have reacted to all events of the instant.
+  cursor.ticked = stops[cursor.stop >= stops.difference ? last : cursor.stop].counts;
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
@@ -322,11 +325,7 @@ function step(by) {
 }
 
 function showDifference() {
-  if (!data.difference) return;
-  showStop(stops.difference);
-  // The trees react to the event after it, at the same instant.
-  cursor.ticked = stops[countUpTo(stops, cursor.at, (each) => each.at) - 1].counts;
-  showTrees();
+  if (data.difference) showStop(stops.difference);
 }
 
 const play = find("#play"), speed = find("#speed");

@@ -153,6 +153,16 @@ def test_trees_do_not_differ_before_the_runs_do(page):
     assert not any(differing)
 
 
+def test_trees_differ_after_the_instant_of_the_difference_only_in_what_it_has_changed(page):
+    differing = page.evaluate(
+        "() => stops.map((stop, i) => i).filter((i) => i >= stops.difference && stops[i].at === data.difference.at)"
+        ".map((i) => { showStop(i); return document.querySelectorAll('.tree .differs').length; })"
+    )
+
+    assert 1 < len(differing)
+    assert 1 == len(set(differing))
+
+
 def test_a_violation_in_the_key_moments_selects_its_row(page):
     page.click(".moments .violated .jump")
 
