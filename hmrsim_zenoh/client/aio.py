@@ -109,8 +109,7 @@ class AsyncClient:
         Raises:
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError, RequestTimeout: As `Client.get`.
         """
-        with self._time.held():
-            return await asyncio.to_thread(self.client.info)
+        return await self._time.ask(self.client.info)
 
     async def now(self) -> float:
         """Return simulated seconds.
@@ -140,8 +139,7 @@ class AsyncClient:
             SimulatorNotFound, Unreachable, RequestTimeout: As `Client.get_orders`.
         """
         with self._listening((_PLACED, *_RESTARTS)) as next_event:
-            with self._time.held():
-                orders = await asyncio.to_thread(self.client.get_orders, "open")
+            orders = await self._time.ask(partial(self.client.get_orders, "open"))
             for order in orders:
                 yield _placed(order)
             # Events of these orders may be on their way.
@@ -278,8 +276,7 @@ class AsyncRobot:
             RequestError, Unreachable: There is no such robot.
             SimulatorNotFound, SimulatorGone, RequestTimeout: As `Client.get`.
         """
-        with self._time.held():
-            return await asyncio.to_thread(self._client.pose_of, self.name)
+        return await self._time.ask(partial(self._client.pose_of, self.name))
 
     navigate_to = _awaitable(verbs.navigate_to)
     navigate_through = _awaitable(verbs.navigate_through)
@@ -306,8 +303,7 @@ class AsyncRobot:
         Raises:
             RequestError, Unreachable: There is no such robot, or it has no battery.
         """
-        with self._time.held():
-            return await asyncio.to_thread(self._charge.now)
+        return await self._time.ask(self._charge.now)
 
     async def wait_until_charged(self, percentage: float = 0.9) -> BatteryState:
         """Wait until the battery has a share of its capacity, and return its state.

@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim_zenoh.client.ordered_loop import OrderedLoop
@@ -34,6 +34,9 @@ _LOOK_AROUND: Final = 0.5
 """Wall seconds between two checks for the simulator, where time moves by itself."""
 _PASSES: Final = 100
 """Passes of an event loop that can't be ordered, before time advances."""
+
+
+T = TypeVar("T")
 
 
 class Waiting:
@@ -97,6 +100,7 @@ class AsyncTime:
         self._looking = False
         self._driving = False
         self._holds = 0
+        self._asked: list[tuple[Callable[[], Any], asyncio.Future[Any]]] = []
         self._driver: int | None = None
         self._posted: list[tuple[int, Callable[[], object]]] = []
         self._posting = threading.Lock()
@@ -160,6 +164,34 @@ class AsyncTime:
         if self._lockstep is not None and not self._lockstep.over:
             return self._lockstep.now
         return await asyncio.to_thread(lambda: self._client.now)
+
+    async def ask(self, call: Callable[[], T]) -> T:
+        """Return what a call returns that waits for the simulator's answer; no time passes in lockstep.
+
+        An ordered loop makes such calls when all tasks wait, one after the other, and then ends all of them in this
+        order: over a network, the answers arrive in any.
+        """
+        if self._ordered is None or self._driving:
+            with self.held():
+                return await asyncio.to_thread(call)
+        answer: asyncio.Future[T] = self._ordered.create_future()
+        self._asked.append((call, answer))
+        return await answer
+
+    def _answer(self) -> None:
+        """Make the calls that tasks have asked for, in the thread that also advances time."""
+        asked = [each for each in self._asked if not each[1].done()]
+        self._asked.clear()
+        self._holds += 1
+
+        def end(done: asyncio.Future[list[tuple[Any, Exception | None]]]) -> None:
+            self._holds -= 1
+            for (_, answer), (result, error) in zip(asked, done.result(), strict=True):
+                if not answer.done():
+                    answer.set_result(result) if error is None else answer.set_exception(error)
+
+        calls = [call for call, _ in asked]
+        self._loop.run_in_executor(self._thread, _results_of, calls).add_done_callback(end)
 
     async def sleep(self, seconds: float) -> None:
         """Sleep for a number of simulated seconds.
@@ -245,6 +277,8 @@ class AsyncTime:
         if self._ordered is not None:
             self._ordered.leave(self)
         self._ordered = None
+        if self._asked:
+            self._answer()
 
     def on_quiet(self, timer: float) -> bool:
         """Advance time, as no task is ready to run; return whether anything can still happen."""
@@ -252,7 +286,9 @@ class AsyncTime:
             fatal, self._fatal = self._fatal, None
             self._leave_order()
             raise fatal
-        if not (self._driving or self._holds):
+        if self._asked and not self._driving:
+            self._answer()
+        elif not (self._driving or self._holds):
             until = min([timer, *(wait.until for wait in self._waits)])
             if not self._waits and timer == math.inf:
                 return False
@@ -351,3 +387,14 @@ class AsyncTime:
                 self._fail(absence)
             else:
                 self._look_around_later()
+
+
+def _results_of(calls: Sequence[Callable[[], Any]]) -> list[tuple[Any, Exception | None]]:
+    """Return what each of some calls returns, or the error that it raises."""
+    results: list[tuple[Any, Exception | None]] = []
+    for call in calls:
+        try:
+            results.append((call(), None))
+        except Exception as error:  # noqa: BLE001 - the task that asked handles it
+            results.append((None, error))
+    return results

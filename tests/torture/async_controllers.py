@@ -62,6 +62,7 @@ class Controller:
         self._kinds = [
             *[self._goal] * 6,
             *[self._sleep] * 3,
+            *[self._ask] * 3,
             *[self._group] * 3,
             self._gather,
             self._wait,
@@ -132,6 +133,16 @@ class Controller:
                 await robot.pickup(self._chance.choice(["cup_1", "moon"]))
             case _:
                 await robot.undock()
+
+    async def _ask(self, _depth: int) -> None:
+        robot = self._client.robot(self._chance.choice((*ROBOTS, "nobody")))
+        match self._chance.randrange(3):
+            case 0:
+                self.log.append(await robot.pose())
+            case 1:
+                self.log.append([robot["name"] for robot in (await self._client.info())["robots"]])
+            case _:
+                await robot.battery()
 
     async def _sleep(self, _depth: int) -> None:
         if self._chance.random() < 0.5:

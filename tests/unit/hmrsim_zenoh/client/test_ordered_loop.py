@@ -13,7 +13,7 @@ import pytest
 from hmrsim.testing import simulation
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.trial import control
-from hmrsim_zenoh import AsyncClient, Deadlock
+from hmrsim_zenoh import AsyncClient, Client, Deadlock
 from hmrsim_zenoh.client.ordered_loop import OrderedLoop
 from tests.torture.async_controllers import compare
 
@@ -146,6 +146,28 @@ def test_the_text_of_a_deadlock_is_the_same_in_each_run():
 
     assert texts[0] == texts[1]
     assert "Task-1 " in texts[0]
+
+
+def test_what_tasks_ask_the_simulator_is_answered_in_the_order_in_which_they_ask(monkeypatch):
+    """Over a network, answers arrive in any order; here, too, if each question has a thread of its own."""
+    asked: list[tuple[str, str]] = []
+
+    def pose_of(_client, name):
+        asked.append((name, threading.current_thread().name))
+        if name == "nobody":
+            raise KeyError(name)
+        return name
+
+    async def play(client):
+        robots = ("mocha", "nobody", "latte", "chai")
+        return await asyncio.gather(*(client.robot(name).pose() for name in robots), return_exceptions=True)
+
+    monkeypatch.setattr(Client, "pose_of", pose_of)
+    mocha, error, *others = played(play)
+
+    assert ("mocha", KeyError, ["latte", "chai"]) == (mocha, type(error), others)
+    assert ["mocha", "nobody", "latte", "chai"] == [name for name, _ in asked]
+    assert len({thread for _, thread in asked}) == 1
 
 
 def test_what_waits_for_a_thread_is_no_deadlock():
