@@ -64,7 +64,7 @@ def search(args: argparse.Namespace) -> int:
         if why := no_search(nominal):
             raise CheckError([Problem(check.place, "controller", why)])
         results.prepare()
-        _warn_of(nominal)
+        _warn_of(nominal, check)
         check = limited(check, nominal)
         evaluator.take(check, nominal)
         display = _Display(check, results, line, quiet=args.json)
@@ -103,9 +103,12 @@ def _write_page(path: Path, check: Check, summary: Summary) -> None:
     warn(f"page: {path}")
 
 
-def _warn_of(nominal: Outcome) -> None:
-    """Warn if the controller does not succeed even without faults: there may be little to break."""
-    if nominal.ending != "succeeded":
+def _warn_of(nominal: Outcome, check: Check) -> None:
+    """Warn if the controller does not succeed even without faults: there may be little to break.
+
+    One that need not end does not succeed.
+    """
+    if nominal.ending != "succeeded" and (nominal.ending != TIMEOUT or check.properties.built_in.mission_ends):
         cause = nominal.cause or nominal.output.rpartition("\n")[2]
         why = f": {cause.removeprefix(f'{nominal.ending}: ')}" if cause else ""
         if nominal.ending == TIMEOUT:

@@ -13,14 +13,14 @@ from hmrsim.fault_search.run import NOT_RUN
 from hmrsim.fault_search.schedule import Case
 from hmrsim.fault_search.search import Found, Search, Strategy
 from hmrsim.fault_search.summary import Finding, Summary, Unreached
-from hmrsim.trials.trial import CRASHED, DIED, ERROR, MEMORY
+from hmrsim.trials.trial import CRASHED, DIED, ERROR, FAILED, MEMORY, SUCCEEDED
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.evaluator import Evaluator
     from hmrsim.fault_search.run import Failure, Outcome
 
-_ENDS_OF_ITS_OWN: Final = ("failed", CRASHED, DIED, MEMORY)
+_ENDS_OF_ITS_OWN: Final = (SUCCEEDED, FAILED, CRASHED, DIED, MEMORY)
 _LONGER: Final = 10.0
 _MORE: Final = 600.0
 """The default limit of a run is its time without faults times `_LONGER`, plus this number of simulated seconds."""
@@ -54,6 +54,8 @@ def no_search(nominal: Outcome) -> str:
         return nominal.cause
     if nominal.ending in _ENDS_OF_ITS_OWN and not nominal.moments:
         cause = nominal.cause or nominal.output.rpartition("\n")[2]
+        if nominal.ending == SUCCEEDED:
+            cause = cause or "does the controller await what it calls?"
         how = f"without any fault the run ends as {nominal.ending} at {nominal.at:.1f} s, before a goal is sent"
         return f"{how}{f': {cause}' if cause else ''}; there is nothing that a fault could break"
     return ""

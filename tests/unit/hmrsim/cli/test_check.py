@@ -232,11 +232,30 @@ def test_a_missing_controller_suggests_the_folder_option(found, capsys):
     assert "; --folder DIR says where the controller's files are" in capsys.readouterr().err
 
 
-def test_a_search_with_nothing_to_try_warns(folder, capsys):
+@pytest.mark.usefixtures("folder")
+def test_a_search_with_nothing_to_try_warns(capsys):
+    assert check("world.yaml", "--python", "porters.py:careful", "--only", "door_jammed", "--runs", "5", *SERIAL) == 0
+    assert "warning: nothing was tried" in capsys.readouterr().err
+
+
+def test_a_controller_that_sends_no_goal_is_an_error(folder, capsys):
+    """It looks like a controller that nothing breaks."""
     (folder / "idle.py").write_text("def idle(client):\n    return True\n", encoding="utf-8")
 
-    assert check("world.yaml", "--python", "idle.py:idle", "--runs", "5", *SERIAL) == 0
-    assert "warning: nothing was tried" in capsys.readouterr().err
+    assert check("world.yaml", "--python", "idle.py:idle", "--runs", "5", *SERIAL) == 2
+    end = "before a goal is sent: does the controller await what it calls?; there is nothing that a fault could break"
+    assert f"controller: without any fault the run ends as succeeded at 0.0 s, {end}" in capsys.readouterr().err
+
+
+def test_a_controller_that_need_not_end_is_no_reason_for_a_warning(folder, capsys):
+    text = "async def serves(client):\n    while True:\n        await client.robot('porter').wait(30)\n"
+    (folder / "serves.py").write_text(text, encoding="utf-8")
+    file = {"world": "world.yaml", "controller": {"python": "serves.py:serves"}, "limits": {"simulated": 100}}
+    file |= {"properties": {"built_in": {"mission_ends": False}}, "space": {"only": ["slip"]}}
+    (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
+
+    assert check("check.yaml", "--runs", "2", *SERIAL) == 0
+    assert "warning: without faults" not in capsys.readouterr().err
 
 
 @cache
