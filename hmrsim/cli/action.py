@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from hmrsim.cli.connection import OPERATOR, connected, in_run
 from hmrsim.cli.options import ExitCode, Refused, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import indented, show, show_json, show_result, values, warn, yaml_flow, yaml_text
+from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import add_commands
 from hmrsim.program.signals import exit_code_of, on_signals
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 _EXAMPLES: Final = """\
 examples:
   hmrsim action send-goal /mocha/navigate_to_pose '{pose: counter}' --feedback
-  hmrsim action send-goal /mocha/navigate_to_pose '{pose: {pose: {position: {x: 2, y: 3}}}}'
+  hmrsim action send-goal /mocha/navigate_to_pose '{pose: [2, 3]}'
   hmrsim action send-goal mocha/pickup moveit_msgs/action/Pickup '{target_name: coffee}'
   hmrsim action send-goal /mocha/wait '{time: {sec: 3}}' --json
   hmrsim action send-goal /mocha/undock_robot"""
@@ -63,7 +64,7 @@ def _configure_send_goal(parser: argparse.ArgumentParser) -> None:
         "goal",
         metavar="GOAL",
         nargs="?",
-        help="the goal as YAML; omitted fields have their ROS defaults, and a pose may be the name of a place",
+        help="the goal as YAML; omitted fields have their ROS defaults; a pose may be a place, [x, y] or [x, y, yaw]",
     )
     parser.add_argument(
         "-f", "--feedback", action="store_true", help="show feedback, too: one line per sample on a terminal, else YAML"
@@ -88,8 +89,8 @@ def _send_goal(args: argparse.Namespace) -> int:
         action = name.definition()
         if ros_type is not None and ros_type != action.ros_type:
             raise WrongUse(f"{name.name} is a {action.ros_type}, not a {ros_type}")
-        if text is None:
-            data = _empty(client, name)
+        if not isinstance(data, dict):
+            data = _empty(client, name, text)
         goal = read_goal(_with_poses(client, data, action), action.goal)
         brief = sys.stdout.isatty() and not args.verbose
         report = _Report(as_json=args.json, feedback=args.feedback or args.verbose, brief=brief)
@@ -101,17 +102,24 @@ def _send_goal(args: argparse.Namespace) -> int:
 
 
 def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return the type and the goal; if only one is given, its form tells which it is."""
-    if args.goal is None and args.type is not None and not _TYPE.fullmatch(args.type):
-        return None, args.type
-    return args.type, args.goal
+    """Return the type and the goal; if only one is given, its form tells which it is.
+
+    Raises:
+        WrongUse: The shell has split the goal at its spaces.
+    """
+    if args.type is None or _TYPE.fullmatch(args.type):
+        return args.type, args.goal
+    if args.goal is not None:
+        goal = quote(f"{args.type} {args.goal}")
+        raise WrongUse(f"{args.type!r} is not an action's type; if it is part of the goal, quote the goal: {goal}")
+    return None, args.type
 
 
 def _with_poses(client: Client, data: object, action: AnyAction) -> object:
-    """Return the plain values of a goal, with names of places replaced by their poses.
+    """Return the plain values of a goal, with names of places and lists of coordinates replaced by poses.
 
     Raises:
-        UnknownName: There is no such place.
+        UnknownName: There is no such place, or a list is not x, y and optionally yaw.
     """
     from hmrsim_zenoh.client.places import with_poses
 
@@ -121,20 +129,26 @@ def _with_poses(client: Client, data: object, action: AnyAction) -> object:
         raise UnknownName(str(error)) from None
 
 
-def _empty(client: Client, name: ActionName) -> dict[str, Any]:
+def _empty(client: Client, name: ActionName, text: str | None) -> dict[str, Any]:
     """Return an empty goal, for an action that needs no fields.
 
+    Args:
+        client: The client.
+        name: The action.
+        text: The given goal, which is not a mapping; None if it is missing.
+
     Raises:
-        WrongUse: The action needs fields.
+        WrongUse: The action needs fields, or the given goal is not a mapping.
     """
     from hmrsim.cli.goal_text import example_of
 
     action = name.definition()
     example = example_of(client, action, name.robot)
-    if action.goal.model_fields and example != {}:
-        hint = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
-        raise WrongUse(f"{name.name}: the goal is missing; give it as YAML{hint}")
-    return {}
+    if text is None and (example == {} or not action.goal.model_fields):
+        return {}
+    hint = f", such as {quote(yaml_flow(dict(example)))}" if example else ""
+    problem = "the goal is missing" if text is None else f"the goal {shown(text)} is not a mapping"
+    raise WrongUse(f"{name.name}: {problem}; give it as YAML{hint}")
 
 
 def _check_that_time_moves(client: Client) -> None:

@@ -1,6 +1,6 @@
 """The named places of a world, and poses given by name.
 
-A pose may be given as the name of a waypoint, place or dock wherever a goal has one.
+Wherever a goal has a pose, it may be the name of a waypoint, place or dock, or a list: x, y and optionally yaw.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ Target = str | tuple[float, float] | tuple[float, float, float] | PoseStamped
 radians; or a pose."""
 
 _Change: TypeAlias = "Callable[[Any, type[Message], Path], Any]"
+
+_COORDINATES: Final = (2, 3)
 
 _STAMPED: Final = PoseStamped()
 
@@ -78,7 +80,7 @@ def pose_at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
 
 
 def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped]) -> Any:
-    """Return the plain values of a goal with each name of a place replaced by its pose.
+    """Return the plain values of a goal with each name of a place, and each list of x, y and yaw, replaced by its pose.
 
     Args:
         data: The goal, which need not be valid.
@@ -91,10 +93,10 @@ def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped
     errors: list[str] = []
 
     def pose_of(value: Any, field: type[Message], path: Path) -> Any:
-        if not isinstance(value, str):
+        if not isinstance(value, (str, list)):
             return value
         try:
-            stamped = pose(value)
+            stamped = pose(value) if isinstance(value, str) else _pose_of_list(value)
         except ValueError as error:
             errors.append(f"goal: {dotted(path)}: {error}")
             return value
@@ -104,6 +106,12 @@ def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped
     if errors:
         raise ValueError("\n".join(errors))
     return values
+
+
+def _pose_of_list(numbers: list[Any]) -> PoseStamped:
+    if len(numbers) not in _COORDINATES or not all(type(number) in (int, float) for number in numbers):
+        raise ValueError(f"expected the name of a place, [x, y], [x, y, yaw] or a pose, got {shown(numbers)}")
+    return pose_at(*numbers)
 
 
 def with_names(data: Any, kind: type[Message], names: Iterator[str]) -> Any:

@@ -241,7 +241,8 @@ def do(
     Args:
         places: The places of the world.
         action: The action, or its name.
-        goal: The goal, or its plain values; missing fields have their defaults, and a pose may be the name of a place.
+        goal: The goal, or its plain values; missing fields have their defaults, and a pose may be the name of a place
+            or a list of x, y and optionally yaw.
         on_feedback: Called with each feedback.
 
     Raises:

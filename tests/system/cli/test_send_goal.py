@@ -263,6 +263,11 @@ def test_the_goal_id_can_be_given_with_hyphens(client, capsys):
     [
         (["{time: {sec: x}}"], "goal: time.sec: expected an integer, got 'x'"),
         (["nav2_msgs/action/Spin", "{}"], "/wall_e/wait is a nav2_msgs/action/Wait, not a nav2_msgs/action/Spin"),
+        (
+            ["{time:", "long}"],
+            "'{time:' is not an action's type; if it is part of the goal, quote the goal: '{time: long}'",
+        ),
+        (["[2]"], "/wall_e/wait: the goal '[2]' is not a mapping; give it as YAML, such as '{time: {sec: 2}}'"),
         (["{}", "--goal-id", "xyz"], "--goal-id: goal id 'xyz' is not a UUID of 32 hex digits"),
     ],
 )

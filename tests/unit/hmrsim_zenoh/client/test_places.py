@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from hmrsim.actions import registry
@@ -34,6 +36,24 @@ def test_a_place_wherever_a_pose_is(action, goal, field):
     kind = registry()[action].goal
 
     assert COUNTER == field(read_goal(with_poses(goal, kind, pose), kind))
+
+
+@pytest.mark.parametrize(("pose_as_list", "w"), [([2, 3], 1.0), ([2.0, 3, math.pi], 0.0)])
+def test_a_list_of_x_y_and_yaw_is_a_pose(pose_as_list, w):
+    kind = registry()["navigate_to_pose"].goal
+
+    goal = read_goal(with_poses({"pose": pose_as_list}, kind, pose), kind)
+
+    assert COUNTER.pose.position == goal.pose.pose.position
+    assert w == pytest.approx(goal.pose.pose.orientation.w)
+
+
+@pytest.mark.parametrize("numbers", [[1], [1, "2"], [1, 2, 3, 4], [True, 1]])
+def test_another_list_is_no_pose(numbers):
+    expected = r"^goal: pose: expected the name of a place, \[x, y\], \[x, y, yaw\] or a pose, got \["
+
+    with pytest.raises(ValueError, match=expected):
+        with_poses({"pose": numbers}, registry()["navigate_to_pose"].goal, pose)
 
 
 def test_a_pose_without_a_stamp():
