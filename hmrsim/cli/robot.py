@@ -28,6 +28,10 @@ examples:
   hmrsim robot list --json | jq -r '.[] | select(all(.goals[]; .status > 3)).name'"""
 
 
+_VISIBLE: Final = ("idle", "drives")
+"""The activities of a robot without a goal that its other states do not tell."""
+
+
 def configure(parser: LazyParser) -> None:
     """Add the commands of ``hmrsim robot``."""
     parser.description = "List the robots of a running simulation."
@@ -84,15 +88,16 @@ def _row(robot: Mapping[str, Any], causes: Chain) -> tuple[str, ...]:
 
 
 def _states(robot: Mapping[str, Any], causes: Chain) -> list[str]:
-    states = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
-    states += sorted(robot["ailments"])
-    states += [f"holds {item}" for item in robot["holds"]]
-    states += [f"docked at {robot['dock']}"] if robot["dock"] else []
+    goals = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
+    states = [*goals, *sorted(robot["ailments"]), *(f"holds {item}" for item in robot["holds"])]
+    if robot["dock"]:
+        charging = robot["battery"] and robot["battery"]["charging"]
+        states.append(f"{'charging' if charging else 'docked'} at {robot['dock']}")
     states += [] if robot["connected"] else ["connection lost"]
     first, last = causes.links[0], causes.links[-1]
     if first.kind not in get_args(Activity):
         cause = "" if first is last else f"; cause: {last.text}"
         states.append(f"{first.text.removeprefix(first.robot).strip()}{cause}")
-    elif not states:
+    elif not states or (first.kind in _VISIBLE and not goals):
         states.append(first.text.removeprefix(f"{first.robot} is "))
     return states

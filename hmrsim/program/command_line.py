@@ -134,7 +134,9 @@ class CommandParser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"no {noun} {value!r}; {rest}")
 
     def _suggested_option(self, unknown: list[str]) -> str:
-        """Return the end of an error message: the known option closest to the first unknown one."""
+        """Return the end of an error message: the known option closest to the first unknown one, or to quote YAML."""
+        if unknown[-1].endswith("}"):
+            return "; quote YAML, as in '{pose: counter}'"
         option = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
         suggestion = self._instead.get(option) or _suggestion(
             option, (name for action in self._actions for name in action.option_strings)

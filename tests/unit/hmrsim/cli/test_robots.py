@@ -188,6 +188,27 @@ def test_missing_values_are_dashes():
     assert [("mocha", "-", "(1, 2.5)", "-", idle)] == list(rows({"robots": [ROBOT]}))
 
 
+def test_a_robot_that_holds_something_is_idle():
+    assert "holds parcel, idle at bay: it has had no goal yet" == state(holds=["parcel"])
+
+
+def test_a_goal_takes_the_place_of_idle():
+    assert "pickup, holds parcel" == state(holds=["parcel"], goals=[{"action": "pickup", "status": 2}])
+
+
+@pytest.mark.parametrize(
+    ("battery", "text"),
+    [
+        ({"percentage": 0.5, "charging": True}, "charging at plug"),
+        ({"percentage": 1.0, "charging": False}, "docked at plug"),
+        (None, "docked at plug"),
+    ],
+)
+def test_a_docked_robot_may_be_charging(battery, text):
+    cause = {"robot": "mocha", "kind": "docked", "text": "mocha is charging in 'plug'"}
+    assert text == state(dock="plug", battery=battery, cause=cause)
+
+
 def test_the_state_names_the_cause_of_a_wait():
     cause = {
         "robot": "mocha",

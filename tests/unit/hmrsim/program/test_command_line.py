@@ -103,13 +103,17 @@ def test_wrong_use_is_one_line(parser, capsys, words, error):
     assert error == capsys.readouterr().err
 
 
-def test_a_command_rejects_unknown_arguments(capsys):
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [(["--fast"], "--fast"), (["{x:", "1,", "y:", "2}"], "{x: 1, y: 2}; quote YAML, as in '{pose: counter}'")],
+)
+def test_a_command_rejects_unknown_arguments(capsys, words, error):
     program = CommandParser(prog="prog")
     program.add_subparsers().add_parser("run")
 
     with pytest.raises(SystemExit, match="2"):
-        program.parse_args(["run", "--fast"])
-    assert "prog: unrecognized arguments: --fast; see prog run --help\n" == capsys.readouterr().err
+        program.parse_args(["run", *words])
+    assert f"prog: unrecognized arguments: {error}; see prog run --help\n" == capsys.readouterr().err
 
 
 def test_help_ignores_invalid_variables(parser, monkeypatch, capsys):
