@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from itertools import chain, product
@@ -126,7 +126,7 @@ class Host:
 
         try:
             sessions = Sessions(self._session, enclave.access_control) if enclave else None
-            self._claim, keys = _claimed(self._session, keys, wires)
+            self._claim, keys = _claimed(self._session, keys, wires, options.connect)
             self._tokens = LivelinessTokens(self._session, keys)
             self.simulator = Simulator(
                 loaded.world,
@@ -292,7 +292,7 @@ def _warn_of_lag(lag: float) -> None:
     _log.warning("the machine can't keep up: simulated time is %.1f wall seconds behind in all", lag)
 
 
-def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire]) -> tuple[Claim, Keys]:
+def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire], connect: Collection[str]) -> tuple[Claim, Keys]:
     """Return the claim on a prefix, and the keys with it.
 
     If another simulator has the default prefix, but is in another ROS domain, the prefix gets the number of the domain.
@@ -301,7 +301,7 @@ def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire]) -> tuple
         PrefixTaken: Another simulator has the prefix.
     """
     try:
-        return Claim(session, keys), keys
+        return Claim(session, keys, connect), keys
     except PrefixTaken:
         from hmrsim_zenoh.ros2.wires import RmwZenoh  # noqa: PLC0415 - loaded with ROS 2 wires only
 
@@ -310,7 +310,7 @@ def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire]) -> tuple
         if domain is None or not others or str(domain) in others:
             raise
     other = replace(keys, prefix=f"{keys.prefix}_{domain}")
-    claim = Claim(session, other)
+    claim = Claim(session, other, connect)
     _log.warning("another simulator has the prefix %r; using --prefix %s", keys.prefix, other.prefix)
     return claim, other
 

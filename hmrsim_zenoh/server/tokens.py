@@ -42,15 +42,21 @@ _ANSWER: Final = 10.0
 class Claim:
     """The claim of a simulator's session on its prefix.
 
+    Args:
+        session: The session.
+        keys: The keys with the prefix.
+        connect: The endpoints to which the session connects, through which it can meet another simulator.
+
     Raises:
         PrefixTaken: Another simulator serves it, or starts to.
     """
 
     _watch: zenoh.Subscriber[None]
 
-    def __init__(self, session: zenoh.Session, keys: Keys) -> None:
+    def __init__(self, session: zenoh.Session, keys: Keys, connect: Collection[str] = ()) -> None:
         self._session = session
         self._keys = keys
+        self._connect = connect
         self._own = str(session.info.zid())
         self._made = time.monotonic()
         starting = session.liveliness().declare_token(keys.claim(self._own, _STARTING))
@@ -101,7 +107,13 @@ class Claim:
             time.sleep(_LOOK)
 
     def _taken(self) -> PrefixTaken:
-        return PrefixTaken(f"another simulator serves prefix {self._keys.prefix!r}; give another with --prefix")
+        taken = f"another simulator serves prefix {self._keys.prefix!r}"
+        if not self._connect:
+            return PrefixTaken(f"{taken}; give another with --prefix")
+        return PrefixTaken(
+            f"{taken}, found by connecting to {', '.join(self._connect)} (--connect or HMRSIM_CONNECT); don't connect "
+            "there, or give another prefix with --prefix"
+        )
 
 
 def _claims(session: zenoh.Session, keys: Keys) -> Iterator[tuple[str, str]]:

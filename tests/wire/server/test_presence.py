@@ -42,9 +42,13 @@ def test_the_tokens_disappear_when_the_simulator_stops(serve):
 def test_a_second_simulator_with_the_same_prefix_refuses_to_start(serve):
     tester = serve(real_time_factor=0)
 
-    with pytest.raises(PrefixTaken, match="another simulator serves prefix 'hmrsim'; give another with --prefix"):
+    with pytest.raises(PrefixTaken) as caught:
         serve.host(None, SessionOptions(connect=(tester.endpoint,)))
 
+    assert str(caught.value) == (
+        f"another simulator serves prefix 'hmrsim', found by connecting to {tester.endpoint} (--connect or "
+        "HMRSIM_CONNECT); don't connect there, or give another prefix with --prefix"
+    )
     assert 1 == tester.one("_world/info")["contract"]
 
 
