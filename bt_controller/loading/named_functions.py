@@ -98,7 +98,12 @@ def _parts(name: str, what: str) -> tuple[str, str, dict[str, Any]]:
         except ValueError:
             value = _Nothing
         if keyword.arg is None or value is _Nothing:
-            raise TreeError(f"{name}: {ast.unparse(keyword)!r} is not NAME=VALUE with a number, a text or a list")
+            quoted = (
+                f"; quote the text: {keyword.arg}='{keyword.value.id}'" if isinstance(keyword.value, ast.Name) else ""
+            )
+            raise TreeError(
+                f"{name}: {ast.unparse(keyword)!r} is not NAME=VALUE with a number, a text or a list{quoted}"
+            )
         arguments[keyword.arg] = value
     if said.args:
         raise TreeError(f"{name}: {ast.unparse(said.args[0])!r} has no name; write NAME={ast.unparse(said.args[0])}")

@@ -167,6 +167,7 @@ def test_a_file_is_as_good_as_a_module_and_parameters_are_given_by_name(tmp_path
         ("bt_test_missions:with_speed(sped=3)", "it takes no 'sped'; did you mean 'speed'?"),
         ("bt_test_missions:with_speed(3)", "'3' has no name; write NAME=3"),
         ("bt_test_missions:with_speed(speed=open('x'))", "is not NAME=VALUE"),
+        ("bt_test_missions:with_speed(speed=fast)", "a text or a list; quote the text: speed='fast'"),
         ("bt_test_missions:with_speed(speed=", "is no tree; expected"),
         ("nowhere.py:plain", "no such file: nowhere.py"),
         ("bt_test_missions.py:plane", "file 'bt_test_missions.py' has no 'plane'; did you mean 'plain'?"),

@@ -47,6 +47,17 @@ def test_goals_are_logged_with_target_and_end(caplog):
     ] == caplog.messages
 
 
+def test_an_accepted_goal_is_logged_once(caplog):
+    """Clients and the page also receive it as an event."""
+    log = EventLog()
+
+    with caplog.at_level(logging.INFO):
+        log.emit(EventStamped(0, GoalAccepted("eve", "wait", "1" * 32, {"time": {"sec": 5}})))
+        log.emit(GoalChanged(0, "eve", "wait", "1" * 32, GoalStatus.ACCEPTED, Wait.Goal(time=Duration(sec=5))))
+
+    assert ["sim 0.000 | eve wait accepted: 5 s"] == caplog.messages
+
+
 def test_an_aborted_goal_is_logged_with_the_reason(caplog):
     simulator = logged(EventLog())
 
