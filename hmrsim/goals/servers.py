@@ -14,7 +14,7 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.actions import FRAMES, Flaw, unknown_frame
-from hmrsim.diagnostics import listed
+from hmrsim.diagnostics import instead
 from hmrsim.engine.internal_errors import BUGS
 from hmrsim.errors import GoalRejected
 from hmrsim.events.goals import GoalAccepted
@@ -227,8 +227,8 @@ class ActionServers:
         if server is not None:
             return server
         if robot not in self._robots:
-            there = listed(sorted(name for name in self._robots if name != WORLD))
-            raise GoalRejected("unknown_robot", f"no robot {robot!r}; there are: {there}")
+            robots = sorted(name for name in self._robots if name != WORLD)
+            raise GoalRejected("unknown_robot", f"no robot {robot!r}{instead(robot, robots, verb='there are:')}")
         offers = self._offers(self._robots[robot])
         if action not in offers:
             known = self._actions.get(action)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import zenoh
 
-from hmrsim.diagnostics import listed
+from hmrsim.diagnostics import instead
 from hmrsim.protocol.commands import CallService, CancelGoal, GetResult, Read, SendGoal
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.time import ReadTime
@@ -183,7 +183,7 @@ class Requests:
 
     def _route_to_topic(self, key: str, robot: str, topic: str) -> _Route:
         if robot not in self._serves:
-            raise UnreadableError(f"no robot {robot!r}; there are: {listed(list(self._serves))}")
+            raise UnreadableError(f"no robot {robot!r}{instead(robot, self._serves, verb='there are:')}")
         if topic not in ROBOT_TOPICS:
             raise UnreadableError(f"{robot} has no topic {topic!r} to get; it has: {', '.join(ROBOT_TOPICS)}")
         return Requests._read_value, (key, Read(ROBOT_TOPICS[topic], robot))

@@ -6,6 +6,7 @@ import inspect
 
 import pytest
 
+from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.testing import simulation
 from hmrsim_zenoh import AsyncRobot, Commander
@@ -47,3 +48,10 @@ def test_a_result_of_another_action_is_a_bug():
 
         with pytest.raises(TypeError, match="wait gave "):
             Request("wait", {}, NavigateToPose.Result).result_of("mocha", handle)
+
+
+@pytest.mark.parametrize("call", [lambda robot: robot.wait(1), lambda robot: robot.pose()])
+def test_an_unknown_robot(call):
+    """The error has the name probably meant, whether the robot's actions or its topics are used."""
+    with simulation("cafe") as run, pytest.raises(HmrsimError, match=r"no robot 'moca'; did you mean 'mocha'\?$"):
+        call(run.commander("moca"))
