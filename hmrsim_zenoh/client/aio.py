@@ -17,7 +17,7 @@ import asyncio
 import json
 import threading
 from contextlib import contextmanager, suppress
-from functools import cached_property, partial, wraps
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, Self, TypeVar
 
 from hmrsim.diagnostics import known_name
@@ -30,6 +30,7 @@ from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import Condition
+from hmrsim_zenoh.client.methods import present_as
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -223,10 +224,10 @@ def _awaitable(
 ) -> Callable[Concatenate[AsyncRobot, P], Coroutine[Any, Any, R]]:
     """Return the coroutine method that does what a verb requests."""
 
-    @wraps(verb)
     async def method(self: AsyncRobot, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return await self._do(verb(self._places, *args, **kwargs))
 
+    present_as(verb, method)
     return method
 
 

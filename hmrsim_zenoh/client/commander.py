@@ -11,13 +11,13 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from functools import wraps
 from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
+from hmrsim_zenoh.client.methods import present_as
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,10 +39,10 @@ _CANCEL_PATIENCE = 2.0
 def _blocking(verb: Callable[Concatenate[NamedPlaces, P], Request[R]]) -> Callable[Concatenate[Commander, P], R]:
     """Return the method that does what a verb requests, and waits for the result."""
 
-    @wraps(verb)
     def method(self: Commander, /, *args: P.args, **kwargs: P.kwargs) -> R:
         return self._do(verb(self._places, *args, **kwargs))
 
+    present_as(verb, method)
     return method
 
 

@@ -229,7 +229,7 @@ def wait(
     return Request("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result, on_feedback)
 
 
-def do(
+def do(  # noqa: D417 - the methods have no *places*
     places: NamedPlaces,
     action: AnyAction | str,
     goal: Message | Mapping[str, Any],
@@ -239,7 +239,6 @@ def do(
     """Send a goal of any action, such as one of a plug-in: ``mocha.do("wipe", {"strokes": 4})``.
 
     Args:
-        places: The places of the world.
         action: The action, or its name.
         goal: The goal, or its plain values; missing fields have their defaults, and a pose may be the name of a place
             or a list of x, y and optionally yaw.

@@ -26,7 +26,13 @@ def test_a_robot_has_every_verb(robot):
     assert VERBS
     for name in VERBS:
         verb, method = getattr(verbs, name), getattr(robot, name)
-        assert inspect.signature(verb).parameters.keys() == inspect.signature(method).parameters.keys()
+        (_places, *expected), (first, *parameters) = (
+            inspect.signature(one).parameters.values() for one in (verb, method)
+        )
+        assert ("self", expected) == (first.name, parameters)
+        result = inspect.signature(method).return_annotation
+        assert f"Request[{result}]" == inspect.signature(verb).return_annotation
+        assert inspect.iscoroutinefunction(method) == (robot is AsyncRobot)
         assert verb.__doc__ == method.__doc__
 
 
