@@ -17,7 +17,7 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
-from hmrsim_zenoh.client.methods import present_as
+from hmrsim_zenoh.client.methods import present_as, requested
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,7 +40,7 @@ def _blocking(verb: Callable[Concatenate[NamedPlaces, P], Request[R]]) -> Callab
     """Return the method that does what a verb requests, and waits for the result."""
 
     def method(self: Commander, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return self._do(verb(self._places, *args, **kwargs))
+        return self._do(requested(verb, self._places, *args, **kwargs))
 
     present_as(verb, method)
     return method
@@ -56,7 +56,7 @@ class Commander:
     - `GoalRejectedError` when the robot rejected it,
     - `SimulatorNotFound`, `SimulatorGone`, `Unreachable`, `RequestError`, `GoalTimeout` when there is no usable answer;
       the lookup of a place is sent again once if its answer is lost,
-    - `ValueError` when there is no place of that name.
+    - `ValueError` when there is no place of that name or a value is invalid, and `TypeError` for any other target.
     """
 
     def __init__(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, get_args
 
-from hmrsim.diagnostics import dotted, instead, shown
+from hmrsim.diagnostics import dotted, instead, shortened, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.message import defaults, is_message
 
@@ -29,6 +29,8 @@ _COORDINATES: Final = (2, 3)
 
 _STAMPED: Final = PoseStamped()
 
+_EXPECTED: Final = "expected the name of a place, finite numbers (x, y) or (x, y, yaw), or a PoseStamped"
+
 
 class NamedPlaces:
     """The waypoints, places and docks of a world by name, queried from the simulator upon first use.
@@ -42,17 +44,21 @@ class NamedPlaces:
         self._poses: Mapping[str, Pose] | None = None
         self._stamped: dict[str, PoseStamped] = {}
 
-    def pose(self, target: Target) -> PoseStamped:
-        """Return the pose of a target.
+    def pose(self, target: Target, argument: str = "target") -> PoseStamped:
+        """Return the pose of a target; errors name the *argument* that has it.
 
         Raises:
             ValueError: There is no place of this name.
+            TypeError: It is no target.
             SimulatorNotFound, SimulatorGone, Unreachable, RequestError: The simulator does not answer.
         """
         if isinstance(target, PoseStamped):
             return target
         if not isinstance(target, str):
-            return pose_at(*target)
+            try:
+                return pose_at(*target)
+            except (TypeError, ValueError):
+                raise TypeError(f"{argument}: {_EXPECTED}, got {shortened(repr(target))}") from None
         stamped = self._stamped.get(target)
         if stamped is None:
             poses = self.load()

@@ -6,8 +6,9 @@ it has a method for the action.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from hmrsim.actions import error_of, registry
@@ -40,6 +41,7 @@ from hmrsim_zenoh.errors import GoalFailed
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
+    from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim.interfaces.nav_msgs import Path
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.places import NamedPlaces, Target
@@ -129,7 +131,7 @@ def follow_waypoints(
     on_feedback: OnFeedback[FollowWaypoints.Feedback] = None,
 ) -> Request[FollowWaypoints.Result]:
     """Visit places one after the other, and repeat that *loops* times; the result lists the places that were missed."""
-    goal = FollowWaypoints.Goal(poses=[places.pose(target) for target in targets], number_of_loops=loops)
+    goal = FollowWaypoints.Goal(poses=_poses(places, targets), number_of_loops=loops)
     return Request("follow_waypoints", goal, FollowWaypoints.Result, on_feedback)
 
 
@@ -225,7 +227,9 @@ def place(_places: NamedPlaces, name: str, *, on_feedback: OnFeedback[Place.Feed
 def wait(
     _places: NamedPlaces, seconds: float, *, on_feedback: OnFeedback[Wait.Feedback] = None
 ) -> Request[Wait.Result]:
-    """Stand still for *seconds* of simulated time."""
+    """Stand still for *seconds* of simulated time, which may be zero but not negative."""
+    if not isinstance(seconds, Real) or not seconds >= 0:
+        raise ValueError(f"wait: seconds: expected a number that is at least 0, got {shown(seconds)}")
     return Request("wait", Wait.Goal(time=Duration.from_seconds(seconds)), Wait.Result, on_feedback)
 
 
@@ -256,8 +260,14 @@ def do(  # noqa: D417 - the methods have no *places*
 
 
 def _goals(places: NamedPlaces, targets: Sequence[Target]) -> Goals:
-    return Goals(goals=[places.pose(target) for target in targets])
+    return Goals(goals=_poses(places, targets))
+
+
+def _poses(places: NamedPlaces, targets: Sequence[Target]) -> list[PoseStamped]:
+    if isinstance(targets, str) or not isinstance(targets, Iterable):
+        raise TypeError(f"targets: expected a list of targets, got {shown(targets)}")
+    return [places.pose(target, f"targets[{at}]") for at, target in enumerate(targets)]
 
 
 def _start(places: NamedPlaces, start: Target | None) -> dict[str, Any]:
-    return {} if start is None else {"start": places.pose(start), "use_start": True}
+    return {} if start is None else {"start": places.pose(start, "start"), "use_start": True}
