@@ -19,7 +19,7 @@ class OrderEvent(Event, subject=("order",), changes=Part.ORDERS):
 
 
 class OrderPlaced(
-    OrderEvent, kind="order_placed", text="asks for {item}, from {from} to {to}", sets={"step": "placed"}
+    OrderEvent, kind="order_placed", text="is placed: bring {item} from {from} to {to}", sets={"step": "placed"}
 ):
     """An order is placed, and its item appears."""
 
