@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import threading
 from contextlib import contextmanager, suppress
 from functools import cached_property, partial
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 R = TypeVar("R", bound=Message)
+
+_log = logging.getLogger(__name__)
 
 _CANCEL_PATIENCE = 2.0
 _EVENTS = "_world/events"
@@ -133,7 +136,8 @@ class AsyncClient:
         """Yield the open orders of the world, oldest first, then each new order when it is placed.
 
         An order has the fields of the event ``order_placed``, and ``robot`` if a robot already carries its item. In
-        lockstep, time advances and stands still as with `events`.
+        lockstep, time advances and stands still as with `events`. In real time, a warning is logged if the world has no
+        demand: orders then come only from clients, or with another world.
 
         Raises:
             SimulationEnded, SimulatorGone, Dropped, Idle: Time no longer advances.
@@ -143,6 +147,8 @@ class AsyncClient:
             orders = await self._time.ask(partial(self.client.get_orders, "open"))
             for order in orders:
                 yield _placed(order)
+            if not (orders or self._time.stops):
+                await self._time.ask(self._warn_without_demand)
             # Events of these orders may be on their way.
             known = {order.name for order in orders}
             while True:
@@ -151,6 +157,16 @@ class AsyncClient:
                     known.clear()
                 elif event["order"] not in known:
                     yield event
+
+    def _warn_without_demand(self) -> None:
+        # A controller may lack the right to see the world.
+        with suppress(HmrsimError):
+            world = json.loads(self.client.get(self.client.keys.world("view")))["world"]
+            if not world["demand"]:
+                _log.warning(
+                    "world %r has no demand: orders() waits for clients that call place_order, or for load_world",
+                    world["name"],
+                )
 
     async def events(self, *kinds: str) -> AsyncIterator[dict[str, Any]]:
         """Yield the events of the world from now on, as ``_world/events`` has them; see the table of events.

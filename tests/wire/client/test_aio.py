@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from contextlib import ExitStack
 
 import pytest
@@ -12,6 +13,7 @@ from hmrsim.world.overlays.overlay import setting
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh import AsyncClient, RequestError, SessionOptions, SimulatorGone, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.hosting.host import Host
+from tests.patience import PATIENCE
 
 
 @pytest.fixture
@@ -93,6 +95,47 @@ def test_lockstep_advances_while_tasks_wait_only_for_events():
         times = asyncio.run(main(host.endpoints[0]))
 
     assert [("order_1", 30.0), ("order_2", 60.0), ("order_3", 90.0)] == times
+
+
+def test_waiting_for_orders_in_a_world_without_demand_is_warned_of(options, caplog):
+    """The wait goes on, as clients can place orders in any world."""
+
+    class Placing(logging.Handler):
+        """Places an order when the warning comes."""
+
+        def emit(self, _record):
+            client.client.get(client.client.keys.world("place_order"), payload=b'{"at": "counter", "to": "table_1"}')
+
+    async def main():
+        async with client:
+            return await asyncio.wait_for(anext(client.orders()), PATIENCE)
+
+    client, placing = AsyncClient(options), Placing(logging.WARNING)
+    log = logging.getLogger("hmrsim_zenoh.client.aio")
+    log.addHandler(placing)
+    try:
+        order = asyncio.run(main())
+    finally:
+        log.removeHandler(placing)
+
+    assert ("counter", "table_1") == (order["from"], order["to"])
+    assert ["world 'cafe' has no demand: orders() waits for clients that call place_order, or for load_world"] == [
+        record.getMessage() for record in caplog.records if record.name == log.name
+    ]
+
+
+def test_waiting_for_the_first_order_of_a_demand_is_not_warned_of(caplog):
+    world = load_world("cafe", overlays=[setting("demand.+={name: order, at: counter, to: table_1, arrives: 30}")])
+    listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
+
+    async def main(endpoint):
+        async with AsyncClient(SessionOptions(connect=(endpoint,))) as client:
+            return await asyncio.wait_for(anext(client.orders()), PATIENCE)
+
+    with Host(world, listen, RunSettings(real_time_factor=100.0)) as host:
+        host.start()
+        assert "order_1" == asyncio.run(main(host.endpoints[0]))["order"]
+    assert "demand" not in caplog.text
 
 
 def test_waiting_for_an_event_ends_when_the_simulator_goes():
