@@ -283,7 +283,8 @@ class Energy:
     def why_empty(self) -> str:
         """Why an empty battery disables its robot, in words."""
         x, y = self._robot.pose().point
-        return "; ".join(filter(None, (f"battery empty at ({x:g}, {y:g})", self._robot.why_held_up)))
+        held_up = self._robot.why_held_up
+        return f"battery empty at ({x:g}, {y:g}){f'; held up until then: {held_up}' if held_up else ''}"
 
     @property
     def tags(self) -> list[str]:

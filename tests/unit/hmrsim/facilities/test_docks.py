@@ -178,8 +178,8 @@ class TestDocking:
 
         assert (10.0, "ABORTED") == log.changes(B)[-1]
         assert (
-            "battery empty at (0, -10); wall_e has queued at south since 1 s for 'bay', taken by eve"
-            in log.result(B).error_msg
+            "battery empty at (0, -10); held up until then: "
+            "wall_e has queued at south since 1 s for 'bay', taken by eve" in log.result(B).error_msg
         )
 
     def test_an_unreachable_dock_is_aborted(self, make_run):
