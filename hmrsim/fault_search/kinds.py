@@ -166,10 +166,11 @@ def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) 
         if battery is not None and max(_SMALL, least) < _HARDLY:
             yield _small_battery(name, battery, max(_SMALL, least))
     for i, demand in enumerate(world.demand):
-        yield _change(f"demand.{i}.arrives", _BURST)
+        path = f"demand.{i if demand.name.isdecimal() else _quoted(demand.name)}"
+        yield _change(f"{path}.arrives", _BURST)
         if demand.count is not None and demand.count > 1:
-            yield {"change": {f"demand.{i}.arrives": _INSTANT, f"demand.{i}.first": 0.0}}
-        yield {"change": {f"~demand.{i}": None}}
+            yield {"change": {f"{path}.arrives": _INSTANT, f"{path}.first": 0.0}}
+        yield {"change": {f"~{path}": None}}
 
 
 def _small_battery(name: str, battery: BatterySettings, factor: float) -> dict[str, Any]:

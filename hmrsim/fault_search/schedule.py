@@ -169,7 +169,7 @@ def described(anchor: Anchor) -> str:
 
 
 def _change(path: str, value: Any) -> str:
-    return f"without {path[1:]}" if path.startswith("~") else f"{path} = {_plain(value)}"
+    return f"{path[1:]} removed" if path.startswith("~") else f"{path} = {_plain(value)}"
 
 
 def _plain(value: Any) -> str:

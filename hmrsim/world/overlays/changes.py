@@ -96,7 +96,7 @@ _STEP: Final = re.compile(r""""(?P<double>[^"]*)"|'(?P<single>[^']*)'|(?P<plain>
 
 
 class Step(str):
-    """A step of a path: a key, an index, or a pattern with ``*`` unless it was quoted."""
+    """A step of a path: a key, an index, the name of a list's entry, or a pattern with ``*`` unless it was quoted."""
 
     __slots__ = ("quoted",)
 
@@ -107,6 +107,10 @@ class Step(str):
         step = super().__new__(cls, text)
         step.quoted = quoted
         return step
+
+    def searches(self, parts: dict[str, Any] | list[Any]) -> bool:
+        """Return whether the step is compared with all entries."""
+        return self.is_pattern or (isinstance(parts, list) and not self.isdecimal())
 
     @property
     def is_pattern(self) -> bool:
@@ -157,8 +161,11 @@ def matching(step: Step, parts: dict[str, Any] | list[Any]) -> Iterator[str | in
 
 
 def index_of(step: str, entries: Sequence[object]) -> int | None:
-    """Return a step as an index of a list, or None if it is not an index."""
-    index = int(step) if step.isdecimal() and len(step) < 10 else -1  # noqa: PLR2004
+    """Return the index of the entry that a step refers to by its index or name, or None if there is none."""
+    if not step.isdecimal():
+        named = (i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == step)
+        return next(named, None)
+    index = int(step) if len(step) < 10 else -1  # noqa: PLR2004
     return index if 0 <= index < len(entries) else None
 
 

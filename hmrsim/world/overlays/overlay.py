@@ -176,7 +176,7 @@ def _lay(data: dict[str, Any], change: Change, work: Work) -> list[FieldPath]:
     size = work.size(change.value)
     compare = partial(work.compare, path=change.path)
     for holder, path in _holders(data, tuple(parents), (), [] if appends else {}, compare):
-        if last.is_pattern:
+        if last.searches(holder):
             compare(last, holder)
         # Each place gets a copy of the value.
         work.spend(size * (len(holder) if last.is_pattern else 1), change.path)
@@ -202,7 +202,7 @@ def _holders(
         yield holder, path
         return
     step, *rest = steps
-    if step.is_pattern:
+    if step.searches(holder):
         compare(step, holder)
     for key in [*_keys(holder, path, step)]:
         part = _opened(holder, key, path, {} if rest else own(empty))
@@ -236,8 +236,8 @@ def _keys(holder: dict[str, Any] | list[Any], path: FieldPath, step: Step) -> It
         index = index_of(step, holder)
         if index is None:
             raise OverlayFlaw(
-                f"{_text_of(path)} is a list of {len(holder)}, in which {step!r} is no index; expected 0 to "
-                f"{len(holder) - 1}, or {APPEND} to add entries"
+                f"{_text_of(path)} is a list of {len(holder)}, in which {step!r} is no index or name; expected 0 "
+                f"to {len(holder) - 1}, a name, or {APPEND} to add entries"
             )
         yield index
     elif len(path) == 1 and path[0] in _NAMED and step not in holder:

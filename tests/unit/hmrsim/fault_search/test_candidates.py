@@ -58,6 +58,14 @@ def test_only_robots_that_the_controller_uses_have_faults(world):
     assert robots == {"porter"}
 
 
+def test_changes_name_the_demand():
+    demand = [{"name": name, "at": "home", "to": "home", "arrives": 9} for name in ("bread", "crate")]
+    entries = candidates(world_of({**WORLD, "demand": demand}, "world"), families=["changes"]).entries
+    paths = {path for candidate in entries for path in candidate.injection.spec["change"] if "demand" in path}
+
+    assert paths == {"demand.bread.arrives", "~demand.bread", "demand.crate.arrives", "~demand.crate"}
+
+
 def test_component_faults_need_the_component(world):
     kinds = {candidate.injection.kind for candidate in candidates(world).entries}
 

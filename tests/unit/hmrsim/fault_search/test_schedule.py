@@ -41,7 +41,7 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
         ),
         ({"type": "goals_rejected", "count": 1, **GOAL_OF_EVE, "at": 0.0}, "the 1st pickup of eve is rejected"),
         ({"change": {"robots.eve.base.speed": 0.2}}, "robots.eve.base.speed = 0.2"),
-        ({"change": {"~docks.charger": None}}, "without docks.charger"),
+        ({"change": {"~docks.charger": None}}, "docks.charger removed"),
         (
             {"disturbance": "controller_stalled", "duration": 5.0, "when": GOAL},
             "controller_stalled for 5 s, when pickup of eve is executing",

@@ -89,6 +89,16 @@ def test_each_repeats_its_entries() -> None:
     assert world.robots["wall_e"].tags == ("is wall_e", "$")
 
 
+def test_an_entry_of_a_list_can_be_given_by_its_name() -> None:
+    order = {"at": "a", "to": "b", "arrives": 10}
+    world = world_of(
+        {"waypoints": {"a": [0, 0], "b": [1, 0]}, "demand": [{"name": name, **order} for name in ("x", "y", "z")]},
+        "orders.yaml",
+        [overlay_of({"~demand.x": None, "demand.z.weight": 2}, "one")],
+    )
+    assert {demand.name: demand.weight for demand in world.demand} == {"y": 0, "z": 2}
+
+
 def test_a_distribution_replaces_another_value_as_a_whole() -> None:
     world = world_of(
         {"doors": {"d": {"at": [[0, 0], [1, 0]]}}},
@@ -106,7 +116,8 @@ def test_a_distribution_replaces_another_value_as_a_whole() -> None:
     [
         ({"robots.evv.yaw": 1}, "there is no 'evv' among the robots; did you mean 'eve'?"),
         ({"robots.x*.yaw": 1}, "robots has nothing that x* stands for; it has eve, wall_e"),
-        ({"lanes.7.speed_limit": 1}, "lanes is a list of 2, in which '7' is no index; expected 0 to 1"),
+        ({"lanes.7.speed_limit": 1}, "lanes is a list of 2, in which '7' is no index or name; expected 0 to 1, a name"),
+        ({"faults.x.at": 1}, "faults is a list of 1, in which 'x' is no index or name"),
         ({"~items.vase": None}, "items has no 'vase' to take away; it has box"),
         ({"~items.box": 1}, "takes an entry away, so that it has no value; got 1"),
         ({"robots..yaw": 1}, "'robots..yaw' is no path"),
