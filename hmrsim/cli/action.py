@@ -119,7 +119,7 @@ def _with_poses(client: Client, data: object, action: AnyAction) -> object:
     """Return the plain values of a goal, with names of places and lists of coordinates replaced by poses.
 
     Raises:
-        UnknownName: There is no such place, or a list is not x, y and optionally yaw.
+        UnknownName: There is no such place.
     """
     from hmrsim_zenoh.client.places import with_poses
 

@@ -43,6 +43,10 @@ _EXPECTED: Final = {
     "Input should be an object": "expected a mapping",
     "Keys should be strings": "expected a field name",
 }
+_EXPECTED_MAPPING: Final = "expected a mapping"
+_POSES: Final = (list(PoseStamped.model_fields), list(Pose.model_fields))
+"""The fields of messages that may be given as the name of a place or as coordinates."""
+
 _MAPPING: Final = "Input should be a valid dictionary"
 _MISSING: Final = "Field required"
 _UNKNOWN: Final = "Extra inputs are not permitted"
@@ -84,7 +88,9 @@ def _error_line(noun: str, path: Path, message: str, value: object, kind: type[B
     if message == _UNKNOWN:
         remedy = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
         return f"{where}: unknown field; {remedy}"
-    expected = "expected a mapping" if message.startswith(_MAPPING) else _EXPECTED.get(message)
+    expected = _EXPECTED_MAPPING if message.startswith(_MAPPING) else _EXPECTED.get(message)
+    if expected == _EXPECTED_MAPPING and kind is not None and _fields(kind, path) in _POSES:
+        expected = "expected the name of a place, [x, y], [x, y, yaw] or a mapping"
     text = expected or message[:1].lower() + message[1:]
     if message == _MISSING or repr(value) in text:
         return f"{where}: {text}"

@@ -6,6 +6,7 @@ Wherever a goal has a pose, it may be the name of a waypoint, place or dock, or 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, get_args
@@ -99,10 +100,10 @@ def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped
     errors: list[str] = []
 
     def pose_of(value: Any, field: type[Message], path: Path) -> Any:
-        if not isinstance(value, (str, list)):
+        if not isinstance(value, str) and not _are_coordinates(value):
             return value
         try:
-            stamped = pose(value) if isinstance(value, str) else _pose_of_list(value)
+            stamped = pose(value) if isinstance(value, str) else pose_at(*value)
         except ValueError as error:
             errors.append(f"goal: {dotted(path)}: {error}")
             return value
@@ -114,10 +115,11 @@ def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped
     return values
 
 
-def _pose_of_list(numbers: list[Any]) -> PoseStamped:
-    if len(numbers) not in _COORDINATES or not all(type(number) in (int, float) for number in numbers):
-        raise ValueError(f"expected the name of a place, [x, y], [x, y, yaw] or a pose, got {shown(numbers)}")
-    return pose_at(*numbers)
+def _are_coordinates(value: Any) -> bool:
+    """Return whether a value is a list of x, y and optionally yaw: finite numbers."""
+    if not isinstance(value, list) or len(value) not in _COORDINATES:
+        return False
+    return all(type(part) in (int, float) and abs(part) <= sys.float_info.max for part in value)
 
 
 def with_names(data: Any, kind: type[Message], names: Iterator[str]) -> Any:
