@@ -269,6 +269,8 @@ class _Checker:
             if name not in inputs and name not in outputs:
                 known = [*own, *inputs, *outputs]
                 hint = instead(name, known, verb="it has")
+                if name == "robot" and "server_name" in inputs:
+                    hint = f'; to send the goal to another robot, write server_name="{text}/{node.ACTION}"'
                 self._faults.add(origin, f"unknown port {shown(name)}{hint}")
                 continue
             try:

@@ -100,6 +100,15 @@ class TestCheck:
         )
         assert err.splitlines()[1].startswith("bt-controller: tree.xml:5: <Sleep>: unknown port 'sec'; ")
 
+    def test_a_goal_for_another_robot_is_addressed_by_its_server(self, files, capsys):
+        files.write(NAVIGATE.replace("<NavigateToPose ", '<NavigateToPose robot="bob" '))
+
+        assert main(["check", "tree.xml"]) == 2
+        assert capsys.readouterr().err.endswith(
+            "<NavigateToPose>: unknown port 'robot'; to send the goal to another robot, write "
+            'server_name="bob/navigate_to_pose"\n'
+        )
+
     def test_a_file_needs_no_ending(self, files, capsys):
         files.write(NAVIGATE, "tree.bt")
 
