@@ -283,7 +283,7 @@ def _too_few(summary: Summary) -> str:
     per_run = summary.seconds / max(1, tried.runs)
     text = f"{tried.runs:,} runs in {_time(summary.seconds)} are far too few for this mission ({per_run:.2g} s each)"
     if unreached.untried:
-        text += f"; {len(unreached.untried)} kinds of things had no turn"
+        text += f"; {counted(len(unreached.untried), 'kinds')} of things had no turn"
     return f"{text}; allow it {_time(per_run * _ENOUGH)} or more"
 
 

@@ -269,6 +269,7 @@ class Campaign:
             unreached,
             time.monotonic() - self._began,
             not self._interrupted,
+            self._options.first_only,
             len(search.guide.kept),
             len(search.guide.features),
             self._evaluator.covered.share,

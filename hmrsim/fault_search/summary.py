@@ -52,6 +52,7 @@ class Summary:
         unreached: The gaps of the search.
         seconds: The wall seconds of the search.
         complete: Whether the search was not interrupted.
+        first_only: Whether the search was to end with its first failure.
         kept: The number of schedules that exercised something new.
         features: The number of different features that were exercised.
         covered: The coverage of the tree, in words; empty without a tree.
@@ -67,6 +68,7 @@ class Summary:
     unreached: Unreached
     seconds: float
     complete: bool = True
+    first_only: bool = False
     kept: int = 0
     features: int = 0
     covered: str = ""
@@ -75,6 +77,8 @@ class Summary:
     @property
     def too_few(self) -> bool:
         """True if there were too few runs for a conclusion: a kind or most injections had no turn."""
+        if self.first_only and self.findings:
+            return False
         tried = self.tried
         return tried.singles_left > 0 and (bool(self.unreached.untried) or tried.runs < _FEW)
 

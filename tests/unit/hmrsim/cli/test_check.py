@@ -123,6 +123,13 @@ def test_a_small_budget_gives_a_warning(capsys):
 
 
 @pytest.mark.usefixtures("folder")
+def test_a_search_for_the_first_failure_asks_for_no_more_runs(capsys):
+    assert check("world.yaml", "--python", "porters.py:vain", "--runs", "20", "--first", *SERIAL) == 1
+
+    assert "far too few" not in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("folder")
 def test_missions_that_give_up_are_counted_but_no_failures(capsys):
     words = ("--only", "goals_aborted", "goals_rejected", "--at-most", "1", "--runs", "30")
     check("world.yaml", "--python", "porters.py:hasty", *words, *SERIAL)
