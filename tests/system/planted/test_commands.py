@@ -19,17 +19,24 @@ _BUGS = {name: entry for name, entry in catalogue().items() if "command" in entr
 _CONTROLLERS = [(name, which) for name in _BUGS for which in ("bug", "twin")]
 _CONTROLLERS.remove(("until_it_works", "twin"))  # its steps are those of the twin of ignores_exit_codes
 
+_CALLED = {"sh": ("awk", "dirname", "grep")}
+"""The programs that the planted scripts of an interpreter call."""
+
 
 @pytest.fixture(autouse=True)
 def _path(monkeypatch):
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
 
 
+def _skip_unless_it_runs(command):
+    missing = [each for each in (command[0], *_CALLED.get(command[0], ())) if shutil.which(each) is None]
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}")
+
+
 @pytest.mark.parametrize(("name", "which"), _CONTROLLERS)
 def test_a_planted_command_succeeds_without_faults(name, which):
-    words = _BUGS[name][which]["command"]
-    if shutil.which(words[0]) is None:
-        pytest.skip(f"there is no {words[0]} here")
+    _skip_unless_it_runs(_BUGS[name][which]["command"])
     outcome = run_case(patient(_BUGS[name], which), Case())
 
     assert ("succeeded", ()) == (outcome.ending, outcome.violations)
@@ -38,8 +45,7 @@ def test_a_planted_command_succeeds_without_faults(name, which):
 @pytest.mark.parametrize("name", _BUGS)
 def test_the_schedule_of_a_planted_bug_shows_it(name):
     entry = _BUGS[name]
-    if shutil.which(entry["bug"]["command"][0]) is None:
-        pytest.skip("its interpreter is not here")
+    _skip_unless_it_runs(entry["bug"]["command"])
     things = tuple(Injection(thing.get("fault", thing)) for thing in entry["shown_by"])
     outcome = run_case(patient(entry, "bug"), Case(things))
 
