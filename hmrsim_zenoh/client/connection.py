@@ -37,8 +37,8 @@ PATIENCE: Final = 60.0
 # Zenoh's own reply to a query that timed out; a simulator's errors are JSON.
 _TIMED_OUT: Final = b"Timeout"
 
-_LOOK: Final = 1.0
-"""The longest uninterruptible wait, in wall seconds."""
+LOOK: Final = 1.0
+"""The longest wait of a thread at a time, in wall seconds: Ctrl-C may fail to interrupt one that begins just then."""
 
 Answer = Any
 """The answer to a command, as in `hmrsim.protocol.goal`; an `HmrsimError`, such as one that the simulator sent; or None
@@ -281,10 +281,9 @@ def take_within(queue: SimpleQueue[T], timeout: float) -> T:
         Empty: There is none within *timeout* wall seconds.
     """
     limit = time.monotonic() + timeout
-    # Waits are short, since Ctrl-C may fail to interrupt a wait that begins at the same moment.
-    while (left := limit - time.monotonic()) > _LOOK:
+    while (left := limit - time.monotonic()) > LOOK:
         with suppress(Empty):
-            return queue.get(timeout=_LOOK)
+            return queue.get(timeout=LOOK)
     return queue.get(timeout=max(0.0, left))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +18,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Self, TypeVar
 
 import zenoh
+
+from hmrsim_zenoh.client.connection import LOOK
 
 if TYPE_CHECKING:
     from hmrsim.protocol.commands import Inbox
@@ -88,18 +91,21 @@ class Delivery:
         if self._settling:
             self.notify()
 
-    def wait_while(self, holds: Callable[[], bool]) -> None:
-        """Block the calling thread while a condition holds; it is evaluated only while the simulation pauses."""
+    def wait_while(self, holds: Callable[[], bool], timeout: float) -> None:
+        """Block the calling thread while a condition holds, at most *timeout* wall seconds.
+
+        The condition is evaluated only while the simulation pauses.
+        """
 
         def over() -> bool:
             return not (self._running or holds())
 
-        if over():
-            return
+        limit, left = time.monotonic() + timeout, timeout
         with self._settled:
             self._settling += 1
             try:
-                self._settled.wait_for(over)
+                while not self._settled.wait_for(over, min(left, LOOK)) and left > 0:
+                    left = limit - time.monotonic()
             finally:
                 self._settling -= 1
 

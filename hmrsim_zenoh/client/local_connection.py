@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from functools import partial
-from queue import Empty, SimpleQueue
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import zenoh
 
 from hmrsim.protocol.commands import CallService
-from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of, take_within
+from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
 from hmrsim_zenoh.wire.session import unless_closed
 
@@ -49,34 +48,29 @@ class LocalCall(Pending):
         answer: The answer; None before it arrives, and if it was lost.
     """
 
-    __slots__ = ("_bell", "_ended", "answer")
+    __slots__ = ("_ended", "answer")
 
     def __init__(self, connection: LocalConnection) -> None:
         # The same as in the base class, without a call of its constructor for each advance.
         self._connection, self.may_be_lost = connection, False
         self.answer: Answer = None
         self._ended = False
-        self._bell: SimpleQueue[None] | None = None
 
     def take(self, answer: Answer) -> None:
-        """Take the answer, unless the connection was cut off; from any thread."""
+        """Take the answer, unless the connection was cut off."""
         if not self._ended and self._connection.error is None:
             self.answer, self._ended = answer, True
-            if self._bell is not None:
-                self._bell.put(None)
 
     def give_up(self) -> None:
         """End the request without an answer; from any thread."""
         self.take(None)
+        self._connection.simulation.delivery.notify()
 
     def wait(self, timeout: float) -> bool:
         """Return whether there is an answer, or will be none, within *timeout* wall seconds."""
-        if self._ended:
-            return True
-        # Another thread has to advance time first.
-        self._bell = self._bell or SimpleQueue()
-        with suppress(Empty):
-            take_within(self._bell, timeout)
+        if not self._ended:
+            # Another thread has to advance time first.
+            self._connection.wait_while(lambda: not self._ended, timeout)
         return self._ended
 
 
@@ -192,6 +186,16 @@ class LocalConnection(Connection):
         """Call *on_alive* if the simulator is alive, and *then* in any case."""
         self.simulation.follow(lambda alive: on_alive() if alive else None)()
         then()
+
+    def wait_while(self, holds: Callable[[], bool], timeout: float = math.inf) -> None:
+        """Wait for other threads while a condition holds, at most *timeout* wall seconds, unless the connection ends.
+
+        Raises:
+            BaseException: The error with which the connection was cut off, also if that is during the wait.
+        """
+        self._delivery.wait_while(lambda: self.error is None and holds(), timeout)
+        if self.error is not None:
+            raise self.error
 
     def close(self) -> None:
         """Withdraw everything that was declared and announced."""
@@ -311,8 +315,8 @@ class LocalConnection(Connection):
             raise self.error
 
     def _check(self) -> None:
-        if self._waits is not None:
-            self._delivery.wait_while(lambda: not self._closed and self._waits is not None and self._waits())
+        if (waits := self._waits) is not None:
+            self.wait_while(lambda: not self._closed and waits())
         if self.error is not None:
             raise self.error
         if self._closed:

@@ -304,6 +304,30 @@ class TestCut:
             with pytest.raises(Cut):
                 client.close()
 
+    def test_a_call_that_waits_for_another_client_raises_the_error(self, host, client, monkeypatch):
+        waits, raised, wait_while = threading.Event(), [], host.delivery.wait_while
+
+        def note_wait(*args):
+            waits.set()
+            wait_while(*args)
+
+        def sleep(session):
+            try:
+                Client(session=session, name="other").sleep(5.0)
+            except Cut as error:
+                raised.append(error)
+
+        monkeypatch.setattr(host.delivery, "wait_while", note_wait)
+        client.now  # noqa: B018 - it takes part from now on
+        session, error = host.open_session(), Cut()
+        thread = threading.Thread(target=sleep, args=(session,), daemon=True)
+        thread.start()
+        waits.wait(PATIENCE)
+        host.cut(session, error)
+        thread.join(PATIENCE)
+
+        assert [error] == raised
+
     def test_the_participant_of_a_cut_session_is_dropped_at_once(self, host):
         client = Client(session=host.open_session())
         client.sleep(1.0)
