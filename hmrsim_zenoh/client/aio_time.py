@@ -67,12 +67,12 @@ class Waiting:
         self._time.woken = True
         self._time.post(self.finish)
 
-    def fail(self, error: Exception) -> None:
+    def fail(self, error: BaseException) -> None:
         """Fail the wait with an error."""
         self._time.woken = True
         self._time.post(partial(self.finish, error))
 
-    def finish(self, error: Exception | None = None) -> None:
+    def finish(self, error: BaseException | None = None) -> None:
         """End the wait, in the loop's thread."""
         if self._future.done():
             return
@@ -106,7 +106,7 @@ class AsyncTime:
         self._posting = threading.Lock()
         self._subscriptions: list[Subscription] = []
         self._ranks = itertools.count(1)
-        self._fatal: Exception | None = None
+        self._fatal: BaseException | None = None
         self._ended: Exception | None = None
         self._looks_around = False
         self._ordered = OrderedLoop.of(self._loop) if lockstep is not None else None
@@ -184,7 +184,7 @@ class AsyncTime:
         self._asked.clear()
         self._holds += 1
 
-        def end(done: asyncio.Future[list[tuple[Any, Exception | None]]]) -> None:
+        def end(done: asyncio.Future[list[tuple[Any, BaseException | None]]]) -> None:
             self._holds -= 1
             for (_, answer), (result, error) in zip(asked, done.result(), strict=True):
                 if not answer.done():
@@ -340,13 +340,12 @@ class AsyncTime:
         if self._lockstep is not None:
             self._loop_time = self._lockstep.now
         if error := driven.exception():
-            failure = error if isinstance(error, Exception) else RuntimeError(str(error))
             if self._lockstep is None or self._lockstep.lost or not self._waits:
                 # A task that sleeps by the loop's own clock can't be detected.
-                self._fatal = None if self._waits else failure
+                self._fatal = None if self._waits else error
                 if self._waits:
                     self._leave_order()
-            self._fail(failure)
+            self._fail(error)
             return
         for wait in sorted(self._waits, key=lambda each: each.until):
             if wait.until <= driven.result():
@@ -370,7 +369,7 @@ class AsyncTime:
                 wait.set_alarm(self._client, max(wait.until - now, 0.0))
         self._look_around_later()
 
-    def _fail(self, error: Exception) -> None:
+    def _fail(self, error: BaseException) -> None:
         for wait in list(self._waits):
             wait.finish(error)
 
@@ -389,12 +388,12 @@ class AsyncTime:
                 self._look_around_later()
 
 
-def _results_of(calls: Sequence[Callable[[], Any]]) -> list[tuple[Any, Exception | None]]:
+def _results_of(calls: Sequence[Callable[[], Any]]) -> list[tuple[Any, BaseException | None]]:
     """Return what each of some calls returns, or the error that it raises."""
-    results: list[tuple[Any, Exception | None]] = []
+    results: list[tuple[Any, BaseException | None]] = []
     for call in calls:
         try:
             results.append((call(), None))
-        except Exception as error:  # noqa: BLE001 - the task that asked handles it
+        except BaseException as error:  # noqa: BLE001 - the task that asked handles it
             results.append((None, error))
     return results

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
+from functools import partial
 
 import pytest
 
@@ -11,6 +12,7 @@ from hmrsim.actions import registry
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
 from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging, SimulationEnded
+from tests.cases import case
 
 
 def played(play, changes=None):
@@ -101,6 +103,36 @@ def test_all_who_wait_are_told_that_the_run_is_over():
                 return await play(client)
 
         assert ["told"] * 3 == asyncio.run(main())
+
+
+class Killed(BaseException):
+    """Ends a controller, as a fault search does."""
+
+
+def test_any_error_of_a_request_reaches_the_task_that_made_it(monkeypatch):
+    async def play(client, error):
+        monkeypatch.setattr(client.client, "info", lambda: _raise(error))
+        with pytest.raises(type(error)) as raised:
+            await client.info()
+        return raised.value
+
+    for error in (ValueError(), Killed(), SystemExit(), KeyboardInterrupt(), asyncio.CancelledError()):
+        with case(error):
+            assert error is played(partial(play, error=error)).answer
+
+
+def test_any_error_of_an_advance_reaches_the_task_that_waits(monkeypatch):
+    async def play(client):
+        error = Killed()
+        monkeypatch.setattr(client.client.lockstep, "drive_within", lambda *_: _raise(error))
+        with pytest.raises(Killed):
+            await client.sleep(1.0)
+
+    played(play)
+
+
+def _raise(error):
+    raise error
 
 
 def test_an_event_that_does_not_exist():
