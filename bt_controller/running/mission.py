@@ -20,7 +20,7 @@ from bt_controller.running.schedule import POLL_SECONDS, Due, due
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from hmrsim.errors import HmrsimError
 from hmrsim.program.users_code import described
-from hmrsim_zenoh.client.action_client import for_client
+from hmrsim_zenoh.client.zenoh_connection import prepare_messages
 from hmrsim_zenoh.errors import SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
@@ -288,4 +288,4 @@ def missions_for(
 def prepare(missions: Iterable[Mission]) -> None:
     """Prepare for the actions of some trees, before a robot waits for it."""
     for action in {name: action for mission in missions for name, action in mission.actions.items()}.values():
-        for_client(action)
+        prepare_messages(action)

@@ -18,11 +18,10 @@ from hmrsim_zenoh.client.connection import PATIENCE, Answer, message_of
 from hmrsim_zenoh.client.goal_handle import GoalHandle
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import RequestError, RequestTimeout
-from hmrsim_zenoh.wire import encoding
-from hmrsim_zenoh.wire.envelopes import GetResultResponse, SendGoalResponse, UnreadableError, around, plain, read
+from hmrsim_zenoh.wire.envelopes import UnreadableError
 
 if TYPE_CHECKING:
-    from hmrsim.actions import Action, AnyAction
+    from hmrsim.actions import Action
     from hmrsim.interfaces.geometry_msgs import PoseStamped
     from hmrsim_zenoh.client.link import Link
     from hmrsim_zenoh.client.lockstep import Lockstep
@@ -222,15 +221,3 @@ class ActionClient(Generic[G, R, F]):
 def _kind(goal: object) -> str:
     """Return a goal of another kind for a message: its type, if it is a message, as those are long."""
     return goal.ros_type if isinstance(goal, Message) else shown(goal)
-
-
-_ACCEPTED = b'{"accepted":true,"goal_id":"","stamp":{}}'
-_ENDED = b'{"status":0,"result":{}}'
-
-
-def for_client(action: AnyAction) -> None:
-    """Prepare to send goals of an action and to read their feedback and results."""
-    result: type[Message] = action.result
-    encoding.message(action.goal())
-    read(plain(SendGoalResponse), _ACCEPTED)
-    read(around(GetResultResponse, result), _ENDED)

@@ -47,6 +47,7 @@ from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.session import unless_closed
 
 if TYPE_CHECKING:
+    from hmrsim.actions import AnyAction
     from hmrsim_zenoh.client.connection import ActionTarget, Answer, Asked, GoalCommand, Reply
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
@@ -392,6 +393,16 @@ class ZenohConnection(Connection):
             self.broken = True
             if handler.drop is not None:
                 handler.drop()
+
+
+def prepare_messages(action: AnyAction) -> None:
+    """Build the writer and the readers of the messages of an action, which takes a moment upon first use."""
+    result: type[Message] = action.result
+    feedback: type[Message] = action.feedback
+    encoding.message(action.goal())
+    plain(SendGoalResponse)
+    around(Ending, result)
+    around(FeedbackMessage, feedback)
 
 
 def _decode(then: Callable[[Answer], None], decoder: Callable[[bytes], Answer], reply: Reply) -> None:

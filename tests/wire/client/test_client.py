@@ -15,6 +15,7 @@ from hmrsim.actions import registry
 from hmrsim.interfaces.builtin_interfaces import Duration
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim_zenoh.client import zenoh_connection
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.errors import (
     BadOptions,
@@ -27,7 +28,7 @@ from hmrsim_zenoh.errors import (
     SimulatorNotFound,
     Unreachable,
 )
-from hmrsim_zenoh.wire.envelopes import UnreadableError
+from hmrsim_zenoh.wire.envelopes import UnreadableError, around
 from hmrsim_zenoh.wire.keys import Verb
 from hmrsim_zenoh.wire.session import SessionOptions, open_client
 from tests.patience import PATIENCE
@@ -53,6 +54,17 @@ def test_a_goal_ends_with_its_result(simulator, wait_client):
 
     assert goal.result(PATIENCE) == Wait.Result(total_elapsed_time=Duration(sec=2))
     assert (goal.status, goal.accepted, goal.done, goal.error) == (GoalStatus.SUCCEEDED, True, True, None)
+
+
+def test_the_readers_that_a_goal_uses_are_prepared(simulator, wait_client, monkeypatch):
+    used = set()
+    monkeypatch.setattr(zenoh_connection, "around", lambda *types: used.add(types) or around(*types))
+    zenoh_connection.prepare_messages(registry()["wait"])
+    prepared, used = used, set()
+    simulator.steps["get_result"] = [simulator.end(SUCCEEDED)]
+    wait_client.send_goal(GOAL, on_feedback=print).result(PATIENCE)
+
+    assert prepared == used != set()
 
 
 def test_the_request_has_the_goal_and_the_clients_id(simulator, wait_client):
