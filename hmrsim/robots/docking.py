@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DockBay(Protocol):
-    """A dock as robots, their batteries and docking actions see it."""
+    """The part of a dock that robots, their batteries and docking actions use."""
 
     @property
     def name(self) -> str:
@@ -33,45 +33,45 @@ class DockBay(Protocol):
 
     @property
     def staging(self) -> Point:
-        """The point where robots line up before they drive in."""
+        """The point where robots wait, and from which they drive in."""
 
     @property
     def out_of_order(self) -> bool:
-        """Return whether the dock is out of order: no robot can dock there, and none is charged."""
+        """Whether the dock is out of order: no robot can dock, and none is charged."""
 
     def serves(self, robot: DockClient) -> bool:
         """Return whether a robot may dock here."""
 
     def power_for(self, battery: Battery) -> float:
-        """Return the units of energy a second that it charges a battery with; 0 if it charges none."""
+        """Return the power with which it charges a battery, in units of energy per second; 0 if it does not."""
 
     def away(self, point: Point) -> float:
-        """Return how far a point is from where robots stand in it."""
+        """Return the distance of a point from the docked pose."""
 
     def holds(self, point: Point) -> bool:
-        """Return whether a point is in it, or between it and its staging pose."""
+        """Return whether a point is in the dock, or between it and its staging point."""
 
     def has_room_for(self, robot: DockClient) -> bool:
         """Return whether a robot may dock here, and a bay is free."""
 
     def reserve(self, robot: DockClient) -> AbstractContextManager[Event]:
-        """Reserve a bay for a robot, as soon as one is free, until it is docked there or gives up."""
+        """Request a bay for a robot, which keeps it until it is docked or gives up."""
 
     def take_in(self, robot: DockClient) -> None:
-        """Dock a robot that stands here."""
+        """Dock a robot that stands in the dock."""
 
     def release(self, robot: DockClient) -> None:
-        """Release the dock, which a robot leaves."""
+        """Release the bay of a robot that leaves."""
 
 
 class DockClient(Vehicle, Protocol):
-    """A robot as docks see it."""
+    """The part of a robot that docks use."""
 
     def enter_dock(self, dock: DockBay) -> None:
-        """Be docked, and charge if the dock is a charger."""
+        """Record that it is docked; it charges if the dock is a charger."""
 
     def leave_dock(self) -> None:
-        """Clear the dock at which the robot is."""
+        """Record that it has left its dock."""
 
     def dock_changed(self) -> None:
-        """Record whether the dock charges the robot."""
+        """Start or stop charging, as the dock requires."""

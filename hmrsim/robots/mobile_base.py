@@ -1,8 +1,8 @@
-"""A mobile base: the activity of a vehicle, the way in which it drives, and what its robot plans and commands.
+"""The mobile base of a robot: its activity, its motion along routes, and maneuvers.
 
-It drives one lane or turn after the other, each lane when traffic admits it. There is one event where something is to
-be decided, such as whether it may drive the next lane, and none in between: where nothing can be in its way, a whole
-route is one event.
+A base drives lane by lane and turn by turn, and begins a lane when traffic admits it. There is one event per decision,
+such as whether it may begin the next lane, and none in between. If nothing can get in its way, a whole route is one
+event.
 """
 
 from __future__ import annotations
@@ -38,40 +38,40 @@ if TYPE_CHECKING:
     from hmrsim.world.model import Base
 
 _NANOSECOND: Final = 1e-9
-"""What belongs to one instant, in seconds: commands come at whole nanoseconds, robots arrive in between."""
+"""The length of an instant, in seconds: commands come at whole nanoseconds, and robots arrive in between."""
 
 _STEERING_STEP: Final = 0.1
-"""Seconds of the straight pieces of a robot that drives a bend at given velocities."""
+"""The duration in seconds of the straight pieces that approximate a curve driven at given velocities."""
 
 _NEVER_STOPPED: Final = (-1.0, 0.0)
-"""When a vehicle was stopped, and at which run-up, if it never was."""
+"""The entry of a vehicle that was never stopped: the time of the stop, and the run-up."""
 
 
 class MobileBase:
-    """A base that drives, or flies; it can be stopped anywhere, and yields to others.
+    """A base that drives or flies, can be stopped anywhere, and makes room for others.
 
-    Its activity is one `VehicleState`, which the events of `hmrsim.robots.vehicle_state` change.
+    Its activity is one `VehicleState`, which only the events of `hmrsim.robots.vehicle_state` change.
 
     Args:
-        speed: Its maximum speed, in the world's unit a second.
-        moved: Called whenever it begins or ceases to move; None for no call. Where a battery is drained by distance,
-            it is also called where the mean speed changes, and a way ends there.
+        speed: The maximum speed, in the world's unit per second.
+        moved: Called whenever the base begins or stops moving; None for no call. If distance drains a battery, it is
+            also called whenever the mean speed changes.
 
     Attributes:
-        motion: Where it is at any time.
+        motion: Its position as a function of time.
         graph: The graph on which it drives.
-        radius: Of its footprint; 0 if it has none.
-        flies: Whether nothing on the ground is in its way.
-        recoveries: How often it had to wait or to take another route, since the start.
-        rerouted: How often it has taken another route on this trip.
-        rank: By what vehicles are ordered: when they began their trips, in simulated seconds, those that go nowhere
-            last; then their names. It is kept up to date, as traffic compares it several times a lane.
+        radius: The radius of its footprint; 0 if it has none.
+        flies: Whether it flies, so that nothing on the ground blocks it.
+        recoveries: The number of times it had to wait or take another route since the start.
+        rerouted: The number of times it has taken another route on this trip.
+        rank: The sort key of vehicles: the start of the trip in simulated seconds, infinite without a trip, then the
+            name. It is stored, as traffic compares it several times per lane.
         speed_scale: The factor of its maximum speed.
         works: Whether its goal requires it to stand still.
-        disabled_reasons: Why it is disabled, by cause, such as ``battery_empty``; empty while it can be used.
+        disabled_reasons: The reasons for which it is disabled, by cause, such as ``battery_empty``.
     """
 
-    # More attributes than a class can share the names of among its objects: each would get a separate large table.
+    # So many attributes exceed CPython's key-sharing dictionaries: each object would have a large table of its own.
     __slots__ = (
         "_admission",
         "_arrived",
@@ -146,19 +146,19 @@ class MobileBase:
         self._state = VehicleState.IDLE
         self._still_since = env.now
         self.works = False
-        # Whether the client of its last goal can't send the next one at the same instant, and until when it lingers.
+        # Whether the client of its last goal needs time to send the next one, and until when the base lingers for it.
         self._lingers = False
         self._stays_until = 0.0
-        # From where traffic has moved it aside since its last drive, and for which vehicle and when it last did.
+        # If traffic has moved it aside since its last drive: from where, for which vehicle, and when.
         self._moved_aside: tuple[Point, str, float] | None = None
-        # Where it is to go, and the yaw to face there, None for any.
+        # The route, and the yaw to face at its end; None for any.
         self._route: Route | None = None
         self._final_yaw: float | None = None
         self._trip = 0
         self._set_out = 0.0
-        # When it was stopped last, with the run-up of the speed that it had.
+        # The time of the last stop, and the run-up to the speed before it.
         self._entry = _NEVER_STOPPED
-        # Processes wait until it arrives, until its motion changes, and until it can be used again.
+        # Processes wait for these events.
         self._arrived: Event | None = None
         self._motion_change: Event | None = None
         self._enabled: Event | None = None
@@ -190,7 +190,7 @@ class MobileBase:
 
     @property
     def sets_out(self) -> bool:
-        """Return whether the vehicle begins a lane or a turn at this very instant."""
+        """Return whether the vehicle begins a lane or a turn at this instant."""
         if not self._state.moves:
             return False
         self.motion.catch_up()
@@ -203,7 +203,7 @@ class MobileBase:
 
     @property
     def stays_until(self) -> float:
-        """Until when it lingers where its goal has ended, in simulated seconds; the past if it does not."""
+        """The simulated time in seconds until which it lingers where its goal has ended; in the past if it does not."""
         return self._stays_until if self.busy and not self.works else 0.0
 
     @property
@@ -215,9 +215,9 @@ class MobileBase:
 
     @property
     def still_since(self) -> float:
-        """When it last ceased to make progress, in simulated seconds; infinite while it moves or works.
+        """The simulated time in seconds at which it last stopped making progress; infinite while it moves or works.
 
-        One that was asked to do something, but could not begin, has made none.
+        A command that it could not begin to execute is no progress.
         """
         return math.inf if self._state.moves or self._state is VehicleState.WORKING else self._still_since
 
@@ -229,7 +229,7 @@ class MobileBase:
 
     @property
     def will_yield(self) -> bool:
-        """Return whether the vehicle can make room, now or once it stands or has finished its work."""
+        """Return whether the vehicle can make room, now or after it has stopped or finished its work."""
         if self._state.moves:
             return self._state is VehicleState.YIELDING or (self._state.needs_admission and self.goal is not None)
         return self.busy or self.may_yield
@@ -241,7 +241,7 @@ class MobileBase:
             return ""
         start, by, at = self._moved_aside
         if self.distance_to(start) <= SAME_PLACE:
-            # Its next goal came at the instant at which it was to set out, or it is back.
+            # Its next goal came at the instant of its departure, or it has returned.
             return ""
         name = self._admission.causes.places.of
         return (
@@ -251,12 +251,12 @@ class MobileBase:
 
     @property
     def disabled(self) -> str:
-        """The reason for which it can do nothing now; empty while it can be used."""
+        """The first reason for which it is disabled; empty while it can be used."""
         return next(iter(self.disabled_reasons.values()), "")
 
     @property
     def goal(self) -> Point | None:
-        """The point to which another route may lead; None if it goes nowhere, or its path is given point by point."""
+        """The destination of its trip; None without one, or if its path is given point by point."""
         return None if self._route is None else self._route.goal
 
     def _enter(self, event: VehicleEvent) -> None:
@@ -269,46 +269,46 @@ class MobileBase:
         self.rank = (math.inf if self._state.stands else self._set_out, self.name)
 
     def _stop_progress(self) -> None:
-        """Record that the vehicle ceases to make progress, unless it has made none since its command."""
+        """Record that the vehicle stops making progress, unless it has made none since its command."""
         if self.motion.began < self._env.now:
             self._still_since = self._env.now
 
     def pose(self) -> Pose:
-        """Return the position of its center and its yaw, now."""
+        """Return the current position of its center, and its yaw."""
         return self.motion.pose()
 
     def distance_to(self, point: Point) -> float:
-        """Return how far its center is from *point*."""
+        """Return the distance of its center from a point."""
         return distance(self.motion.pose().point, point)
 
     def velocity(self) -> tuple[float, float]:
-        """Return the speed ahead and the turning rate, now; the mean of a piece that has no constant speed."""
+        """Return the current forward speed and turning rate; the mean of a piece without a constant speed."""
         piece = self.motion.piece
         return (0.0, 0.0) if piece is None else piece.velocity
 
     @property
     def speed(self) -> float:
-        """The maximum speed that it can go now, in the world's unit a second."""
+        """The current maximum speed, in the world's unit per second."""
         return self._speed * self.speed_scale
 
     @property
     def piece(self) -> Piece | None:
-        """The lane or the turn that it drives now; None when it stands, or waits."""
+        """The current lane or turn; None while it stands or waits."""
         return self.motion.piece
 
     @property
     def next_leg(self) -> Leg | None:
-        """The leg that it drives now, or waits for; None when it stands, or turns."""
+        """The leg that it drives or waits for; None while it stands or turns."""
         legs = self.motion.legs
         return legs[0] if legs else None
 
     @property
     def legs_ahead(self) -> list[Leg]:
-        """The legs that it has not driven to their ends; none when it stands."""
+        """The legs that it has not completed; none while it stands."""
         return [leg for leg in self.motion.legs if leg]
 
     def _announce_motion(self) -> None:
-        """Tell its robot, and the processes that watch it, that its motion has changed."""
+        """Notify the robot, and the processes that watch it, of a change of its motion."""
         if self._moved is not None:
             self._moved()
         if self._motion_change is not None:
@@ -320,7 +320,7 @@ class MobileBase:
             event.succeed()
 
     def plan_to(self, goal: Point, start: Point | None = None) -> Route:
-        """Return the quickest route from where it is, or from *start*.
+        """Return the quickest route from its position, or from *start*.
 
         Raises:
             NoRoute: The goal or *start* is outside the map or inside an obstacle, or no route leads there.
@@ -332,17 +332,17 @@ class MobileBase:
         return self.graph.fly(self.pose().point if start is None else start, goal)
 
     def plan_on_lanes(self, goal: Point, start: Point | None = None) -> Route:
-        """Return the quickest route along the lanes, for a robot that flies, too.
+        """Return the quickest route along the lanes, even if the base flies.
 
         Raises:
-            NoRoute: As `plan_to` says.
+            NoRoute: See `plan_to`.
         """
         if start is not None:
             self.graph.check_start(start)
         return self._admission.plan(self, self.pose().point if start is None else start, goal)
 
     def watch(self, seconds: float = math.inf) -> Generator[Any, Any, None]:
-        """Wait until it begins another lane or turn, its motion or the open lanes change, or for some seconds."""
+        """Wait until the piece ends, the motion or the open lanes change, or some seconds have passed."""
         if self._motion_change is None:
             self._motion_change = Event(self._env)
         woken = Event(self._env)
@@ -362,11 +362,11 @@ class MobileBase:
                     event.callbacks.remove(wake)
 
     def straight_through(self, points: Sequence[Point]) -> tuple[Route, str]:
-        """Return the route from where it is straight from point to point, and what is in its way; or ""."""
+        """Return the route from its position straight from point to point, and the obstacle on it, if any, or ""."""
         return self.graph.straight_through([self.pose().point, *points], flies=self.flies)
 
     def drive(self, route: Route, final_yaw: float | None) -> Generator[Any, Any, None]:
-        """Drive a route that begins here, then face *final_yaw*, if any; an interrupt stops it where it is.
+        """Drive a route that begins here, then turn to *final_yaw*, if any; an interrupt stops it on the spot.
 
         Raises:
             GoalAborted: Something is in its way for too long, it can go no further, or it is disabled.
@@ -381,14 +381,14 @@ class MobileBase:
         self.rerouted, self._set_out = 0, self._env.now
         if yields:
             self._update_rank()
-            # The other vehicle counts on the place that it leaves; the route is planned again from where it yields.
+            # The other vehicle needs the place that it leaves; the route is planned again from where it makes room.
             self._enter(VehicleEvent.REDIRECT)
             self._arrived = Event(self._env)
             yield from self._arrival()
         else:
             yield from self._carry_out(self._driven(route.legs), VehicleEvent.SET_OUT)
         if self.stands and final_yaw is not None and final_yaw != self.motion.rest.yaw:
-            # Without a turning rate no piece of the drive says so.
+            # A base without a turning rate turns at once, and its drive has no piece for that.
             start, end = self.motion.rest, Pose(*self.motion.rest.point, final_yaw)
             self.motion.stand(end)
             self._publisher.publish_untraced(
@@ -400,10 +400,10 @@ class MobileBase:
             raise BaseDisabled(FollowPath.Result.UNKNOWN, why, cause)
 
     def perform(self, driven: Drive) -> Generator[Any, Any, None]:
-        """Carry out a motion that begins here, without regard to obstacles; an interrupt stops it where it is.
+        """Carry out a motion that begins here, regardless of obstacles; an interrupt stops it on the spot.
 
         Raises:
-            BaseDisabled: It is disabled, or was meanwhile and has stopped.
+            BaseDisabled: It is disabled, or was disabled on the way.
         """
         self._check_enabled()
         self.halt()
@@ -411,15 +411,16 @@ class MobileBase:
         yield from self._carry_out(driven, VehicleEvent.MANEUVER)
 
     def steer(self, speed: float, turning_rate: float, seconds: float) -> str:
-        """Move at these velocities for a while, without a goal, until something is in the way or another motion begins.
+        """Move at constant velocities without a goal, until an obstacle blocks it or another motion begins.
 
         Args:
-            speed: Ahead, or backwards if it is negative; no faster than the robot can, with no regard to acceleration.
-            turning_rate: Radians a second; no faster than the robot can.
-            seconds: For how long.
+            speed: The forward speed, negative for backwards, in the world's unit per second; limited to the maximum
+                speed, regardless of acceleration.
+            turning_rate: The turning rate in radians per second, limited to that of the base.
+            seconds: The duration.
 
         Returns:
-            What is in the way; or "".
+            The obstacle in its way; empty if there is none.
         """
         self.halt()
         self._route = None
@@ -445,7 +446,7 @@ class MobileBase:
         return blocked
 
     def move_to(self, pose: Pose) -> None:
-        """Stand somewhere else at once; no goal that holds the base may be running."""
+        """Place it at a pose at once; no goal that holds the base may be running."""
         self.halt()
         self.motion.stand(pose)
         self._entry, self._still_since = _NEVER_STOPPED, self._env.now
@@ -454,7 +455,7 @@ class MobileBase:
         self._announce_change()
 
     def disable(self, cause: str, why: str) -> None:
-        """Stop, and be able to do nothing until this and all other causes are gone."""
+        """Stop it, and keep it from acting until this and all other causes have ended."""
         self.disabled_reasons[cause] = why
         if self._state.maneuvers:
             self.give_up(BaseDisabled(FollowPath.Result.UNKNOWN, why, cause))
@@ -463,7 +464,7 @@ class MobileBase:
         self._enter(VehicleEvent.DISABLE)
 
     def enable(self, cause: str) -> None:
-        """Be disabled by this cause no longer; nothing happens if it is not."""
+        """End a cause for which it is disabled, if it is."""
         if self.disabled_reasons.pop(cause, None) is not None and not self.disabled_reasons:
             self._enter(VehicleEvent.ENABLE)
             if self.works:
@@ -472,7 +473,7 @@ class MobileBase:
                 self._enabled.succeed()
 
     def wait_until_enabled(self, until: float) -> Generator[Any, Any, None]:
-        """Wait as long as it is disabled, but only until a point of simulated time; infinity is none."""
+        """Wait while it is disabled, at most until a simulated time, in seconds, which may be infinite."""
         while self.disabled_reasons and self._env.now < until:
             self._enabled = Event(self._env)
             try:
@@ -481,7 +482,7 @@ class MobileBase:
                 self._enabled = None
 
     def begin_work(self) -> None:
-        """Stand still until `finish_work`, and yield to no other vehicle."""
+        """Make it stand still, and make no room, until `finish_work`."""
         if not self._state.stands:
             self.halt()
         self.works = True
@@ -500,7 +501,7 @@ class MobileBase:
         self._admission.became_idle(self)
 
     def _linger(self) -> bool:
-        """Stay here as if at work if the next goal needs time to come, so that traffic does not move it meanwhile."""
+        """Keep it from making room for a while if its next goal needs time to come; return whether it does."""
         if not (self._lingers and self._admission.grace) or self.flies:
             return False
         self._enter(VehicleEvent.WORK)
@@ -509,7 +510,7 @@ class MobileBase:
         return True
 
     def scale_speed(self, scale: float) -> None:
-        """Go at this share of its maximum speed, also on the route that it drives now."""
+        """Set the share of its maximum speed at which it drives, now and later."""
         self.speed_scale = scale
         if self._route is None or self._state.stands:
             return
@@ -527,19 +528,19 @@ class MobileBase:
         elif leg is not None:
             rest[0] = replace(leg, start=here, length=distance(here, leg.end))
         if not rest:
-            # It arrives at this instant, or turns there.
+            # It arrives at this instant, or turns at the end.
             return
         self.motion.stand(self.pose())
         self._enter(VehicleEvent.RESCALE)
         self._begin(self._driven(rest), admitted=leg is not None and not at_end)
 
     def halt(self) -> None:
-        """Stop here, wherever it was going; nothing happens if it stands."""
+        """Stop it where it is, and end its trip; do nothing if it stands."""
         if self._state.stands:
             return
         leg = None if self._state.waits or self.sets_out else self.next_leg
         motion, piece = self.motion, self.piece
-        # A drive that begins at this instant begins at this speed.
+        # A drive that begins at this instant starts at this speed.
         self._entry = self._env.now, piece.run_up(motion.elapsed) if piece else 0.0
         motion.stand(motion.pose())
         if self._state.moves:
@@ -550,15 +551,15 @@ class MobileBase:
         self._publisher.publish(lambda: Stopped(self.name, motion.rest.point))
 
     def give_up(self, why: GoalAborted) -> None:
-        """Stop on its way, and fail the drive."""
+        """Stop it on its way, and fail the drive."""
         arrived = self._arrived
         self.halt()
         _fail(arrived, why)
 
     def _driven(self, legs: Sequence[Leg]) -> Drive:
-        """Return how it drives legs from where it is, and then turns to the final yaw of its trip, if any.
+        """Return the drive along legs from its position, with a turn to the final yaw of its trip, if any.
 
-        A base that yields leaves at once, since another one counts on its place, and turns neither before nor after.
+        A base that makes room leaves at once, as another one needs its place, and turns neither before nor after.
         """
         yields = self._state.yields
         if self._delays.any:
@@ -590,14 +591,14 @@ class MobileBase:
             raise
 
     def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
-        """Begin a drive from where it is, or wait; nothing may be scheduled for the one before."""
+        """Begin a drive from its position, or wait; nothing may be scheduled for the previous one."""
         self.motion.follow(driven)
         if self._publisher.interest.motion:
             self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))
         self._drive_on(0, admitted=admitted)
 
     def _end_way(self, _event: Event) -> None:
-        """Decide what comes after the pieces that were sure."""
+        """Continue after the last piece that needed no decision."""
         number = self.motion.last + 1
         if number > self.motion.final:
             self._arrive()
@@ -605,7 +606,7 @@ class MobileBase:
             self._drive_on(number)
 
     def _drive_on(self, number: int, *, admitted: bool = False) -> None:
-        """Drive from a piece up to where something is to be decided, if it is admitted; if not, it waits here."""
+        """Drive from a piece to the next decision if it is admitted; otherwise wait here."""
         motion, admission = self.motion, self._admission
         if motion.drive is None:
             raise AssertionError
@@ -625,13 +626,13 @@ class MobileBase:
             self._publisher.publish_untraced(lambda: motion.event(self.name))
 
     def _with_speed(self, number: int, last: int) -> int:
-        """Return up to which piece, at most the *last*, it drives on at the same mean speed."""
+        """Return the last piece, at most *last*, up to which it keeps its mean speed."""
         while number < last and self.motion.keeps_speed(number):
             number += 1
         return number
 
     def look_ahead(self) -> None:
-        """Decide at the next lane that is no longer sure, as more can be in its way than when it began."""
+        """Request the next lane that needs a decision now, as more can block it than when it began."""
         motion = self.motion
         if motion.drive is None or not self._state.moves or not self._state.needs_admission or self.flies:
             return
@@ -641,7 +642,7 @@ class MobileBase:
             motion.shorten(last)
 
     def _block(self, number: int) -> None:
-        """Wait to begin a piece of its drive."""
+        """Make it wait before a piece of its drive."""
         self.motion.wait_at(number)
         self._stop_progress()
         self._enter(VehicleEvent.BLOCK)
@@ -665,7 +666,7 @@ class MobileBase:
             self._env.succeed(arrived)
 
     def _plan_on(self) -> None:
-        """Plan the rest of its trip, if any, from where it has yielded."""
+        """Plan the rest of its trip, if any, from where it has made room."""
         goal = self.goal
         if goal is None:
             self._enter(VehicleEvent.ARRIVE)
@@ -688,7 +689,7 @@ class MobileBase:
         self._admission.yielded(self)
 
     def go_on(self) -> None:
-        """Drive the leg for which it waits, or begin its maneuver: it is admitted now."""
+        """Drive the leg for which it waits, or begin its maneuver, after it was admitted."""
         drive = self.motion.drive
         if drive is None or drive.in_pieces or self._state is VehicleState.MANEUVER_BLOCKED:
             self._enter(VehicleEvent.RESUME)
@@ -699,17 +700,17 @@ class MobileBase:
             self._begin(driven, admitted=True)
 
     def ask_again(self) -> None:
-        """Ask for the right of way again if it waits, and drive on or keep waiting."""
+        """Request its leg again if it waits, and drive on or keep waiting."""
         if self.motion.drive is not None and self._state.waits:
             self._enter(VehicleEvent.RESUME)
             self._begin(self.motion.drive)
 
     def step_back(self) -> None:
-        """Lose the right of way at the instant at which it sets out, and wait."""
+        """Take the right of way back at the instant of its departure, so that it waits."""
         self._block(self.motion.number)
 
     def reroute(self, avoid: Collection[Lane]) -> bool:
-        """Take another route from where it waits, without these lanes; return whether there is one."""
+        """Take another route without these lanes from where it waits; return whether there is one."""
         goal = self.goal
         if goal is None or not self._state.waits:
             return False
@@ -719,28 +720,28 @@ class MobileBase:
             return False
         ahead = self.next_leg
         if ahead is not None and route.legs and (route.legs[0].start, route.legs[0].end) == (ahead.start, ahead.end):
-            # It begins with what is in the way, where it waits in the middle of a lane.
+            # It waits in the middle of a lane, and the other route begins with the blocked leg, too.
             return False
         self.rerouted += 1
         self.take_route(route)
         return True
 
     def take_route(self, route: Route) -> None:
-        """Take a route from where it waits; it asks for the right of way again."""
+        """Take a route from where it waits, and request its legs anew."""
         self._route = route
         self.recoveries += 1
         self._publisher.publish(lambda: Rerouted(self.name, self.pose().point))
-        # It may have to turn first, and then asks later.
+        # It may have to turn first, and request a leg later.
         self._admission.forget(self)
         driven = self._driven(route.legs)
         self._enter(VehicleEvent.REROUTE)
         self._begin(driven)
 
     def yield_along(self, legs: Sequence[Leg], by: str, *, rerouted: bool = False) -> None:
-        """Yield to another vehicle by driving legs from where it stands, to which it is admitted already.
+        """Make room for another vehicle by driving legs from where it stands, whose slots it already holds.
 
-        Then it goes on to where it was going, if anywhere, when the traffic policy lets it. *rerouted* says whether
-        this counts as another route.
+        Afterwards it resumes its trip, if it has one, when the traffic policy allows that. *rerouted* says whether this
+        counts as another route.
         """
         here, stood, first = self.pose().point, self._state.stands, legs[0]
         self._enter(VehicleEvent.YIELD)
@@ -750,7 +751,7 @@ class MobileBase:
         self.motion.stand(self.motion.rest)
         self.rerouted += rerouted
         if here != first.start:
-            # It stands beside the waypoint, as after backing up.
+            # It stands beside the waypoint, for example after backing up.
             first = replace(first, start=here, length=distance(here, first.end))
         self._begin(self._driven([first, *legs[1:]]), admitted=True)
 
@@ -758,5 +759,5 @@ class MobileBase:
 def _fail(arrived: Event | None, why: GoalAborted) -> None:
     if arrived is not None and not arrived.triggered:
         arrived.fail(why)
-        # It may have no goal, as when it yields.
+        # There may be no goal to fail, for example while it makes room.
         arrived.defused = True

@@ -1,8 +1,4 @@
-"""The motion of a vehicle: where it stands, or what it drives, as functions of time.
-
-There is one event where something is to be decided, such as whether the vehicle may drive the next lane, and none in
-between: where nothing can be in its way, a whole route is one event.
-"""
+"""The motion of a vehicle as a function of time: its pose at rest, or its progress on a drive."""
 
 from __future__ import annotations
 
@@ -25,20 +21,22 @@ if TYPE_CHECKING:
 
 
 class Motion:
-    """A vehicle at rest, or on a drive: in one of its pieces, or where it waits to begin one.
+    """A vehicle at rest or on a drive, where it drives a piece or waits to begin one.
+
+    A drive has one event per decision, such as whether the next lane may be driven, and none in between.
 
     Args:
-        at: Where it stands at first.
-        ended: Called when the pieces that it has begun are driven.
+        at: The initial pose.
+        ended: Called at the end of the pieces that were begun.
 
     Attributes:
-        rest: Where it stood before its drive.
-        drive: The drive that it follows; None when it stands.
-        drives: Whether it drives now, and does not wait to begin a piece.
+        rest: The pose before the drive.
+        drive: The drive that it follows; None at rest.
+        drives: Whether it drives a piece now, and does not wait to begin one.
         final: The number of the last piece of the drive.
-        number: The number of the piece that it drives, or waits to begin; up to date after `catch_up`.
-        began: When it began that piece, in simulated seconds; up to date after `catch_up`, too.
-        last: The number of the last piece before something is to be decided.
+        number: The number of the piece that it drives or waits to begin; up to date after `catch_up`.
+        began: The start of that piece in simulated seconds; up to date after `catch_up`.
+        last: The number of the last piece before the next decision.
     """
 
     __slots__ = ("_end", "_ended", "_env", "_seconds", "began", "drive", "drives", "final", "last", "number", "rest")
@@ -53,7 +51,7 @@ class Motion:
         self.stand(at)
 
     def stand(self, at: Pose) -> None:
-        """Stop at a pose, and stay there."""
+        """Put it at rest at a pose."""
         if self._end is not None:
             self._abandon_end()
         self.rest = at
@@ -61,12 +59,12 @@ class Motion:
         self.drives = False
 
     def detach(self) -> None:
-        """Drop the vehicle, which leaves the simulation, so that no reference cycle keeps both in memory."""
+        """Drop the callback to the vehicle, so that no reference cycle keeps a removed vehicle in memory."""
         self._abandon_end()
         self._ended.clear()
 
     def follow(self, drive: Drive) -> None:
-        """Take a drive, and wait to begin it; nothing may be driven now."""
+        """Set the drive, and wait to begin it; it must not drive now."""
         self.drive, self._seconds, self.final = drive, drive.seconds, len(drive.seconds) - 1
         self.number = self.last = 0
         self.began = self._env.now
@@ -80,10 +78,10 @@ class Motion:
         self.drives = False
 
     def begin(self, number: int, last: int) -> None:
-        """Drive some pieces, the first one from now on.
+        """Begin to drive the pieces from *number* to *last*.
 
-        Its one event is scheduled anew each time, past the process that drives: with many robots that is half the work
-        of the whole simulation.
+        It reuses its one event, without the process that drives: with many robots, that is half of the work of a
+        simulation.
         """
         self.number, self.last, self.began = number, last, self._env.now
         self.drives = True
@@ -95,7 +93,7 @@ class Motion:
             self._env.schedule_at(self._end, ends)
 
     def shorten(self, last: int) -> None:
-        """Drive no further than to the end of a piece for now."""
+        """End at an earlier piece, *last*."""
         self._abandon_end()
         self.last = last
         self._expect_end()
@@ -104,20 +102,20 @@ class Motion:
         self._end = At(self._env, self._ends(), self._ended)
 
     def _ends(self) -> float:
-        """Return when the last piece ends, in simulated seconds."""
+        """Return the end of the last piece, in simulated seconds."""
         at = self.began
         for seconds in self._seconds[self.number : self.last + 1]:
             at += seconds
         return at
 
     def _abandon_end(self) -> None:
-        """Abandon the event at the end of the pieces that are driven, unless it happens now."""
+        """Abandon the event at the end of the pieces, unless it happens now."""
         end, self._end = self._end, None
         if end is not None and end.callbacks is not None:
             self._env.abandon(end)
 
     def catch_up(self) -> None:
-        """Record the pieces driven since the last event; at the end of a piece the vehicle is on the next."""
+        """Update `number` and `began`; at the end of a piece, the vehicle is on the next one."""
         if self.number == self.last or not self.drives:
             return
         now, seconds, number, last = self._env.now, self._seconds, self.number, self.last
@@ -129,7 +127,7 @@ class Motion:
 
     @property
     def elapsed(self) -> float:
-        """The seconds since it began its piece; 0 while it waits to begin one."""
+        """The seconds since the start of its piece; 0 while it waits."""
         if not self.drives:
             return 0.0
         if self.number != self.last:
@@ -137,14 +135,14 @@ class Motion:
         return self._env.now - self.began
 
     def pose(self) -> Pose:
-        """Return the pose now."""
+        """Return the current pose."""
         if self.drive is None:
             return self.rest
         elapsed = self.elapsed
         return self.drive.pose(self.number, elapsed)
 
     def progress(self) -> Progress:
-        """Return the pose now, and how far the vehicle still has to go; nothing is left when it stands."""
+        """Return the current pose, and the rest of the drive; nothing remains at rest."""
         if self.drive is None:
             return Progress(self.rest)
         elapsed = self.elapsed
@@ -152,7 +150,7 @@ class Motion:
 
     @property
     def piece(self) -> Piece | None:
-        """The lane or the turn that is driven now; None when the vehicle stands, or waits."""
+        """The current lane or turn; None at rest and while it waits."""
         if self.drive is None or not self.drives:
             return None
         self.catch_up()
@@ -160,39 +158,39 @@ class Motion:
 
     @property
     def legs(self) -> Sequence[Leg | None]:
-        """The legs of the pieces that are not driven to their ends, the present one first; None for a turn."""
+        """The legs of the pieces that are not complete, the current one first; None for a turn."""
         if self.drive is None:
             return ()
         self.catch_up()
         return self.drive.legs[self.number :]
 
     def keeps_speed(self, number: int) -> bool:
-        """Return whether the piece after one is driven at the same mean speed."""
+        """Return whether the piece after *number* has the same mean speed."""
         drive = self.drive
         return drive is not None and drive.piece(number).velocity == drive.piece(number + 1).velocity
 
     @property
     def piece_ends(self) -> float:
-        """When it begins the next piece, if no event says so; infinite otherwise."""
+        """The simulated time in seconds at which the next piece begins without an event; infinite if there is none."""
         self.catch_up()
         if self.number == self.last or not self.drives:
             return math.inf
         return self.began + self._seconds[self.number]
 
     def is_within(self, room: float, point: Point) -> bool:
-        """Return whether the vehicle is less than *room* away from *point*; quick if it stands somewhere else."""
+        """Return whether the vehicle is less than *room* away from a point; fast if it is far away."""
         here = self.pose().point
         return abs(here[0] - point[0]) < room and abs(here[1] - point[1]) < room and distance(here, point) < room
 
     def event(self, robot: str) -> MotionBegan:
-        """Return the event that a robot begins its piece, with all that it drives before an event."""
+        """Return the event for the start of its piece, with all pieces up to the next decision."""
         if self.drive is None:
             raise AssertionError
         first, *further = (self.drive.piece(number) for number in range(self.number, self.last + 1))
         return first.event(robot, further)
 
     def to_json(self) -> dict[str, Any] | None:
-        """Return the piece that is driven now and those after it, as an observer sees them; None when it stands."""
+        """Return the current piece and those after it as JSON values; None at rest and while it waits."""
         if self.piece is None:
             return None
         fields = self.event("").to_json()

@@ -1,7 +1,7 @@
 """Power: the load of a robot on its battery, and the effect of an empty battery on the robot.
 
-The load is constant between two changes of the robot's activity, so that there is one event for each level that is
-published, and none in between. The next one is an alarm: time does not advance for a battery alone.
+The load is constant between two changes of the robot's activity. So there is one event for each published level, and
+none in between. It is an alarm: time does not advance for a battery alone.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ EMPTY: Final = Cause.BATTERY_EMPTY.value
 """The cause for which an empty battery disables its robot."""
 
 _REVIVED = 0.01
-"""Minimum share by which an empty battery has to be charged before it is of use, however low *critical* is."""
+"""The minimum charge, as a share above empty, with which a robot resumes, however low *critical* is."""
 
 _INSTANT = 1e-9
-"""Seconds by which an event may come too early."""
+"""The time in seconds by which an event may come too early."""
 
 
 class Level(IntEnum):
@@ -58,7 +58,7 @@ _LOWEST_FIRST: Final = (Level.EMPTY, Level.CRITICAL, Level.LOW)
 
 
 class PoweredRobot(Protocol):
-    """A robot as its battery sees it."""
+    """The part of a robot that its battery uses."""
 
     @property
     def name(self) -> str:
@@ -66,45 +66,45 @@ class PoweredRobot(Protocol):
 
     @property
     def load(self) -> float:
-        """The mass of the carried item, in kg."""
+        """The total weight of the items that it carries, in kg."""
 
     @property
     def doing(self) -> Sequence[str]:
-        """The actions of its goals that run."""
+        """The actions of its active goals."""
 
     @property
     def dock(self) -> DockBay | None:
-        """The dock that it is in; None if it is in none."""
+        """The dock where it is docked, if any."""
 
     @property
     def disabled_reasons(self) -> Mapping[str, str]:
-        """Why it is disabled, by cause."""
+        """The reasons for which it is disabled, by cause."""
 
     @property
     def why_held_up(self) -> str:
         """The obstacle that holds the robot up, such as the queue of a dock; empty if there is none."""
 
     def pose(self) -> Pose:
-        """Return where it is now."""
+        """Return its current pose."""
 
     def velocity(self) -> tuple[float, float]:
-        """Return the speed ahead and the turning rate, now."""
+        """Return the current forward speed and turning rate."""
 
     def disable(self, cause: str, why: str) -> None:
-        """Be able to do nothing until this and all other causes are gone."""
+        """Keep it from acting until this and all other causes have ended."""
 
     def enable(self, cause: str) -> None:
-        """Be disabled by this cause no longer."""
+        """End a cause for which it is disabled."""
 
 
 class Energy:
-    """Keeps the account of one robot's battery.
+    """The energy of one robot: charges and drains its battery, and publishes the battery's levels.
 
     Args:
-        robot: The robot, which calls a method here whenever it does something else.
+        robot: The robot, which calls a method of this object whenever its activity changes.
 
     Attributes:
-        level: How much is left, as it was published last; an empty battery stays EMPTY until it is of use again.
+        level: The last published level; an empty battery stays EMPTY until the robot can resume.
     """
 
     def __init__(self, env: Environment, robot: PoweredRobot, battery: Battery, publisher: EventPublisher) -> None:
@@ -118,7 +118,7 @@ class Energy:
         self._target = 0.0
         self._observers: list[Callable[[], None]] = []
         settings = battery.settings
-        # Of one that stands, and of one that moves.
+        # The power at rest and in motion.
         self._powers = settings.drain.of_time(moving=False), settings.drain.of_time(moving=True)
         self._shares = (math.inf, settings.low, settings.critical, settings.stops_below)
         battery.rebase(env.now)
@@ -126,22 +126,22 @@ class Energy:
         self.switch()
 
     def look(self, *, moves: bool) -> None:
-        """Record whether the robot moves, and how fast; called with each lane."""
+        """Record whether the robot moves, and how fast; called for each lane."""
         if moves is not self._moves or self.battery.settings.drain.distance:
             self._moves = moves
             self.switch()
 
     def switch(self) -> None:
-        """Draw from now on what the robot needs for what it does now, or charge."""
+        """Update the load, or the charging power, for the robot's current activity."""
         battery, now = self.battery, self._env.now
         charge = battery.settle(now)
         if Level.GOOD < self.level < Level.EMPTY:
-            # A level that is come up to is not published.
+            # A level that rises is not published.
             self.level = min(self.level, self._level(charge))
         charged_before = bool(battery.charging)
         power = self._robot.dock.power_for(battery) if self._robot.dock else 0.0
         if power:
-            # The dock supplies the robot, also when the battery is full.
+            # The dock supplies the robot, even if the battery is full.
             battery.drain, battery.charging = 0.0, power if charge < battery.usable else 0.0
         else:
             battery.drain, battery.charging = 0.0 if self.level is Level.EMPTY else self._demand(), 0.0
@@ -152,15 +152,15 @@ class Energy:
             changed()
 
     def observe(self, changed: Callable[[], None]) -> None:
-        """Call a function whenever another load begins, or the charge has jumped, until it is ignored."""
+        """Call a function whenever the load changes or the charge jumps, until `ignore`."""
         self._observers.append(changed)
 
     def ignore(self, changed: Callable[[], None]) -> None:
-        """Remove the callback for changes of the level."""
+        """Remove a callback of `observe`."""
         self._observers.remove(changed)
 
     def _demand(self) -> float:
-        """Return the units of energy a second that the robot needs."""
+        """Return the power that the robot needs, in units of energy per second."""
         robot, drain = self._robot, self.battery.settings.drain
         power = self._powers[self._moves]
         if drain.distance and self._moves:
@@ -177,7 +177,7 @@ class Energy:
             self.switch()
 
     def carry(self, *, handled: bool) -> None:
-        """Record that the carried load has changed, and the work if the robot has *handled* it itself."""
+        """Record that the carried load has changed, and the energy for that if the robot has *handled* it itself."""
         drain = self.battery.settings.drain
         if handled and drain.handling:
             self.battery.spend(self._env.now, drain.handling)
@@ -195,7 +195,7 @@ class Energy:
         self.switch()
 
     def drop_to(self, share: float) -> None:
-        """Lose at once what is more than a share of the capacity."""
+        """Lower the charge at once to a share of the capacity."""
         self.battery.drop(self._env.now, share * self.battery.usable)
         self.switch()
 
@@ -207,12 +207,12 @@ class Energy:
             self._alarm = None
 
     def go_on(self) -> None:
-        """Go on at another time after it was stopped."""
+        """Resume at another time after `stop`."""
         self.battery.rebase(self._env.now)
         self._expect(self.battery.charge(self._env.now))
 
     def _level(self, charge: float) -> Level:
-        """Return the level of a charge; that of the present one may differ from the last published one."""
+        """Return the level of a charge; that of the current charge may differ from the published one."""
         usable = self.battery.usable
         for level in _LOWEST_FIRST:
             if charge <= usable * self._shares[level]:
@@ -225,7 +225,7 @@ class Energy:
         return self.battery.usable * max(settings.stops_below + _REVIVED, settings.critical)
 
     def _expect(self, charge: float) -> None:
-        """Set the alarm for when the next level is reached, or before, from the present charge."""
+        """Set the alarm for the time at which the charge reaches the next level, or earlier."""
         battery, now = self.battery, self._env.now
         if battery.charging:
             self._target = self._revived_at if self.level is Level.EMPTY else battery.usable
@@ -243,7 +243,7 @@ class Energy:
             self._env.cancel(self._alarm)
             self._alarm = None
         if self._alarm is None and self._due < math.inf:
-            # An alarm that rings early, since less is drawn meanwhile, is cheaper than a new one with each change.
+            # An early alarm, if the load falls meanwhile, is cheaper than a new one at each change.
             self._alarm_at = self._due
             self._alarm = self._env.alarm(max(0.0, self._due - now), self._ring)
 
@@ -254,7 +254,7 @@ class Energy:
             if self._due < math.inf:
                 self._expect(self.battery.charge(now))
             return
-        # The formula reaches it within rounding; the level has to be reached exactly.
+        # The formula reaches the level within rounding errors; set it exactly.
         bound = max if self.battery.charging else min
         self.battery.settle(now, bound(self._target, self.battery.charge(now)))
         if not self.battery.charging:
@@ -268,7 +268,7 @@ class Energy:
         self.switch()
 
     def _publish_levels(self) -> None:
-        """Publish each level that has been reached; the last one disables the robot."""
+        """Publish each level that was reached; an empty battery disables the robot."""
         for level in Level:
             if self.level < level <= self._level(self.battery.charge(self._env.now)):
                 self.level = level
@@ -281,16 +281,16 @@ class Energy:
 
     @property
     def why_empty(self) -> str:
-        """Why an empty battery disables its robot, in words."""
+        """The reason for which an empty battery disables its robot."""
         x, y = self._robot.pose().point
         held_up = self._robot.why_held_up
         return f"battery empty at ({x:g}, {y:g}){f'; held up until then: {held_up}' if held_up else ''}"
 
     @property
     def tags(self) -> list[str]:
-        """The battery's condition as tags of the robot; an empty battery disables the robot."""
+        """The state of the battery as tags of the robot, without EMPTY, which disables the robot."""
         charging = ["charging"] if self.battery.charging else []
-        # While it is charged, the level that it has come up to is not noted.
+        # `level` does not follow a charge that rises.
         level = min(self.level, self._level(self.battery.charge(self._env.now)))
         return charging + ([f"battery_{level.name.lower()}"] if level in (Level.LOW, Level.CRITICAL) else [])
 
@@ -301,7 +301,7 @@ class Energy:
         self._publisher.sampled(Topic.BATTERY_STATE, self._robot.name, self.state)
 
     def state(self) -> BatteryState:
-        """Return the message that says how it is now."""
+        """Return the state of the battery as a message."""
         battery, now = self.battery, self._env.now
         settings, flow, volts = battery.settings, battery.flow(now), battery.cell_voltages(now)
         technology = f"POWER_SUPPLY_TECHNOLOGY_{settings.technology.upper()}"

@@ -1,4 +1,4 @@
-"""A robot: a mobile base with components, and the verbs that actions are made of."""
+"""A robot: a mobile base with components, and the operations that actions consist of."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 C = TypeVar("C")
 
 _SETTINGS: Final = LruCache[tuple[type[Settings], str], Settings](256)
-"""The settings of components that were checked last, by their text: robots of one type share them, in all runs."""
+"""Recently validated settings of components, by their text: robots of one type share them, across runs."""
 
 _NO_ERROR = Pose(0.0, 0.0)
 """The localization error of a robot that knows where it is."""
@@ -56,13 +56,13 @@ class Robot(MobileBase):
     """One robot of a world.
 
     Args:
-        name: Its name, which is a ROS name.
-        errors: Handles what its components raise because of a bug.
-        abort: Aborts the goal that holds the base of the robot of a name, with a reason and a cause.
+        name: The name of the robot, a valid ROS name.
+        errors: Handles exceptions that its components raise because of a bug.
+        abort: Aborts the goal that holds the base, given the robot's name, a reason and a cause.
 
     Attributes:
-        localization_error: The error of its estimated pose; it changes only what the robot reports.
-        doing: The actions of its goals that run.
+        localization_error: The error of its estimated pose, which affects only what the robot reports.
+        doing: The actions of its active goals.
     """
 
     __slots__ = (
@@ -136,7 +136,7 @@ class Robot(MobileBase):
         self.energy = self._power_up()
 
     def _power_up(self) -> Energy | None:
-        """Return the account of its battery, if it has one; an empty one disables it."""
+        """Return the energy of its battery, if it has one; an empty battery disables the robot."""
         battery = self.components.get("battery")
         if not isinstance(battery, Battery):
             return None
@@ -147,14 +147,14 @@ class Robot(MobileBase):
         return energy
 
     def _follow_motion(self) -> None:
-        """Leave the dock when it moves, and account for the energy of the motion."""
+        """Leave the dock if it moves, and account for the energy of the motion."""
         if self.dock is not None and self._state.moves:
             self.dock.release(self)
         if self.energy is not None:
             self.energy.look(moves=self._state.moves)
 
     def _equip(self) -> dict[str, Any]:
-        """Return its components, made anew; it does without one that can't be made because of a bug."""
+        """Return new components, without any that can't be created because of a bug."""
         made = {}
         for key, settings in sorted(self._kind.components.items()):
             kind = components()[key]
@@ -166,10 +166,10 @@ class Robot(MobileBase):
         return made
 
     def component(self, kind: type[C]) -> C:
-        """Return the component of this type.
+        """Return the component of a type.
 
         Raises:
-            LookupError: The robot has none.
+            LookupError: The robot has no such component.
         """
         for component in self.components.values():
             if isinstance(component, kind):
@@ -177,11 +177,11 @@ class Robot(MobileBase):
         raise LookupError(f"{self.name} has no {kind.__name__}")
 
     def set_localization_error(self, error: Pose) -> None:
-        """Estimate its own pose with this error from now on."""
+        """Set the error of its estimated pose."""
         self.localization_error = error
 
     def estimated(self, pose: Pose) -> Pose:
-        """Return the robot's estimate of a pose, with the same error as its own pose."""
+        """Return the robot's estimate of a pose, which has the same error as the estimate of its own pose."""
         if self.localization_error == _NO_ERROR:
             return pose
         here, (dx, dy, turned) = self.pose(), self.localization_error
@@ -190,11 +190,11 @@ class Robot(MobileBase):
         return Pose(here.x + dx + x * cos - y * sin, here.y + dy + x * sin + y * cos, pose.yaw + turned)
 
     def pose_stamped(self) -> PoseStamped:
-        """Return its estimated pose as a ROS message, in the frame ``map``."""
+        """Return its estimated pose as a message, in the frame ``map``."""
         return PoseStamped.model_validate(self.stamped(self.estimated(self.pose())), strict=False)
 
     def stamped(self, pose: Pose) -> dict[str, Any]:
-        """Return a pose of now as the plain values of a PoseStamped, which take a tenth of the time of a message."""
+        """Return a pose with the current time as plain values of a PoseStamped, ten times as fast as the message."""
         half = pose.yaw / 2
         return {
             "header": {"stamp": values_of(stamp(self._env.now)), "frame_id": "map"},
@@ -205,7 +205,7 @@ class Robot(MobileBase):
         }
 
     def reset(self) -> None:
-        """Be as at the start, when the docks have been reset; no goal may be running."""
+        """Restore the initial state, after the docks were reset; no goal may be running."""
         self.speed_scale = 1.0
         self.localization_error = _NO_ERROR
         for cause in [*self.disabled_reasons]:
@@ -214,28 +214,28 @@ class Robot(MobileBase):
         self.retire()
         self._trip = 0
         self.components = self._equip()
-        # Its place comes before its battery: an empty battery says where it is, and a dock charges the new one.
+        # Place it first: the report of an empty battery says where it is, and a dock charges the new battery.
         super().move_to(self.home)
         self.energy = self._power_up()
         self.settle_in()
 
     def retire(self) -> None:
-        """Leave the dock and cancel all alarms."""
+        """Leave the dock, and cancel the alarms of the battery."""
         if self.dock is not None:
             self.dock.release(self)
         if self.energy is not None:
             self.energy.stop()
 
     def leave(self) -> None:
-        """Leave the simulation for good."""
+        """Leave the simulation."""
         self.retire()
         self.motion.detach()
 
     def disable(self, cause: str, why: str) -> None:
-        """Stop, and be able to do nothing until this and all other causes are gone.
+        """Stop it, and keep it from acting until this and all other causes have ended.
 
-        The goal that holds the base is aborted with the reason, unless its action outlives that. The robot obstructs
-        the lane where it stands.
+        The goal that holds the base is aborted with the reason, unless its action survives that. The robot obstructs
+        the lane on which it stands.
         """
         self.disabled_reasons[cause] = why
         self._abort(self.name, why, cause)
@@ -243,20 +243,20 @@ class Robot(MobileBase):
         self._obstruct()
 
     def enable(self, cause: str) -> None:
-        """Be disabled by this cause no longer; nothing happens if it is not."""
+        """End a cause for which it is disabled, if it is."""
         if cause in self.disabled_reasons:
             super().enable(cause)
             self._obstruct()
 
     def move_to(self, pose: Pose) -> None:
-        """Stand somewhere else at once, and obstruct the lane there if it is disabled; no goal may hold the base."""
+        """Place it at a pose at once, where it obstructs the lane if it is disabled; no goal may hold the base."""
         if self.dock is not None:
             self.dock.release(self)
         super().move_to(pose)
         self.settle_in()
 
     def settle_in(self) -> None:
-        """Dock if it stands where it can, and obstruct the lane if it is disabled."""
+        """Dock if it stands at a dock with room, and obstruct the lane if it is disabled."""
         here = self.pose().point
         for dock in self.docks.values():
             if dock.away(here) <= SAME_PLACE and dock.has_room_for(self):
@@ -265,44 +265,44 @@ class Robot(MobileBase):
         self._obstruct()
 
     def _obstruct(self) -> None:
-        """Obstruct the lane where it stands if it is disabled, and no other lane."""
+        """Obstruct the lane on which it stands if it is disabled, and no other lane."""
         self._admission.closures.clear(self.name)
         if self.disabled and not self.flies:
             self._admission.closures.obstruct(self.name, self.pose().point, self.disabled)
 
     def enter_dock(self, dock: DockBay) -> None:
-        """Be docked, and charge if the dock is a charger."""
+        """Record that it is docked; it charges if the dock is a charger."""
         self.dock = dock
         self.dock_changed()
 
     def leave_dock(self) -> None:
-        """Clear the dock at which the robot is."""
+        """Record that it has left its dock."""
         self.dock = None
         self.dock_changed()
 
     def dock_changed(self) -> None:
-        """Record whether the robot is charged now."""
+        """Start or stop charging, as its dock requires."""
         if self.energy is not None:
             self.energy.switch()
 
     def release_all(self) -> None:
-        """Put down all items that its components hold where it is."""
+        """Put all held items down at its position."""
         for item in self.held:
             self.lose(item)
             self.put(item, self.pose().point)
 
     @property
     def load(self) -> float:
-        """The mass of the carried item, in kg."""
+        """The total weight of the items that it carries, in kg."""
         return math.fsum(item.weight for item in self.items.values() if item.carrier is self)
 
     @property
     def held(self) -> list[Item]:
-        """The items that it carries, in order of name."""
+        """The items that it carries, sorted by name."""
         return sorted((item for item in self.items.values() if item.carrier is self), key=lambda item: item.name)
 
     def lose(self, item: Item) -> None:
-        """Hold an item no longer, whichever component does."""
+        """Detach an item from the component that holds it."""
         for component in self.components.values():
             if getattr(component, "item", None) is item:
                 component.item = None
@@ -311,7 +311,7 @@ class Robot(MobileBase):
             self.energy.carry(handled=False)
 
     def draw(self, value: RandomValue, use: str) -> float:
-        """Return the value of the next occurrence of something that this robot does; a number stands for itself."""
+        """Draw a value for the next occurrence of a *use*, such as an action; a plain number stands for itself."""
         return self._chance.draw(value, self.name, use)
 
     def hold(self, seconds: float) -> Generator[Any, Any, None]:
@@ -327,10 +327,10 @@ class Robot(MobileBase):
             self.finish_work()
 
     def wait_for(self, turn: Event) -> Generator[Any, Any, None]:
-        """Do nothing until an event happens, such as a bay that becomes free.
+        """Wait for an event, such as a bay that becomes free.
 
         Raises:
-            GoalAborted: That takes too long; see `within`.
+            GoalAborted: The event takes too long; see `within`.
         """
         self._turn = turn
         try:
@@ -346,9 +346,9 @@ class Robot(MobileBase):
 
     @contextmanager
     def within(self, seconds: float, late: GoalAborted) -> Iterator[None]:
-        """Give up driving, or waiting for an event, if that takes longer; 0 is any time.
+        """Limit the time for driving, or for waiting for an event, to some simulated seconds; 0 is no limit.
 
-        The error is *late*, with the causes for which the robot does not go on.
+        After that, the goal fails with the error *late*, to which the causes of the delay are added.
         """
 
         def give_up(_event: Event) -> None:
@@ -359,7 +359,7 @@ class Robot(MobileBase):
                 self.give_up(why)
             elif not self._turn.triggered:
                 self._turn.fail(why)
-                # Its goal may end otherwise at this instant.
+                # Its goal may end for another reason at this instant.
                 self._turn.defused = True
 
         if seconds <= 0.0:
@@ -398,12 +398,12 @@ class Robot(MobileBase):
 
     @property
     def last_goal_succeeded(self) -> bool:
-        """Return whether its last goal succeeded, so that its client counts on where the robot was then."""
+        """Return whether its last goal succeeded, so that its client relies on the robot's position at that time."""
         return self._last_goal is not None and self._last_goal[1] is GoalStatus.SUCCEEDED
 
     @property
     def _since_last_goal(self) -> str:
-        """Since when it has had no goal, in words."""
+        """The end of its last goal, in words."""
         if self._last_goal is None:
             return "it has had no goal yet"
         action, status, at = self._last_goal
@@ -412,10 +412,10 @@ class Robot(MobileBase):
     def act(
         self, action: str, ended: GoalStatus | None = None, *, holds: bool = True, in_real_time: bool = False
     ) -> None:
-        """Record that a goal of an action begins, or how it has ended.
+        """Record that a goal of an action begins, or, with a status, that it has *ended*.
 
-        A goal that *holds* nothing, such as one that asks for a path, leaves the robot as it was. After any other goal
-        from a client *in_real_time*, the robot lingers where it is, until its next goal can have come.
+        A goal that *holds* no component, such as one that computes a path, does not count as the last goal. After any
+        other goal from a client *in_real_time*, the robot lingers where it is, so that its next goal can arrive.
         """
         if ended is None:
             self.doing.append(action)
@@ -429,17 +429,17 @@ class Robot(MobileBase):
             self.energy.act()
 
     def out_of_place(self, code: int, text: str, cause: str = Cause.FAILED) -> GoalAborted:
-        """Return the error of a goal that fails where the robot is; it says if traffic has moved the robot there."""
+        """Return the error of a goal that fails at the robot's position, with a note if traffic has moved it there."""
         if not (aside := self.moved_aside):
             return GoalAborted(code, text, cause)
         return GoalAborted(code, f"{text}; {aside}", Cause.MOVED)
 
     def publish(self, make: Callable[[], WorldEvent]) -> None:
-        """Publish an event of an action's own; it is made only if it is wanted."""
+        """Publish an event of an action; it is created only if there is a subscriber."""
         self._publisher.publish(make)
 
     def pick(self, item: Item) -> None:
-        """Take an item, which moves with the robot from now on."""
+        """Take an item, which then moves with the robot."""
         item.attach_to(self)
         if self.energy is not None:
             self.energy.carry(handled=True)
@@ -447,14 +447,14 @@ class Robot(MobileBase):
         self._publisher.publish(lambda: ItemPicked(self.name, item.name))
 
     def put(self, item: Item, point: Point) -> None:
-        """Lay the item down at *point*."""
+        """Lay an item down at a point."""
         self._lay(item, point)
         if self.energy is not None:
             self.energy.carry(handled=True)
         self._publisher.publish(lambda: ItemPlaced(self.name, item.name, point))
 
     def drop(self, item: Item) -> None:
-        """Drop the item where the robot is; it obstructs a lane, however small it is."""
+        """Drop an item at the robot's position, where it obstructs the lane, however small it is."""
         point = self.pose().point
         self.lose(item)
         self._lay(item, point)
