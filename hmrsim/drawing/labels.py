@@ -1,4 +1,4 @@
-"""The labels of a picture: each is placed beside its mark, or omitted if there is no room."""
+"""The labels of a picture: each is beside its mark, or away from it with a line, or omitted if there is no room."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from hmrsim.drawing.canvas import Attributes, element, group, text_of
+from hmrsim.drawing.canvas import Attributes, element, group, path, text_of
 from hmrsim.drawing.marks import limits
 
 if TYPE_CHECKING:
@@ -22,11 +22,14 @@ _GAP: Final = 2.0
 _STEP: Final = 6.0
 _MAX_STEPS: Final = 2000
 """Maximum number of points that represent a line."""
-_SIDES: Final = (
-    *((1, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1), (1, -1), (-1, -1), (1, 1), (-1, 1))),
-    *((3, x, y) for x, y in ((1, 0), (-1, 0), (0, -1), (0, 1))),
+_AROUND: Final = ((1, 0), (-1, 0), (0, -1), (0, 1), (1, -1), (-1, -1), (1, 1), (-1, 1))
+"""The sides of a mark, best first: to the right, to the left, above, below, …"""
+_BESIDE: Final = (*((1, x, y) for x, y in _AROUND), *((3, x, y) for x, y in _AROUND[:4]))
+"""The positions of a label as gaps and sides, best first."""
+_AWAY: Final = tuple(
+    (far, side, along) for far in (14.0, 28.0, 45.0, 65.0) for side in (-1, 1) for along in (0.0, 0.45, -0.45)
 )
-"""The positions of a label as gaps and sides, best first: to the right, to the left, above, below, …"""
+"""The positions of a label above or below its mark, to which a line leads: pixels, side, and shift in widths."""
 _MAX_LETTERS: Final = 28
 
 _SIZE: Final = 11.0
@@ -73,25 +76,37 @@ class Labels:
             x, y = (a[axis] + (b[axis] - a[axis]) * step / steps for axis in (0, 1))
             self._lines[x // _CELL, y // _CELL].append((x, y))
 
-    def place(self, at: Point, radius: float, width: float, height: float) -> Point | None:
-        """Occupy a place for a label beside a mark and return its middle, or None if there is no room."""
-        best: tuple[int, Box] | None = None
-        for far, side_x, side_y in _SIDES:
-            aside = radius + far * _GAP
-            x, y = at[0] + side_x * (aside + width / 2), at[1] + side_y * (aside + height / 2)
-            box = (x - width / 2, y - height / 2, x + width / 2, y + height / 2)
+    def place(self, at: Point, radius: float, width: float, height: float) -> tuple[Point, Point | None] | None:
+        """Occupy a place for a label: beside its mark, else above or below it.
+
+        Returns:
+            Its middle, and the end of the line that leads to it if it is not beside its mark; None if there is no room.
+        """
+        best: tuple[int, Point] | None = None
+        for gaps, side_x, side_y in _BESIDE:
+            aside = radius + gaps * _GAP
+            middle = (at[0] + side_x * (aside + width / 2), at[1] + side_y * (aside + height / 2))
+            box = _box(middle, width, height)
             if not self._free(box):
                 continue
             crossed = self._crossed(box)
             if best is None or crossed < best[0]:
-                best = crossed, box
+                best = crossed, middle
             if not crossed:
                 break
-        if best is None:
-            return None
-        self.block(best[1])
-        x, y, to_x, to_y = best[1]
-        return (x + to_x) / 2, (y + to_y) / 2
+        if best is not None:
+            self.block(_box(best[1], width, height))
+            return best[1], None
+        for far, side, along in _AWAY:
+            end = (at[0], at[1] + side * (radius + far))
+            middle = (at[0] + along * width, end[1] + side * height / 2)
+            line = _box((at[0], at[1] + side * (radius + far / 2)), 1.0, far)
+            box = _box(middle, width, height)
+            if self._free(box) and self._free(line):
+                self.block(box)
+                self.block(line)
+                return middle, end
+        return None
 
     def _free(self, box: Box) -> bool:
         x, y, to_x, to_y = self._within
@@ -102,6 +117,11 @@ class Labels:
     def _crossed(self, box: Box) -> int:
         points = (point for cell in _cells(box) for point in self._lines.get(cell, ()))
         return sum(box[0] <= x <= box[2] and box[1] <= y <= box[3] for x, y in points)
+
+
+def _box(middle: Point, width: float, height: float) -> Box:
+    x, y = middle
+    return x - width / 2, y - height / 2, x + width / 2, y + height / 2
 
 
 def _cells(box: Box) -> Iterator[Point]:
@@ -159,11 +179,14 @@ def _placed(labeled: list[_Name], labels: Labels) -> Iterator[str]:
     for name in labeled:
         text = shortened(name.text)
         width = width_of(text, name.size) * (_BOLDER if name.weight == _BOLD else 1.0)
-        middle = labels.place(name.at, name.radius, width, name.size * 1.15)
-        if middle is not None:
-            x, y = middle[0], middle[1] + name.size * 0.36
-            look: Attributes = {"fill": name.color, "font_size": name.size, "font_weight": name.weight}
-            yield element("text", text_of(text), x=x, y=y, **look)
+        placed = labels.place(name.at, name.radius, width, name.size * 1.15)
+        if placed is None:
+            continue
+        (x, y), line = placed
+        if line is not None:
+            yield element("path", d=path((name.at, line)), stroke=name.color, stroke_width=0.8, stroke_opacity=0.6)
+        look: Attributes = {"fill": name.color, "font_size": name.size, "font_weight": name.weight}
+        yield element("text", text_of(text), x=x, y=y + name.size * 0.36, **look)
 
 
 def _labels_of(drawing: Canvas) -> Iterator[_Name]:

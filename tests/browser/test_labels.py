@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from benchmarks._browser import until
 
 _CROWDED = ["wall_e", "eve", "nan_e", "auto", "vaq_m", "d_fib"]
@@ -70,3 +72,18 @@ def test_a_line_leads_from_a_robot_to_a_name_that_has_no_room_beside_it(viewed, 
 
     assert away
     assert all(away)
+
+
+def test_a_few_waypoints_have_names_however_large_the_world_is(viewed, open_page, tmp_path):
+    names = [f"packing_station_{number}" for number in range(12)]
+    world = tmp_path / "long.yaml"
+    world.write_text(
+        json.dumps({"waypoints": {name: [40 * (i % 4), 40 * (i // 4)] for i, name in enumerate(names)}}),
+        encoding="utf-8",
+    )
+    _, url = viewed(world)
+
+    page = open_page(url)
+    until(page, "hmrsim.map.labels.length")
+
+    assert set(names) == {label["name"] for label in page.evaluate("hmrsim.map.labels")}

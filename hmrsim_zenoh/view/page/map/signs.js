@@ -13,6 +13,7 @@ const NUDGE = 10; // css pixels by which a dock's name may be off center
 const CLOSE = 14; // css pixels per meter from which a name may cover a wall
 const AWAY = [24, 44]; // css pixels to names that a line leads to
 const FEW = 60; // robots up to which names avoid those at rest
+const SPARSE = 20; // objects of a kind up to which they have names at any scale
 const AGAIN = 1000; // ms after which the robots at rest are looked at again
 
 export class Signs {
@@ -43,10 +44,11 @@ export class Signs {
     const close = camera.scale * measures.meter;
     this.named.clear();
     this.kind(c, frame, world.places, colors.place, 9, true, { font: BOLD, leads: true });
-    this.kind(c, frame, world.docks, colors.muted, dock + 3, close > (world.docks.size > 20 ? 26 : 14), { row: true, leads: true });
-    this.kind(c, frame, world.doors, colors.door, 7, close > (world.doors.size > 20 ? 40 : 22));
-    this.kind(c, frame, world.lifts, colors.lift, dock + 5, close > 14);
-    this.kind(c, frame, world.waypoints, colors.muted, 7, close > 38);
+    const sparse = ({ size }) => size <= SPARSE;
+    this.kind(c, frame, world.docks, colors.muted, dock + 3, sparse(world.docks) || close > 26, { row: true, leads: true });
+    this.kind(c, frame, world.doors, colors.door, 7, sparse(world.doors) || close > 40, { leads: sparse(world.doors) });
+    this.kind(c, frame, world.lifts, colors.lift, dock + 5, sparse(world.lifts) || close > 14, { leads: sparse(world.lifts) });
+    this.kind(c, frame, world.waypoints, colors.muted, 7, sparse(world.waypoints) || close > 38, { leads: sparse(world.waypoints) });
   }
 
   /** Return whether no name is in a rectangle of the screen. */

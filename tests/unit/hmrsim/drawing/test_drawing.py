@@ -233,6 +233,17 @@ def test_a_box_outside_the_picture_moves_no_name():
     assert before == other.place((50.0, 50.0), 2.0, 20.0, 10.0)
 
 
+def test_a_line_leads_to_a_label_without_room_beside_its_mark():
+    labels = Labels((0.0, 0.0, 100.0, 100.0))
+    labels.block((0.0, 40.0, 48.0, 60.0))
+    labels.block((52.0, 40.0, 100.0, 60.0))
+
+    (x, y), line = labels.place((50.0, 50.0), 2.0, 20.0, 10.0)
+
+    assert (50.0, line) == (x, (50.0, y + 5.0))
+    assert y + 5.0 < 40.0
+
+
 WORLD = World.model_validate(
     {
         "waypoints": {"a": [0, 0], "b": [9, 0], "c": [9, 9], "d": [30, 9]},
