@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from hmrsim.properties.robustness import JUST, Changes, Combination, Extremum, Instant, Negation, Node, UntilNode
 
@@ -40,12 +40,21 @@ class Formula:
         return any(part.has_windows for part in self.parts)
 
     def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample, if it has no windows.
+        """Return the function that computes its robustness at each sample.
 
         Args:
             signals: The names of signals, in the order of their values in samples.
+
+        Raises:
+            ValueError: The formula contains a window.
         """
-        raise NotImplementedError
+        if isinstance(self, Above):
+            return _above(signals.index(self.signal), self.bound)
+        make = _VALUES.get(type(self))
+        if make is None:
+            raise ValueError(f"{self} is inside of a formula without windows")
+        parts = [part.value(signals) for part in self.parts]
+        return make(parts[0], parts[-1], math.inf if getattr(self, "initially", False) else -math.inf)
 
     def signals(self) -> Iterator[str]:
         """Yield the names of the signals of the formula, with repetitions."""
@@ -53,8 +62,14 @@ class Formula:
             yield from part.signals()
 
 
+def _above(i: int, bound: float) -> Value:
+    return (lambda values: values[i] - bound or -JUST) if bound else lambda values: values[i] or -JUST
+
+
 @dataclass(frozen=True)
-class _Comparison(Formula):
+class Above(Formula):
+    """A signal is greater than a bound; its robustness is by how much."""
+
     signal: str
     bound: float = 0.0
 
@@ -64,35 +79,10 @@ class _Comparison(Formula):
 
 
 @dataclass(frozen=True)
-class Above(_Comparison):
-    """A signal is greater than a bound; its robustness is by how much."""
-
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        i, bound = signals.index(self.signal), self.bound
-        return (lambda values: values[i] - bound or -JUST) if bound else lambda values: values[i] or -JUST
-
-
-@dataclass(frozen=True)
-class Below(_Comparison):
-    """A signal is less than a bound; its robustness is by how much."""
-
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        i, bound = signals.index(self.signal), self.bound
-        return lambda values: bound - values[i] or -JUST
-
-
-@dataclass(frozen=True)
 class Not(Formula):
     """A formula does not hold."""
 
     part: Formula
-
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        part = self.part.value(signals)
-        return lambda values: -part(values)
 
 
 @dataclass(frozen=True)
@@ -102,11 +92,6 @@ class And(Formula):
     left: Formula
     right: Formula
 
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        left, right = self.left.value(signals), self.right.value(signals)
-        return lambda values: min(left(values), right(values))
-
 
 @dataclass(frozen=True)
 class Or(Formula):
@@ -115,11 +100,6 @@ class Or(Formula):
     left: Formula
     right: Formula
 
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        left, right = self.left.value(signals), self.right.value(signals)
-        return lambda values: max(left(values), right(values))
-
 
 @dataclass(frozen=True)
 class Implies(Formula):
@@ -127,11 +107,6 @@ class Implies(Formula):
 
     left: Formula
     right: Formula
-
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        left, right = self.left.value(signals), self.right.value(signals)
-        return lambda values: max(-left(values), right(values))
 
 
 @dataclass(frozen=True)
@@ -190,18 +165,6 @@ class Previous(Formula):
     part: Formula
     initially: bool = False
 
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        part = self.part.value(signals)
-        last = math.inf if self.initially else -math.inf
-
-        def value(values: Sequence[float]) -> float:
-            nonlocal last
-            before, last = last, part(values)
-            return before
-
-        return value
-
 
 @dataclass(frozen=True)
 class Since(Formula):
@@ -214,18 +177,6 @@ class Since(Formula):
     right: Formula
     initially: bool = False
 
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        left, right = self.left.value(signals), self.right.value(signals)
-        last = math.inf if self.initially else -math.inf
-
-        def value(values: Sequence[float]) -> float:
-            nonlocal last
-            last = max(right(values), min(left(values), last))
-            return last
-
-        return value
-
 
 @dataclass(frozen=True)
 class Once(Formula):
@@ -233,17 +184,35 @@ class Once(Formula):
 
     part: Formula
 
-    def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample."""
-        part = self.part.value(signals)
-        last = -math.inf
 
-        def value(values: Sequence[float]) -> float:
-            nonlocal last
-            last = max(last, part(values))
-            return last
+def _previous(part: Value, _part: Value, last: float) -> Value:
+    def value(values: Sequence[float]) -> float:
+        nonlocal last
+        before, last = last, part(values)
+        return before
 
-        return value
+    return value
+
+
+def _since(left: Value, right: Value, last: float) -> Value:
+    def value(values: Sequence[float]) -> float:
+        nonlocal last
+        last = max(right(values), min(left(values), last))
+        return last
+
+    return value
+
+
+_VALUES: Final[Mapping[type[Formula], Callable[[Value, Value, float], Value]]] = {
+    Not: lambda part, _part, _last: lambda values: -part(values),
+    And: lambda left, right, _last: lambda values: min(left(values), right(values)),
+    Or: lambda left, right, _last: lambda values: max(left(values), right(values)),
+    Implies: lambda left, right, _last: lambda values: max(-left(values), right(values)),
+    Previous: _previous,
+    Since: _since,
+    Once: lambda part, _part, last: _since(lambda _values: math.inf, part, last),
+}
+"""The functions of operands, and of the value before the first sample, by the type of formula."""
 
 
 class OnlineMonitor:
@@ -303,16 +272,15 @@ def _node(formula: Formula, signals: Sequence[str]) -> Node:
     match formula:
         case Not():
             return Negation(parts[0])
-        case And() | Or():
-            return Combination(parts[0], parts[1], least=isinstance(formula, And))
-        case Implies(left):
-            return Combination(_node(Not(left), signals), parts[1], least=False)
+        case And() | Or() | Implies():
+            left = Negation(parts[0]) if isinstance(formula, Implies) else parts[0]
+            return Combination(left, parts[1], least=isinstance(formula, And))
         case Always(start, end) | Eventually(start, end):
             return Extremum(parts[0], start, end, greatest=isinstance(formula, Eventually))
-        case Until(start, end, left):
+        case Until(start, end, held):
             until = UntilNode(parts[0], parts[1], end - start)
-            return until if not start else _delayed(until, _node(left, signals), start)
-    raise ValueError(f"{formula} is about a formula with windows")
+            return until if not start else _delayed(until, _node(held, signals), start)
+    return Instant(formula.value(signals))
 
 
 def _delayed(until: Node, left: Node, start: Any) -> Node:

@@ -21,7 +21,6 @@ from hmrsim.properties.temporal import (
     Above,
     Always,
     And,
-    Below,
     Eventually,
     Formula,
     Implies,
@@ -60,9 +59,8 @@ def case(random: Random) -> Case:
 
 def _formula(random: Random, depth: int) -> Formula:
     if depth == 0:
-        kind = random.choice((Above, Below))
         # Values are whole, and bounds are not, so that none is met exactly.
-        return kind(random.choice(SIGNALS), random.randint(-5, 5) + 0.5)
+        return Above(random.choice(SIGNALS), random.randint(-5, 5) + 0.5)
     start = random.choice((0, 0, 1, 3, 8))
     end = start + random.choice((0, 1, 4, 10, 40))
     left, right = (_formula(random, random.randint(0, depth - 1)) for _ in range(2))
@@ -106,8 +104,6 @@ def _theirs(formula: Formula, make: Any) -> Any:
     match formula:
         case Above(signal, bound):
             return make.gt(signal, bound)
-        case Below(signal, bound):
-            return make.lt(signal, bound)
         case Always(start, end) | Eventually(start, end) | Until(start, end):
             return _MADE[type(formula)](make)(start / _GRID, end / _GRID, *parts)
     return _MADE[type(formula)](make)(*parts)

@@ -14,7 +14,6 @@ from hmrsim.properties.temporal import (
     Above,
     Always,
     And,
-    Below,
     Eventually,
     Implies,
     Not,
@@ -36,7 +35,7 @@ A, B = Above("a"), Above("b")
 SIGNALS = ("a", "b")
 
 bounds = st.integers(-3, 3).map(lambda bound: bound + 0.5)
-atoms = st.builds(Above, st.sampled_from(SIGNALS), bounds) | st.builds(Below, st.sampled_from(SIGNALS), bounds)
+atoms = st.builds(Above, st.sampled_from(SIGNALS), bounds)
 windows = st.tuples(st.integers(0, 3), st.integers(0, 4) | st.just(math.inf)).map(lambda each: (each[0], sum(each)))
 
 
@@ -65,8 +64,7 @@ def defined(formula: Formula, trace: list[tuple[float, ...]], at: int) -> float:
     last = len(trace) - 1
     inner = [lambda time, part=part: defined(part, trace, time) for part in formula.parts]
     if not formula.parts:
-        distance = trace[min(at, last)][SIGNALS.index(formula.signal)] - formula.bound
-        return distance if isinstance(formula, Above) else -distance
+        return trace[min(at, last)][SIGNALS.index(formula.signal)] - formula.bound
     if isinstance(formula, (Always, Eventually, Until)):
         first = at + formula.start
         times = range(first, (max(first, last) if formula.end == math.inf else at + formula.end) + 1)
@@ -204,10 +202,8 @@ def test_the_state_of_a_window_does_not_grow_with_the_trace():
     assert len(monitor._node._queue) <= 12
 
 
-def test_a_value_that_equals_its_bound_is_neither_above_nor_below():
-    above, below = (OnlineMonitor(kind("a", 1.0), ["a"]).update(0, [1.0])[0][1] for kind in (Above, Below))
-
-    assert max(above, below) < 0
+def test_a_value_that_equals_its_bound_is_not_above_it():
+    assert OnlineMonitor(Above("a", 1.0), ["a"]).update(0, [1.0])[0][1] < 0
 
 
 def test_an_unknown_signal_is_an_error_with_the_known_ones():
