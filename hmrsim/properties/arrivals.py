@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.properties.model.conditions import RobotCondition
-from hmrsim.properties.operators import Clause, Clauses, Instance, Temporal
+from hmrsim.properties.operators import Clause, Clauses, Demand, Instance
 from hmrsim.properties.signals import FAILS, HOLDS
 from hmrsim.properties.temporal import Above, And, Formula, Implies, Not, Previous, Since
 from hmrsim.properties.terms import Term
-from hmrsim.properties.watcher import Obligation, Obligations, cut_off
+from hmrsim.properties.watcher import Obligation
 
 if TYPE_CHECKING:
-    from hmrsim.properties.results import Ended, Verdict
+    from hmrsim.properties.results import Verdict
 
 
 Order = Callable[[Sequence[Formula]], list[Clause]]
@@ -109,11 +109,12 @@ class Round:
         return not self._left
 
 
-class Arrivals(Temporal):
+class Arrivals(Demand):
     """A property about the places that a robot reaches; those reached at one instant count in the order of the list.
 
     Args:
         field: The field of the property with the places.
+        limit: The field with the time limit.
         order: Restricts the order of arrivals.
         in_sequence: Whether a place counts only after those before it.
 
@@ -122,15 +123,15 @@ class Arrivals(Temporal):
         round: The current round.
     """
 
-    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
-        super().__init__(of)
+    def __init__(self, of: Instance, field: str, limit: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, within=getattr(of.part, limit))
         self.places: Sequence[str] = getattr(of.part, field)
         self.terms = [
             Term(RobotCondition(robot=self.subject, at=place), of.observations, self.mark) for place in self.places
         ]
         signals = [str(i) for i in range(len(self.places))]
         self._clauses = Clauses(order([Above(signal) for signal in signals]), [*signals, _REACHED])
-        self.round = Round(len(self.places), in_sequence=in_sequence)
+        self.in_sequence, self.round = in_sequence, Round(len(self.places), in_sequence=in_sequence)
 
     def settled(self, at: int) -> None:
         """Process the arrivals and departures of an instant."""
@@ -143,97 +144,81 @@ class Arrivals(Temporal):
                 if broken is not None:
                     reason = f"{self.places[i]} {broken.reason}"
                     self.violate(at, self.subject, reason, f"{self.subject} reaches {reason}")
-                self.arrive(at, i)
+                self._arrive(at, i)
             elif was_there and not term.holds:
-                self.leave(at, i)
+                self._leave(at, i)
 
-    def arrive(self, at: int, place: int) -> None:
-        """Process an arrival at a place."""
+    def _arrive(self, at: int, place: int) -> None:
         raise NotImplementedError
 
-    def leave(self, at: int, place: int) -> None:
-        """Process a departure from a place."""
+    def _leave(self, at: int, place: int) -> None:
+        pass
 
 
 class Visit(Arrivals):
     """A robot reaches all places, in sequence if *in_sequence*: F (l1 and F (l2 and ...)), or F l1 and F l2 and ..."""
 
-    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
-        super().__init__(of, field, order, in_sequence=in_sequence)
-        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
-
     def begin(self, at: int) -> None:
         """Begin to wait for all places."""
         super().begin(at)
-        self._missing.add(Obligation(at, None))
+        self.missing.add(Obligation(at, None))
 
-    def arrive(self, at: int, place: int) -> None:
-        """Check whether all places are reached."""
+    def _arrive(self, at: int, place: int) -> None:
         if self.round.arrive(place):
-            self._missing.meet(at, None)
+            self.missing.meet(at, None)
 
-    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
-        missing, late = self.places[self.round.next], f"within {self.part.within:g} s"
-        self.violate(at, self.subject, f"{missing} not {late}", f"{self.subject} did not reach {missing} {late}")
+    def _miss(self, at: int, _obligation: Obligation[Any], late: str) -> None:
+        place, when = self.places[self.round.next], "by the end" if late == "never" else late.removeprefix("not ")
+        self.violate(at, self.subject, f"{place} {late}", f"{self.subject} did not reach {place} {when}")
 
-    def end(self, at: int, ended: Ended | None) -> None:
-        """Report a place that was never reached."""
-        if self._missing and self.part.within is None and not cut_off(ended):
-            missing = self.places[self.round.next]
-            self.violate(at, self.subject, f"{missing} never", f"{self.subject} did not reach {missing} by the end")
-
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return whether all places were reached; the robustness is the share of the time limit that was left."""
-        if self._missing:
-            missing = self.places[self.round.next]
-            return self._is("undecided", 0.0, f"{self.subject} had not reached {missing} by the end")
-        text = f"{self.subject} reached all places after {self._missing.seconds:.1f} s"
-        return self._is("holds", self._missing.least, text)
+        if self.missing:
+            place = self.places[self.round.next]
+            return self._is("undecided", 0.0, f"{self.subject} had not reached {place} by the end")
+        text = f"{self.subject} reached all places after {self.missing.seconds:.1f} s"
+        return self._is("holds", self.missing.least, text)
 
 
 class Patrol(Arrivals):
     """A robot reaches places repeatedly: each in time, or all in sequence if *in_sequence*."""
 
-    def __init__(self, of: Instance, field: str, order: Order, *, in_sequence: bool) -> None:
-        super().__init__(of, field, order, in_sequence=in_sequence)
-        self._in_sequence = in_sequence
+    def __init__(self, of: Instance, field: str, limit: str, order: Order, *, in_sequence: bool) -> None:
+        super().__init__(of, field, limit, order, in_sequence=in_sequence)
         self._rounds = 0
-        self._missing: Obligations[str] = Obligations(self.timeline, of.part.every, self._expired)
         self._visits = [0] * len(self.places)
 
     def begin(self, at: int) -> None:
         """Begin to wait for the first round."""
         super().begin(at)
-        for place in self.places[:1] if self._in_sequence else self.places:
-            self._missing.add(Obligation(at, place))
+        for place in self.places[:1] if self.in_sequence else self.places:
+            self.missing.add(Obligation(at, place))
 
-    def arrive(self, at: int, place: int) -> None:
-        """Stop waiting for the place, or begin the next round if this one is complete."""
+    def _arrive(self, at: int, place: int) -> None:
         self._visits[place] += 1
-        if not self._in_sequence:
-            self._missing.meet(at, self.places[place])
+        if not self.in_sequence:
+            self.missing.meet(at, self.places[place])
         elif self.round.arrive(place):
             self._rounds += 1
             self.round.begin()
-            self._missing.meet(at, self.places[0])
-            self._missing.add(Obligation(at, self.places[0]))
+            self.missing.meet(at, self.places[0])
+            self.missing.add(Obligation(at, self.places[0]))
 
-    def leave(self, at: int, place: int) -> None:
-        """Begin to wait for the place again."""
-        if not self._in_sequence:
-            self._missing.add(Obligation(at, self.places[place]))
+    def _leave(self, at: int, place: int) -> None:
+        if not self.in_sequence:
+            self.missing.add(Obligation(at, self.places[place]))
 
-    def _expired(self, at: int, obligation: Obligation[str]) -> None:
-        missing = self.places[self.round.next] if self._in_sequence else obligation.key
+    def _expire(self, at: int, obligation: Obligation[str]) -> None:
+        place = self.places[self.round.next] if self.in_sequence else obligation.key
         every = f"{self.part.every:g} s"
-        text = f"{self.subject} did not reach {missing} for {every}"
-        self.violate(at, self.subject, f"{missing} not every {every}", text)
-        self._missing.add(Obligation(at, obligation.key))
+        text = f"{self.subject} did not reach {place} for {every}"
+        self.violate(at, self.subject, f"{place} not every {every}", text)
+        self.missing.add(Obligation(at, obligation.key))
 
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return whether all rounds were in time; the robustness is the least share of the time limit that was left."""
-        rounds = self._rounds if self._in_sequence else min(self._visits)
+        rounds = self._rounds if self.in_sequence else min(self._visits)
         if not rounds:
             return self._is("undecided", 0.0, f"{self.subject} had not finished its first round by the end")
-        text = f"{rounds} rounds of {self.subject}, the longest of {self._missing.seconds:.1f} s"
-        return self._is("holds", self._missing.least, text)
+        text = f"{rounds} rounds of {self.subject}, the longest of {self.missing.seconds:.1f} s"
+        return self._is("holds", self.missing.least, text)

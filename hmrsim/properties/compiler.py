@@ -136,8 +136,8 @@ _IN_ANY_SEQUENCE: Final = ("visit", "fair_visit", "patrolling", "fair_patrolling
 
 
 def _of_arrivals(field: str) -> _Maker:
-    kind = Visit if field.endswith("visit") else Patrol
-    return partial(kind, field=field, order=_ORDERS[field], in_sequence=field not in _IN_ANY_SEQUENCE)
+    kind, limit = (Visit, "within") if field.endswith("visit") else (Patrol, "every")
+    return partial(kind, field=field, limit=limit, order=_ORDERS[field], in_sequence=field not in _IN_ANY_SEQUENCE)
 
 
 _MAKERS: Final[Mapping[str, _Maker]] = MappingProxyType(

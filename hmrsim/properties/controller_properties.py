@@ -61,8 +61,7 @@ class ControllerLives(Watcher):
             text = f"{death}: {cause}" if cause else death
             self.violate(at, "", _reason(ended), text, fatal=True)
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict: undecided if the end of the controller is unknown."""
+    def _unless_violated(self) -> Verdict:
         if not self._end_known:
             return self._is("undecided", 0.0, "it is unknown how the controller ended")
         return self._is("holds", 1.0, "the controller lived to the end")
@@ -91,8 +90,7 @@ class MissionEnds(Watcher):
         if self._ending == "timeout":
             self.violate(at, "", "timeout", f"the controller had not ended by {at / NANOSECONDS:g} s")
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict: undecided if the run was stopped."""
+    def _unless_violated(self) -> Verdict:
         if self._ending in {"", "stopped"}:
             return self._is("undecided", 0.0, "the run was stopped before the controller ended")
         return self._is("holds", 1.0, f"the controller ended after {self._at / NANOSECONDS:.1f} s")
@@ -150,8 +148,7 @@ class Recovers(Watcher):
             return float(duration) * NANOSECONDS <= self._within
         return fault.settings.get("count") == 1
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict: undecided if the controller did not end by itself."""
+    def _unless_violated(self) -> Verdict:
         if self._excuse:
             return self._is("undecided", 0.0, self._excuse)
         if not self._begun:
@@ -210,8 +207,7 @@ class GoalsEnd(Watcher):
             text = f"goal {goal_id[:8]} of {robot}/{action}, accepted at {since / NANOSECONDS:.1f} s, never ended"
             self.violate(at, robot, "not ended", text)
 
-    def unless_violated(self) -> Verdict:
-        """Return whether all goals have ended."""
+    def _unless_violated(self) -> Verdict:
         if self._undecided:
             return self._is("undecided", 0.0, f"{self._undecided} of {self._accepted} goals were under way at the end")
         if not self._accepted:
@@ -319,8 +315,7 @@ class NoVainGoals(Watcher):
         why = f" (the last time: {cause})" if cause else ""
         self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict for a run in which no goal failed too often."""
+    def _unless_violated(self) -> Verdict:
         if not self._goals:
             return self._is("never_exercised", 1.0, "no goal was sent")
         said = f"no goal failed more than {self._most} times in a row" if self._most > 1 else "no goal failed twice"

@@ -84,8 +84,7 @@ class NoDeadlock(Watcher):
         """Count the circles that last to the end."""
         self._circles.end(at)
 
-    def unless_violated(self) -> Verdict:
-        """Return whether no circle has lasted for too long."""
+    def _unless_violated(self) -> Verdict:
         if not self._waits:
             return self._is("never_exercised", 1.0, "no robot waited on its way")
         seconds = self._circles.seconds
@@ -160,8 +159,8 @@ class NobodyStranded(Watcher):
         """Count the robots that are stranded at the end."""
         self._stranded.end(at)
 
-    def unless_violated(self) -> Verdict:
-        """Return whether no robot was stranded for too long; half of the robustness is the lowest battery."""
+    def _unless_violated(self) -> Verdict:
+        """Return the verdict; half of its robustness is the lowest battery."""
         if not self._batteries:
             return self._is("never_exercised", 1.0, "no robot has a battery")
         if self._stranded:
@@ -216,8 +215,8 @@ class OrdersInTime(Watcher):
         for since, within in self._open.values():
             self._spend(at, since, within)
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict if no order was late; its robustness is the least share of time that an order had left."""
+    def _unless_violated(self) -> Verdict:
+        """Return the verdict; its robustness is the least share of time that an order had left."""
         if not self._placed:
             return self._is("never_exercised", 1.0, "no order came")
         if self._open:

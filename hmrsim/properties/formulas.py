@@ -45,8 +45,7 @@ class Windows(Temporal):
             for signal in expression.signals:
                 signal.subscribe(self.mark)
 
-    def step(self, at: int) -> None:
-        """Take the values of all conditions at an instant."""
+    def _step(self, at: int) -> None:
         if at > self._at:
             self._at = at
             self._take(at, self._monitor.update(at, [expression.value() for expression in self._expressions]))
@@ -67,7 +66,7 @@ class Windows(Temporal):
 
     def end(self, at: int, ended: Ended | None) -> None:
         """Judge the times whose windows the run covers, and no others."""
-        self.step(at)
+        self._step(at)
         certain = not math.isinf(self._least)
         if cut_off(ended):
             self._undecided = not certain
@@ -93,8 +92,7 @@ class Windows(Temporal):
                 text = f"it is not so at {at / NANOSECONDS:.1f} s that {self._text}"
                 self.violate(now, self.subject, self._reason, text)
 
-    def unless_violated(self) -> Verdict:
-        """Return whether it holds; the robustness is that of the formula."""
+    def _unless_violated(self) -> Verdict:
         if self._undecided or math.isinf(self._least):
             return self._is("undecided", 0.0, f"the run ended before it was certain that {self._text}")
         return self._is("holds", self._least, self._text)

@@ -78,10 +78,43 @@ class Temporal(Watcher):
         if not self.over:
             for term in self.terms:
                 term.look()
-            self.step(at)
+            self._step(at)
 
-    def step(self, at: int) -> None:
+    def _step(self, at: int) -> None:
         """Take the values of the conditions at the end of an instant."""
+        raise NotImplementedError
+
+
+class Demand(Temporal):
+    """A property that demands something: once or each time, within a time limit or at any time.
+
+    Args:
+        within: Seconds within which each demand has to be met; 0 for at once, None for any time.
+
+    Attributes:
+        missing: What is demanded and has not come yet.
+        undecided: How many demands were open when the run ended too early.
+    """
+
+    def __init__(self, of: Instance, *fields: str, within: float | None) -> None:
+        super().__init__(of, *fields)
+        self._within = within
+        self.missing: Obligations[Any] = Obligations(self.timeline, within, self._expire)
+        self.undecided = 0
+
+    def end(self, at: int, ended: Ended | None) -> None:
+        """Report each demand that was never met, if it had all the time of the run."""
+        for obligation in self.missing.open:
+            if self._within is None and not cut_off(ended):
+                self._miss(at, obligation, "never")
+            else:
+                self.undecided += 1
+
+    def _expire(self, at: int, obligation: Obligation[Any]) -> None:
+        self._miss(at, obligation, f"not within {self._within:g} s" if self._within else "not at once")
+
+    def _miss(self, at: int, obligation: Obligation[Any], late: str) -> None:
+        """Report a demand that is not met in time; *late* is "never", "not at once" or "not within 5 s"."""
         raise NotImplementedError
 
 
@@ -151,8 +184,7 @@ class Invariant(Temporal):
         super().__init__(of, *fields)
         self.clauses = Clauses(clauses, _OF_TERMS)
 
-    def step(self, at: int) -> None:
-        """Report the first clause that does not hold."""
+    def _step(self, at: int) -> None:
         first, second = self.terms[0], self.terms[-1]
         broken = self.clauses.broken((first.value, HOLDS if first.hits else FAILS, second.value))
         if broken is not None:
@@ -166,8 +198,7 @@ class Always(Invariant):
     def __init__(self, of: Instance) -> None:
         super().__init__(of, [_HOLDS], "always")
 
-    def unless_violated(self) -> Verdict:
-        """Return that it holds; the robustness is the least one of the condition."""
+    def _unless_violated(self) -> Verdict:
         return self._is("holds", self.clauses.least, f"always {self.terms[0].text}")
 
 
@@ -181,7 +212,7 @@ class Never(Invariant):
         if isinstance(condition, RobotCondition) and condition.at is not None and condition.is_ is None:
             self._clearance = partial(of.observations.positions.clearance, condition.robot, condition.at)
 
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return that it holds; the robustness is that of the opposite, or how far a robot stayed away."""
         least = self.clauses.least
         if self._clearance is not None:
@@ -189,40 +220,32 @@ class Never(Invariant):
         return self._is("holds", least, f"never {self.terms[0].text}")
 
 
-class Eventually(Temporal):
+class Eventually(Demand):
     """F[0, within] a: the condition holds at some instant."""
 
     def __init__(self, of: Instance) -> None:
-        super().__init__(of, "eventually")
-        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
+        super().__init__(of, "eventually", within=of.part.within)
 
     def begin(self, at: int) -> None:
         """Begin to wait for the condition."""
         super().begin(at)
-        self._missing.add(Obligation(at, None))
+        self.missing.add(Obligation(at, None))
 
-    def step(self, at: int) -> None:
-        """Check whether the condition holds."""
+    def _step(self, at: int) -> None:
         if self.terms[0].holds:
-            self._missing.meet(at, None)
+            self.missing.meet(at, None)
             self.over = True
 
-    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
-        term, late = self.terms[0], f"within {self.part.within:g} s"
-        self.violate(at, self.subject, f"not {late}: {term.words}", f"it was not true {late} that {term.text}")
+    def _miss(self, at: int, _obligation: Obligation[Any], late: str) -> None:
+        term, when = self.terms[0], "never true" if late == "never" else f"not true{late.removeprefix('not')}"
+        self.violate(at, self.subject, f"{late}: {term.words}", f"it was {when} that {term.text}")
 
-    def end(self, at: int, ended: Ended | None) -> None:
-        """Report that the condition has never held, if it had all the time of the run."""
-        if self._missing and self.part.within is None and not cut_off(ended):
-            term = self.terms[0]
-            self.violate(at, self.subject, f"never: {term.words}", f"it was never true that {term.text}")
-
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return whether the condition has held; the robustness is the share of the time that was left."""
         text = self.terms[0].text
-        if self._missing:
+        if self.missing:
             return self._is("undecided", 0.0, f"it was not true by the end that {text}")
-        return self._is("holds", self._missing.least, f"after {self._missing.seconds:.1f} s {text}")
+        return self._is("holds", self.missing.least, f"after {self.missing.seconds:.1f} s {text}")
 
 
 class Sometimes(Temporal):
@@ -231,11 +254,10 @@ class Sometimes(Temporal):
     def __init__(self, of: Instance) -> None:
         super().__init__(of, "sometimes")
 
-    def step(self, at: int) -> None:
+    def _step(self, at: int) -> None:
         """Do nothing; the condition counts how often it begins to hold."""
 
-    def unless_violated(self) -> Verdict:
-        """Return whether the condition has held."""
+    def _unless_violated(self) -> Verdict:
         term = self.terms[0]
         if not term.times:
             return self._is("never_exercised", 0.0, f"it was never true that {term.text}")
@@ -257,8 +279,7 @@ class Reports(Temporal):
             self._reports += 1
             self.mark()
 
-    def step(self, at: int) -> None:
-        """Judge the reports of this instant."""
+    def _step(self, at: int) -> None:
         if self._reports > self._judged:
             self._judged = self._reports
             self._judge(at)
@@ -277,8 +298,7 @@ class Reports(Temporal):
             text = f"the controller reports {self._report}, but it is not true that {term.text}"
             self.violate(at, self.subject, reason, text)
 
-    def unless_violated(self) -> Verdict:
-        """Return whether it has reported that, and the condition held each time."""
+    def _unless_violated(self) -> Verdict:
         if self._reports:
             return self._is("holds", 1.0, f"the controller reported {self._report}, and {self.terms[0].text}")
         if not self._known:

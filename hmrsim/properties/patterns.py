@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.model.part import BOUND, bound, bound_names
-from hmrsim.properties.operators import A, B, Clause, Instance, Invariant, Temporal, begins
+from hmrsim.properties.operators import A, B, Clause, Demand, Instance, Invariant, Temporal, begins
 from hmrsim.properties.signals import watch
 from hmrsim.properties.temporal import And, Implies, Not, Once, Or, Previous
 from hmrsim.properties.terms import Term, prepare
-from hmrsim.properties.watcher import Obligation, Obligations, cut_off
+from hmrsim.properties.watcher import Obligation, cut_off
 
 if TYPE_CHECKING:
     from hmrsim.properties.model.conditions import Condition
@@ -41,9 +41,8 @@ class HeldUntil(Invariant):
         super().__init__(of, [_NOT_BEFORE if avoided else _UP_TO], field, "until")
         self._avoided = avoided
 
-    def step(self, at: int) -> None:
-        """Check the first condition, and note whether the other one holds."""
-        super().step(at)
+    def _step(self, at: int) -> None:
+        super()._step(at)
         self.over = self.terms[1].holds or self.first is not None
 
     def end(self, at: int, ended: Ended | None) -> None:
@@ -52,8 +51,7 @@ class HeldUntil(Invariant):
             until = self.terms[1]
             self.violate(at, self.subject, f"never: {until.words}", f"it was never true that {until.text}")
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict, which depends on whether the other condition has held."""
+    def _unless_violated(self) -> Verdict:
         held, until = self.terms
         if not self.over:
             return self._is("undecided", 0.0, f"it was not true by the end that {until.text}")
@@ -66,8 +64,7 @@ class AvoidedAfter(Invariant):
     def __init__(self, of: Instance) -> None:
         super().__init__(of, [_NOT_AFTER], "future_avoidance", "after")
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict, which depends on whether the other condition has ever held."""
+    def _unless_violated(self) -> Verdict:
         avoided, after = self.terms
         if not after.times:
             return self._is("never_exercised", 1.0, f"it was never true that {after.text}")
@@ -82,8 +79,7 @@ class Counted(Temporal):
         self._least: int = of.part.count if least else 0
         self._most: float = of.part.count if most else math.inf
 
-    def step(self, at: int) -> None:
-        """Report a violation if the condition has begun to hold too often."""
+    def _step(self, at: int) -> None:
         term = self.terms[0]
         if term.times - term.hits <= self._most < term.times:
             text = f"it is so for the {term.times}. time that {term.text}"
@@ -96,8 +92,8 @@ class Counted(Temporal):
             text = f"it was so {term.times} times, and not {self._least} times, that {term.text}"
             self.violate(at, self.subject, f"less than {self._least} times: {term.words}", text)
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict, which says how often it began; the robustness is the share of *most* that was left."""
+    def _unless_violated(self) -> Verdict:
+        """Return how often it began; the robustness is the share of *most* that was left."""
         term = self.terms[0]
         text = f"it was so {term.times} times that {term.text}"
         if term.times < self._least:
@@ -130,8 +126,7 @@ class Reaction(Invariant):
         super().__init__(of, REACTIONS[field], field, "then")
         self._next = _NOT_NEXT in REACTIONS[field]
 
-    def unless_violated(self) -> Verdict:
-        """Return the verdict, which depends on whether there was a stimulus, and an instant for the reaction."""
+    def _unless_violated(self) -> Verdict:
         stimulus = self.terms[0]
         if not stimulus.times:
             return self._is("never_exercised", 1.0, f"it was never true that {stimulus.text}")
@@ -140,51 +135,37 @@ class Reaction(Invariant):
         return self._is("holds", 1.0, f"{stimulus.times} times {stimulus.text}")
 
 
-class DelayedReaction(Temporal):
+class DelayedReaction(Demand):
     """A reaction holds at the time of a stimulus or later: G (a -> F[0, within] b)."""
 
     def __init__(self, of: Instance) -> None:
-        super().__init__(of, "delayed_reaction", "then")
-        self._missing: Obligations[None] = Obligations(self.timeline, self.part.within, self._expired)
-        self._undecided = False
+        super().__init__(of, "delayed_reaction", "then", within=of.part.within)
 
-    def step(self, at: int) -> None:
-        """Add an obligation for a stimulus, and meet it when the reaction holds."""
+    def _step(self, at: int) -> None:
         stimulus, reaction = self.terms
         if reaction.holds:
-            self._missing.meet(at, None)
-        elif stimulus.holds and not self._missing:
-            self._missing.add(Obligation(at, None))
+            self.missing.meet(at, None)
+        elif stimulus.holds and not self.missing:
+            self.missing.add(Obligation(at, None))
 
-    def _expired(self, at: int, _obligation: Obligation[None]) -> None:
+    def _miss(self, at: int, _obligation: Obligation[Any], late: str) -> None:
         stimulus, reaction = self.terms
-        late = f"not within {self.part.within:g} s"
         self.violate(at, self.subject, f"{late}: {reaction.words}", f"{stimulus.text}, and {late} {reaction.text}")
 
-    def end(self, at: int, ended: Ended | None) -> None:
-        """Report a violation if a reaction has never come."""
-        if not self._missing:
-            return
-        if self.part.within is None and not cut_off(ended):
-            stimulus, reaction = self.terms
-            self.violate(at, self.subject, f"never: {reaction.words}", f"{stimulus.text}, and never {reaction.text}")
-        else:
-            self._undecided = True
-
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return the verdict on all reactions; the robustness is the least share of the time that was left."""
         stimulus, reaction = self.terms
-        if self._undecided:
+        if self.undecided:
             return self._is("undecided", 0.0, f"it was not true by the end that {reaction.text}")
         if not stimulus.times:
             return self._is("never_exercised", 1.0, f"it was never true that {stimulus.text}")
-        return self._is("holds", self._missing.least, f"{stimulus.times} times {stimulus.text}")
+        return self._is("holds", self.missing.least, f"{stimulus.times} times {stimulus.text}")
 
 
 _Fields = Callable[[], dict[str, Any]]
 
 
-class Whenever(Temporal):
+class Whenever(Demand):
     """Each time that a trigger begins to hold, another condition has to hold then or later.
 
     Of two events at one instant the second one follows the first. A trigger that is not an event begins to hold at the
@@ -201,13 +182,10 @@ class Whenever(Temporal):
         self._names = bound_names(self._then)
         by_event, event_follows = isinstance(condition, EventPattern), isinstance(self._then, EventPattern)
         fields = [*([] if by_event else [trigger]), *([] if event_follows or self._names else ["then"])]
-        super().__init__(of, *fields)
+        super().__init__(of, *fields, within=within)
         self._trigger = None if by_event else self.terms[0]
         self._term = self.terms[-1] if "then" in fields else None
-        self._words, self._within = of.template.then.describe(), within
-        self._trigger_text = condition.describe()
-        self._obligations: Obligations[tuple[Hashable, ...]] = Obligations(self.timeline, within, self._expired)
-        self._undecided = 0
+        self._words, self._trigger_text = of.template.then.describe(), condition.describe()
         self._keys: list[tuple[str, str]] = []
         self._met: dict[Hashable, int] = {}
         if isinstance(condition, EventPattern):
@@ -228,57 +206,43 @@ class Whenever(Temporal):
         obligation = Obligation(at, key, subject, then.describe())
         if self._names and not isinstance(then, EventPattern):
             obligation.term = Term(then, self.observations, self.mark)
-        self._obligations.add(obligation)
+        self.missing.add(obligation)
         self.mark()
 
     def _meet_at_event(self, at: int, fields: _Fields) -> None:
-        if self._trigger is None and not self._obligations:
+        if self._trigger is None and not self.missing:
             return
         values = fields() if self._keys else {}
         key = tuple(_hashable(values.get(field)) for field, _ in self._keys)
         if self._trigger is not None:
             self._met[key] = at
             self.mark()
-        self._obligations.meet(at, key)
+        self.missing.meet(at, key)
 
-    def step(self, at: int) -> None:
-        """Check whether the trigger begins, and which obligations are met."""
+    def _step(self, at: int) -> None:
         if self._trigger is not None:
             if self._trigger.hits:
                 self._begin(at, {})
             if self._met.get(()) == at:
-                self._obligations.meet(at, ())
+                self.missing.meet(at, ())
         if self._term is not None:
             if self._term.holds:
-                self._obligations.meet(at, ())
+                self.missing.meet(at, ())
         elif self._names and not self._keys:
-            self._obligations.meet_terms(at)
+            self.missing.meet_terms(at)
 
-    def _expired(self, at: int, obligation: Obligation[tuple[Hashable, ...]]) -> None:
-        late = f"not within {self._within:g} s" if self._within else "not at once"
-        text = f"{self._since(obligation)}, and {late} {obligation.text}"
+    def _miss(self, at: int, obligation: Obligation[Any], late: str) -> None:
+        text = f"{self._trigger_text} at {obligation.since / 1e9:.1f} s, and {late} {obligation.text}"
         self.violate(at, obligation.subject, f"{late}: {self._words}", text)
 
-    def _since(self, obligation: Obligation[tuple[Hashable, ...]]) -> str:
-        return f"{self._trigger_text} at {obligation.since / 1e9:.1f} s"
-
-    def end(self, at: int, ended: Ended | None) -> None:
-        """Report a violation for each trigger that nothing has followed by the end, unless there is a time limit."""
-        for obligation in self._obligations.open:
-            if self._within is None and not cut_off(ended):
-                text = f"{self._since(obligation)}, and never {obligation.text}"
-                self.violate(at, obligation.subject, f"never: {self._words}", text)
-            else:
-                self._undecided += 1
-
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return the verdict on all triggers; the robustness is the least share of the time that was left."""
-        count = self._obligations.count
+        count = self.missing.count
         if not count:
             return self._is("never_exercised", 1.0, f"it was never true that {self._trigger_text}")
-        if self._undecided:
-            return self._is("undecided", 0.0, f"{self._undecided} of {count} times it had not followed by the end")
-        return self._is("holds", self._obligations.least, f"followed each time, {count} in all")
+        if self.undecided:
+            return self._is("undecided", 0.0, f"{self.undecided} of {count} times it had not followed by the end")
+        return self._is("holds", self.missing.least, f"followed each time, {count} in all")
 
 
 def _opened(then: EventPattern) -> tuple[EventPattern, list[tuple[str, str]]]:

@@ -51,11 +51,11 @@ class Watcher:
     def verdict(self) -> Verdict:
         """Return the verdict on the property."""
         if self.first is None:
-            return self.unless_violated()
+            return self._unless_violated()
         more = f", and {self.count - 1} more" if self.count > 1 else ""
         return Verdict(self.name, "violated", -1.0, f"{self.first.text}{more}")
 
-    def unless_violated(self) -> Verdict:
+    def _unless_violated(self) -> Verdict:
         """Return the verdict on a property that is not violated."""
         raise NotImplementedError
 
@@ -252,6 +252,5 @@ class Each(Watcher):
 class Incomparable(Watcher):
     """A property that compares with the run without faults, in a run for which there is no such comparison."""
 
-    def unless_violated(self) -> Verdict:
-        """Return that it is undecided."""
+    def _unless_violated(self) -> Verdict:
         return self._is("undecided", 0.0, "there is no run without faults to compare with")
