@@ -22,6 +22,9 @@ from hmrsim.simulation.demand import NEAR
 if TYPE_CHECKING:
     from hmrsim.events import EventPattern
     from hmrsim.geometry import Point
+    from hmrsim.history.facilities import Doors
+    from hmrsim.history.items import Orders
+    from hmrsim.history.robots import Robots
     from hmrsim.history.timeline import Alarm, Part, Timeline
     from hmrsim.properties.results import ItemEnd, Reference
     from hmrsim.world.model import World
@@ -212,30 +215,9 @@ class Observations:
         """The robots whose batteries are watched; a view, as more may be added later."""
         return self.history.batteries.shares.keys() if "batteries" in vars(self.history) else ()
 
-    def robot_is(self, robot: str, state: str) -> Signal:
-        """Return whether a robot is in a state."""
-        robots = self.history.robots
-        return self._whether(robots, robot, state, partial(robots.is_, robot, state))
-
-    def door_is(self, door: str, state: str) -> Signal:
-        """Return whether a door is in a state; a jammed door is also open or closed."""
-        doors = self.history.doors
-        return self._whether(doors, door, state, partial(doors.is_, door, state))
-
-    def lane_is_closed(self, lane: tuple[str, str]) -> Signal:
-        """Return whether a lane is closed."""
-        lanes = self.history.lanes
-        return self._whether(lanes, lane, "closed", partial(lanes.is_closed, lane))
-
-    def order_is(self, order: str, state: str) -> Signal:
-        """Return whether an order is in a state; a late order is also in another one."""
-        orders = self.history.orders
-        return self._whether(orders, order, state, partial(orders.is_, order, state))
-
-    def fault_is_active(self, kind: str, robot: str | None) -> Signal:
-        """Return whether a fault of a kind is active, of a robot or of any."""
-        faults = self.history.faults
-        return self._whether(faults, kind, robot, partial(faults.is_active, kind, robot))
+    def is_(self, part: Doors | Orders | Robots, name: str, state: str) -> Signal:
+        """Return whether a door, order or robot is in a state; a jammed door and a late order are also in another."""
+        return self.whether(part, name, state, partial(part.is_, name, state))
 
     def battery_share(self, robot: str) -> Signal:
         """Return the remaining share of a robot's battery; 1 without a battery."""
@@ -246,24 +228,21 @@ class Observations:
     def item_lies_at(self, item: str, place: str) -> Signal:
         """Return whether an item lies at a place, and no robot carries it."""
         where = point_of(self.world, place)
-        return self._whether(
+        return self.whether(
             self.history.items, item, f"lies at {place}", lambda: where is not None and self._lies_near(item, where)
         )
 
     def item_is_as_in(self, item: str, end: ItemEnd) -> Signal:
         """Return whether an item is where it was at the end of another run: near the point, or carried as there."""
         items = self.history.items
-        return self._whether(
-            items,
-            item,
-            end,
-            lambda: bool(items[item].carrier) if end.carried else self._lies_near(item, end.at),
+        return self.whether(
+            items, item, end, lambda: bool(items[item].carrier) if end.carried else self._lies_near(item, end.at)
         )
 
     def item_is_carried(self, item: str, by: str | None) -> Signal:
         """Return whether an item is carried, by a robot or by any."""
         items = self.history.items
-        return self._whether(
+        return self.whether(
             items, item, f"carried by {by}", lambda: bool(items[item].carrier) and by in (None, items[item].carrier)
         )
 
@@ -302,17 +281,11 @@ class Observations:
         known = self.history.items[item]
         return not known.carrier and known.at is not None and distance(known.at, where) <= self._radius
 
-    def _whether(self, part: Part, name: Hashable, what: Hashable, holds: Callable[[], bool]) -> Signal:
+    def whether(self, part: Part, name: Hashable, what: Hashable, holds: Callable[[], bool]) -> Signal:
         """Return the signal of whether something holds for a member of a part."""
-        key = part, name, what
-        signal = self._signals.get(key)
-        if signal is None:
-            signal = self._signals[key] = Signal(HOLDS if holds() else FAILS)
-            part.watch(name, lambda: signal.set(HOLDS if holds() else FAILS))
-        return signal
+        return self._value(part, name, what, lambda: HOLDS if holds() else FAILS)
 
     def _value(self, part: Part, name: Hashable, what: Hashable, value: Callable[[], float]) -> Signal:
-        """Return the signal of a value of a member of a part."""
         key = part, name, what
         signal = self._signals.get(key)
         if signal is None:

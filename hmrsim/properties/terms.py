@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events import EventPattern
@@ -58,7 +59,8 @@ class Expression:
             case Not(not_=part):
                 return _opposite(self._value(part))
             case LaneCondition(lane=lane, is_=state):
-                closed = self._of(self._observations.lane_is_closed(lane))
+                lanes = self._observations.history.lanes
+                closed = self._of(self._observations.whether(lanes, lane, "closed", partial(lanes.is_closed, lane)))
                 return closed if state == "closed" else _opposite(closed)
             case BatteryCondition(battery=robot, below=below, above=above):
                 share = self._of(self._observations.battery_share(robot))
@@ -69,19 +71,20 @@ class Expression:
 
     def _signals(self, condition: Condition) -> list[Signal]:
         """Return the signals that all have to hold."""
-        seen = self._observations
+        seen, history = self._observations, self._observations.history
         match condition:
             case EventPattern():
                 return [seen.pulse(condition)]
             case RobotCondition(robot=robot, at=at, is_=state):
                 near = [seen.positions.near(robot, at)] if at is not None else []
-                return [*near, *([seen.robot_is(robot, state)] if state is not None else [])]
+                return [*near, *([seen.is_(history.robots, robot, state)] if state is not None else [])]
             case DoorCondition(door=door, is_=state):
-                return [seen.door_is(door, state)]
+                return [seen.is_(history.doors, door, state)]
             case OrderCondition(order=order, is_=state):
-                return [seen.order_is(order, state)]
+                return [seen.is_(history.orders, order, state)]
             case FaultCondition(fault=kind, robot=robot):
-                return [seen.fault_is_active(kind, robot)]
+                faults = history.faults
+                return [seen.whether(faults, kind, robot, partial(faults.is_active, kind, robot))]
             case ItemsCondition():
                 # A smaller world, and its orders, may lack items of the run without faults.
                 made = {spec.item or spec.name for spec in seen.world.demand}

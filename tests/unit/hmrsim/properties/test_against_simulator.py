@@ -29,7 +29,9 @@ class _Comparing:
         self.monitor = Monitor(Properties(), world)
         seen = self.monitor.observations
         self.near = {(robot, place): seen.positions.near(robot, place) for robot in world.robots for place in places}
-        self.states = {(robot, state): seen.robot_is(robot, state) for robot in world.robots for state in STATES}
+        self.states = {
+            (robot, state): seen.is_(seen.history.robots, robot, state) for robot in world.robots for state in STATES
+        }
         self.sink = MonitorSink(simulator, self.monitor)
         self.story = Story()
         self.report = ReportSink(simulator, self.story.take)
