@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import TraceError, WorldError
@@ -23,13 +23,11 @@ if TYPE_CHECKING:
     from hmrsim.properties.model.file import Properties
     from hmrsim.report.reading import Recorded
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim.trace.replay import Outcome
     from hmrsim.world.model import World
 
-_Watched = tuple[Monitor, tuple[str, ...]]
-
-_CUT_OFF = Ended("stopped")
+_CUT_OFF: Final = Ended("stopped")
 """The end of a run whose file does not have it."""
+_TRUNCATED: Final = "The {} is truncated: later events are missing."
 
 
 @dataclass(frozen=True)
@@ -64,61 +62,42 @@ def check_trace(
     Raises:
         TraceError: It is not a trace.
     """
-    world = _world(header_of(next(iter(lines()), ""))["world"]["definition"])
-    findings = check_properties(properties, world)
-    found(findings)
-    monitor, notes = _watched(lines, properties, world)
-    return Checked(monitor, findings, notes)
+    world, findings = _fitted(header_of(next(iter(lines()), ""))["world"]["definition"], properties, found)
+    monitor, sinks = Monitor(properties, world), list[MonitorSink]()
 
+    def watch(simulator: Simulator) -> list[MonitorSink]:
+        sinks.append(MonitorSink(simulator, monitor))
+        return sinks
 
-def _watched(lines: Callable[[], Iterable[str]], properties: Properties, world: World) -> _Watched:
-    """Return the monitor after it has read a trace, and notes about the trace."""
-    replayed = _Replayed(properties, world)
     try:
-        outcome = replay(lines(), replayed.watch)
+        outcome = replay(lines(), watch)
     except TraceError as error:
-        return _as_written(lines(), properties, world, f"this version can't replay it ({error})")
+        return _as_written(lines(), properties, world, findings, f"this version can't replay it ({error})")
     if outcome.difference is not None:
         why = f"the replay differs from line {outcome.difference.line} on"
-        return _as_written(lines(), properties, world, why)
-    return replayed.checked(outcome)
+        return _as_written(lines(), properties, world, findings, why)
+    for sink in sinks:
+        sink.sample_batteries()
+    monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
+    return Checked(monitor, findings, () if outcome.complete else (_TRUNCATED.format("trace"),))
 
 
-class _Replayed:
-    """A replay that is watched by one monitor."""
-
-    def __init__(self, properties: Properties, world: World) -> None:
-        self._monitor = Monitor(properties, world)
-        self._sinks: list[MonitorSink] = []
-
-    def watch(self, simulator: Simulator) -> list[MonitorSink]:
-        """Return the sinks of a simulator."""
-        self._sinks.append(MonitorSink(simulator, self._monitor))
-        return self._sinks
-
-    def checked(self, outcome: Outcome) -> _Watched:
-        """Return the monitor at the end of the replay, and notes."""
-        for sink in self._sinks:
-            sink.sample_batteries()
-        self._monitor.end(stamp(outcome.sections[-1].sim_time), None if outcome.complete else _CUT_OFF)
-        notes = () if outcome.complete else ("The trace is truncated: later events are missing.",)
-        return self._monitor, notes
-
-
-def _as_written(lines: Iterable[str], properties: Properties, world: World, why: str) -> _Watched:
+def _as_written(
+    lines: Iterable[str], properties: Properties, world: World, findings: list[Finding], why: str
+) -> Checked:
+    """Return the check of a trace by its lines alone."""
     monitor, last, misfits = Monitor(properties, world), "", 0
     monitor.begin(0)
     for number, line in enumerate(lines, 1):
-        if not line.endswith("\n") or number == 1 or begins_section(line):
-            continue
-        occurrence, last = occurrence_in(line, f"line {number}")
-        misfits += not _fits(monitor, occurrence)
+        if line.endswith("\n") and number > 1 and not begins_section(line):
+            occurrence, last = occurrence_in(line, f"line {number}")
+            misfits += not _fits(monitor, occurrence)
     complete = last == "end"
     monitor.end(None, None if complete else _CUT_OFF)
     notes = [f"The trace could not be replayed exactly ({why}): where robots drive and how batteries empty is missing."]
     if not complete:
-        notes.append("The trace is truncated: later events are missing.")
-    return monitor, (*notes, *_note(misfits))
+        notes.append(_TRUNCATED.format("trace"))
+    return Checked(monitor, findings, (*notes, *_note(misfits)))
 
 
 def _fits(monitor: Monitor, occurrence: Occurrence) -> bool:
@@ -145,9 +124,7 @@ def check_recording(
     Raises:
         TraceError: Its world can't be read.
     """
-    world = _world(recording.world)
-    findings = check_properties(properties, world)
-    found(findings)
+    world, findings = _fitted(recording.world, properties, found)
     monitor, misfits = Monitor(properties, world), 0
     for _, key, payload in recording.samples():
         occurrence = sampled(key, payload)
@@ -159,12 +136,18 @@ def check_recording(
         monitor.timeline.advance(recording.end)
     truncated = recording.truncated
     monitor.end(None, _CUT_OFF if truncated else None)
-    notes = ("The recording is truncated: later events are missing.",) if truncated else ()
+    notes = (_TRUNCATED.format("recording"),) if truncated else ()
     return Checked(monitor, findings, (*notes, *_note(misfits)))
 
 
-def _world(definition: Any) -> World:
+def _fitted(
+    definition: Any, properties: Properties, found: Callable[[list[Finding]], object]
+) -> tuple[World, list[Finding]]:
+    """Return the world of a run, and the parts of properties that do not fit it."""
     try:
-        return world_of(dict(definition), "world")
+        world = world_of(dict(definition), "world")
     except (WorldError, TypeError, ValueError) as error:
         raise TraceError(f"its world can't be read: {error}") from None
+    findings = check_properties(properties, world)
+    found(findings)
+    return world, findings
