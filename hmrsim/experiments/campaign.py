@@ -8,10 +8,9 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from statistics import fmean
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.experiments.repeats import Repeats, about_means, pairs_that_count
+from hmrsim.experiments.repeats import Repeats, about_means, means_of_pairs, pairs_that_count
 from hmrsim.experiments.replications import Coverages, Task, execute
 from hmrsim.experiments.statistics.intervals import MEAN, PROPORTION, StoppingRule, enough
 from hmrsim.experiments.statistics.summaries import distributions
@@ -180,21 +179,9 @@ class Schedule:
         runs.sort(key=lambda pair: (pair[0].replication, pair[0].seed))
         runs = [pair for pair in runs if all(run.number in self._done for run in pair)]
         repeated = [all(self._repeats.repeats((run.scenario, run.treatment)) for run in pair) for pair in runs]
-        one: list[float] = []
-        two: list[float] = []
         groups = pairs_that_count([(run.scenario, run.replication) for run, _ in runs], repeated)
-        for places in groups:
-            means = [self._mean([runs[place][side] for place in places]) for side in (0, 1)]
-            if means[0] is not None and means[1] is not None:
-                one.append(means[0])
-                two.append(means[1])
-        return one, two, about_means(self._criterion(until), groups)
-
-    def _mean(self, runs: Sequence[Run]) -> float | None:
-        """Return the mean of runs; None if one has no value."""
-        values = [self._done[run.number] for run in runs]
-        known = [float(value) for value in values if isinstance(value, (int, float))]
-        return fmean(known) if len(known) == len(runs) else None
+        one, two = ([self._done[pair[side].number] for pair in runs] for side in (0, 1))
+        return *means_of_pairs(one, two, groups), about_means(self._criterion(until), groups)
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until

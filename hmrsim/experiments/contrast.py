@@ -6,12 +6,19 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import fmean
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import instead, listed
 from hmrsim.errors import ResultsError
-from hmrsim.experiments.repeats import COLUMNS, Repeats, about_means, cell_of, note_of_pairs, pairs_that_count
+from hmrsim.experiments.repeats import (
+    COLUMNS,
+    Repeats,
+    about_means,
+    cell_of,
+    means_of_pairs,
+    note_of_pairs,
+    pairs_that_count,
+)
 from hmrsim.experiments.statistics.verdicts import Criterion, compare_all
 from hmrsim.experiments.store import Results
 
@@ -128,17 +135,15 @@ def contrast(
         repeated = [same_a.repeats(cell_of(runs_a[seed])) and same_b.repeats(cell_of(runs_b[seed])) for seed in seeds]
         cells = [(runs_a[seed]["scenario"], runs_a[seed]["replication"]) for seed in seeds]
         places = pairs_that_count(cells, repeated)
-        values_of = [[seeds[place] for place in group] for group in places]
         about = {name: criterion_of(name, first.about["measures"], margins or {}) for name in wanted}
         criteria = {name: about_means(each, places) for name, each in about.items()}
-        notes = [*_notes(first.about, second.about), *note_of_pairs(len(seeds), repeated, len(values_of))]
+        notes = [*_notes(first.about, second.about), *note_of_pairs(len(seeds), repeated, len(places))]
     values: dict[str, tuple[list[float], list[float]]] = {}
     for name in wanted:
-        both = [([runs_a[seed][name] for seed in each], [runs_b[seed][name] for seed in each]) for each in values_of]
-        known = [(fmean(one), fmean(two)) for one, two in both if all(map(_is_number, (*one, *two)))]
-        if len(known) < len(both):
-            notes.append(f"{name}: {len(both) - len(known)} of {len(both)} pairs have no value")
-        values[name] = [one for one, _ in known], [two for _, two in known]
+        one, two = ([runs[seed][name] for seed in seeds] for runs in (runs_a, runs_b))
+        values[name] = means_of_pairs(one, two, places)
+        if missing := len(places) - len(values[name][0]):
+            notes.append(f"{name}: {missing} of {len(places)} pairs have no value")
         notes += note_of_failed(name, sum(_failed(runs_a[seed], runs_b[seed], name) for seed in seeds), len(seeds))
     try:
         comparisons = compare_all(values, criteria, alpha=alpha)

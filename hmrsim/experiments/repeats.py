@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import replace
+from statistics import fmean
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -101,6 +102,21 @@ def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool])
         return [[place] for place in fixed.values()]
     scenarios = len({scenario for (scenario, _), again in zip(cells, repeated, strict=True) if not again})
     return [[*fixed.values(), *places] for places in varied.values() if len(places) == scenarios]
+
+
+def means_of_pairs(
+    one: Sequence[Any], two: Sequence[Any], groups: Iterable[Sequence[int]]
+) -> tuple[list[float], list[float]]:
+    """Return the mean values of each group of pairs, except groups in which a value is missing.
+
+    Args:
+        one: The value of the first run of each pair.
+        two: The value of the second one.
+        groups: The groups, as `pairs_that_count` returns them.
+    """
+    values = [([one[i] for i in group], [two[i] for i in group]) for group in groups]
+    known = [(fmean(a), fmean(b)) for a, b in values if all(isinstance(each, (int, float)) for each in (*a, *b))]
+    return [a for a, _ in known], [b for _, b in known]
 
 
 def about_means(criterion: Criterion, groups: Iterable[Sized]) -> Criterion:

@@ -40,6 +40,8 @@ class Monitor:
 
     Attributes:
         violations: The violations so far, in order of time.
+        wants_status: Whether a property depends on the events of goals, with their results, and not just on their
+            statuses.
         timeline: The time of the run, and the handlers of its occurrences.
         observations: The state of the world, as far as a property depends on it.
     """
@@ -52,31 +54,11 @@ class Monitor:
         self._built_in = built_in_watchers(properties.built_in, world, self.timeline, self._record)
         self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._record), *self._built_in]
         self._no_vain_goals = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
-        self._wants_status = GoalStatusChanged in self.timeline.handlers
+        self.wants_status = GoalStatusChanged in self.timeline.handlers
         self.timeline.on(GoalStatusChanged, self._status)
         self.timeline.on_reset(ResetSimulation.Request.SCOPE_ALL, self._expect_scene)
         self._scene_expected = True
         self._begun = self._over = False
-
-    @property
-    def wants_status(self) -> bool:
-        """True if a property depends on the events of goals, with their results, and not just on their statuses."""
-        return self._wants_status
-
-    @property
-    def wants_motion(self) -> bool:
-        """True if a property depends on the positions or motions of robots."""
-        return MotionBegan in self.timeline.handlers
-
-    @property
-    def wants_scene(self) -> bool:
-        """True if a property depends on the state of the world."""
-        return SceneSeen in self.timeline.handlers
-
-    @property
-    def watched_batteries(self) -> Collection[str]:
-        """The robots on whose batteries a property depends; a view, as more may be added during the run."""
-        return self.observations.watched_batteries
 
     def begin(self, at: int) -> None:
         """Begin the run at a time in nanoseconds; without this call, it begins with the first occurrence."""
@@ -174,13 +156,13 @@ class MonitorSink(SelectiveSink):
         self._simulator = simulator
         self._monitor = monitor
         self._handlers = monitor.timeline.handlers
-        self._motion = monitor.wants_motion
+        self._motion = MotionBegan in self._handlers
         self._batteries_sampled_at = -1
         self._statuses = monitor.wants_status
         monitor.subscribe(on_violation)
         now = stamp(simulator.now)
         monitor.begin(now)
-        self._watched_batteries = monitor.watched_batteries
+        self._watched_batteries = monitor.observations.watched_batteries
         if simulator.now:
             # At time 0 the scene is that of the world file.
             self._take_scene(now)
@@ -231,7 +213,7 @@ class MonitorSink(SelectiveSink):
             self._monitor.take_goal(at, GoalSeen(robot, action, goal_id, int(status), cause), message)
 
     def _take_scene(self, at: int) -> None:
-        if self._monitor.wants_scene:
+        if SceneSeen in self._handlers:
             self._monitor.take(Occurrence(at, SceneSeen(scene(self._simulator))))
 
     def _sample_batteries(self, at: int) -> None:
