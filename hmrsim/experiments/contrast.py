@@ -99,14 +99,9 @@ def _side(text: str, number: int | None) -> Side:
 def contrast(
     a: Side, b: Side, *, measures: Collection[str] = (), margins: Mapping[str, float] | None = None, alpha: float = 0.05
 ) -> Contrast:
-    """Compare treatment B with treatment A.
+    """Compare treatment B with treatment A, by default in success and all measures that both have.
 
-    Args:
-        a: One side.
-        b: The other.
-        measures: The measures to compare; if empty, success and all that both have.
-        margins: The margins of measures, in place of those in the file.
-        alpha: The probability that any verdict is false.
+    *margins* replace those in the file, and *alpha* is the probability that any verdict is false.
 
     Raises:
         ResultsError: One of them has no runs, they have no seed in common, or there is no such measure.
@@ -170,12 +165,9 @@ def withdrawal(comparison: Comparison) -> str:
 
 
 def criterion_of(name: str, measures: Mapping[str, Any], margins: Mapping[str, float] | None = None) -> Criterion:
-    """Return the criterion for a measure, or for success.
+    """Return the criterion for success, or for one of the measures in an experiment's results.
 
-    Args:
-        name: The measure.
-        measures: All measures of the experiment, as in its results.
-        margins: The margins of measures, in place of those in the file; 0 for none.
+    *margins* replace those in the file; 0 is for none.
     """
     given = margins or {}
     if name == SUCCESS:

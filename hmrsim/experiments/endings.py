@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -34,6 +35,8 @@ REPORTED: Final = "reported"
 """The name by which the expressions of an ending refer to the values that controllers have reported."""
 BY_REPORT: Final = ("item", "robot", "at", "where")
 """The fields of an ending that may contain such expressions."""
+_MAX_FAILURES: Final = 1000
+"""The number of failed goals of a robot's action within one instant that counts as a livelock."""
 
 
 class Judge(SelectiveSink):
@@ -54,7 +57,9 @@ class Judge(SelectiveSink):
         self.at = 0.0
         self.reported: dict[str, Any] = {}
         self._counts: dict[GoalStatus, int] = dict.fromkeys(GoalStatus, 0)
-        self._livelock = Livelock()
+        # The failed goals of the present instant, by robot and action.
+        self._failed_at = -1
+        self._failures: Counter[tuple[str, str]] = Counter()
         self._endings = endings
         self._checks = [
             (label, kinds, check)
@@ -80,12 +85,7 @@ class Judge(SelectiveSink):
         return self._topics
 
     def watch(self, simulator: Simulator, end: Callable[[str], None]) -> None:
-        """Start judging the run.
-
-        Args:
-            simulator: The simulator.
-            end: Ends the run after this instant; called with the reason.
-        """
+        """Start judging the run; *end* ends it after this instant, and is called with the reason."""
         self._simulator, self._end = simulator, end
 
     def controller_ended(self, *, succeeded: bool, now: float) -> None:
@@ -126,10 +126,19 @@ class Judge(SelectiveSink):
         self._check_endings(event)
 
     def _note_failure(self, stamp: int, goal: GoalChanged | SendGoalRejected, why: str) -> None:
-        if self._simulator is not None and not self.label:
-            self.cause = self._livelock.failed(stamp, goal.robot, goal.action, why)
-            if self.cause:
-                self.end(HUNG, self._simulator.now)
+        """End the run if too many goals of a robot's action have failed within one instant."""
+        if self._simulator is None or self.label:
+            return
+        if stamp != self._failed_at:
+            self._failed_at = stamp
+            self._failures.clear()
+        self._failures[goal.robot, goal.action] += 1
+        count = self._failures[goal.robot, goal.action]
+        if count >= _MAX_FAILURES:
+            last = f"; the last one: {why}" if why else ""
+            what = f"{count:,} goals of {goal.robot}/{goal.action} failed within one instant"
+            self.cause = f"time stands still: {what}{last}"
+            self.end(HUNG, self._simulator.now)
 
     def _check_endings(self, event: Any) -> None:
         """End the run if an event or the end of a goal has brought about one of the endings."""
@@ -215,32 +224,3 @@ def _orders_are_served(count: int | None, simulator: Simulator, _event: object) 
     demand = simulator.demand
     # The event arrives before the order is closed.
     return demand.totals.delivered >= count if count is not None else demand.served
-
-
-_MAX_FAILURES: Final = 1000
-"""The number of failed goals of a robot's action within one instant that counts as a livelock."""
-
-
-class Livelock:
-    """Counts the goals of each robot's action that fail within one instant."""
-
-    def __init__(self) -> None:
-        self._now = -1
-        self._counts: dict[tuple[str, str], int] = {}
-
-    def failed(self, stamp: int, robot: str, action: str, why: str) -> str:
-        """Count an aborted or rejected goal; return an error message if there are too many, else an empty text.
-
-        Args:
-            stamp: The time of the failure, in simulated nanoseconds.
-            robot: The robot of the goal.
-            action: The action of the goal.
-            why: The error message of the result or of the rejection.
-        """
-        if stamp != self._now:
-            self._now, self._counts = stamp, {}
-        count = self._counts[robot, action] = self._counts.get((robot, action), 0) + 1
-        if count < _MAX_FAILURES:
-            return ""
-        last = f"; the last one: {why}" if why else ""
-        return f"time stands still: {count:,} goals of {robot}/{action} failed within one instant{last}"

@@ -35,14 +35,7 @@ NAMES: Final = ("end", "ends", "energy", "recoveries", "goals", "orders", "robot
 def measures_of(
     file: ExperimentFile, judge: Judge, simulator: Simulator, report: Callable[[], Mapping[str, Any]]
 ) -> tuple[dict[str, Value], list[str]]:
-    """Return the measures of a run that has ended, and why some have no value.
-
-    Args:
-        file: The experiment.
-        judge: How the run has ended.
-        simulator: The simulator, as it is at the end.
-        report: Makes the run's report.
-    """
+    """Return the measures of a run that has ended, and why some have no value; *report* makes the run's report."""
     names = Names(judge, simulator, report, [*file.ends])
     found: dict[str, Value] = {}
     flaws: list[str] = []

@@ -20,10 +20,9 @@ from hmrsim.world.overlays.tables import as_rows
 from hmrsim.world_checks.loading import BaseWorld, base_world
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from hmrsim.experiments.model import ExperimentFile, Treatment
+    from hmrsim.experiments.model import Treatment
     from hmrsim.world.merging import Source
     from hmrsim.world_checks import LoadedWorld
 
@@ -163,11 +162,7 @@ class DesignFlaw(ValueError):
 
 
 def scenarios_of(file: ExperimentFile, trials: Any = None) -> list[Levels]:
-    """Return the levels of each scenario, in order.
-
-    Args:
-        file: The experiment.
-        trials: The table that its design names, if it names one.
+    """Return the levels of each scenario, in order; *trials* is the table that the design names, if it names one.
 
     Raises:
         DesignFlaw: The design is invalid.

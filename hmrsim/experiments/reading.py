@@ -60,11 +60,7 @@ _OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "meas
 
 
 def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
-    """Return the plan of an experiment's file.
-
-    Args:
-        path: The file, YAML or JSON.
-        variants: The names of the variants to lay over the world, in this order.
+    """Return the plan of an experiment's file, with variants laid over the world in the given order.
 
     Raises:
         ExperimentError: The file is invalid; it has all errors of the file itself.
@@ -92,11 +88,7 @@ class Reading(NamedTuple):
 
 
 def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Reading:
-    """Return the valid parts of an experiment's file, so that they can be checked despite errors elsewhere.
-
-    Args:
-        path: The file, YAML or JSON.
-        variants: The names of the variants to lay over the world, in this order.
+    """Return the valid parts of an experiment's file, as `read_plan`, so that they can be checked despite errors.
 
     Raises:
         ExperimentError: The file can't be read, or is not a mapping.

@@ -156,14 +156,10 @@ _GOAL_ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
 
 
 def fingerprint_of(trace: str, *result: object) -> str:
-    """Return a text that is equal for two runs if they differ only in the seed and the ids of goals.
+    """Return a text that is equal for two runs if their traces and results differ only in the seed and goal ids.
 
     It differs if a controller draws random numbers itself. Runs in which the simulator drew random numbers may be equal
-    by chance, so they need no fingerprint.
-
-    Args:
-        trace: The trace of the run.
-        result: The result of the run, in JSON values.
+    by chance, so they need no fingerprint. *result* has JSON values.
     """
     ids: dict[str, str] = {}
 

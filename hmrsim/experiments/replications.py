@@ -26,8 +26,6 @@ from hmrsim.trials.guards import attempt
 from hmrsim.trials.trial import CRASHED, FAILED, SUCCEEDED, TIMEOUT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.experiments.plan import Plan, Run
     from hmrsim.experiments.store import Results
     from hmrsim.protocol.sinks import Sink
@@ -41,8 +39,7 @@ def _row_of(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick
     """Return the result of a run, with its trace if it may be kept.
 
     A command is started in the folder of the experiment with ``HMRSIM_CONNECT``, ``HMRSIM_SEED`` and ``HMRSIM_RUN`` in
-    its environment. *further* makes further sinks, such as one that records the run, and *on_tick* is called after
-    each tick of a tree.
+    its environment.
 
     Raises:
         HmrsimError: The world is invalid, or the controller can't be started.
@@ -157,11 +154,7 @@ def execute(task: Task) -> list[Row]:
 def execute_run(plan: Plan, run: Run, further: Watchers = unwatched, on_tick: OnTick | None = None) -> Row:
     """Return the result of a run, whatever happens in it.
 
-    Args:
-        plan: The experiment.
-        run: The run.
-        further: Makes further sinks.
-        on_tick: Called after each tick of a tree, if given.
+    *further* makes further sinks, such as one that records the run, and *on_tick* is called after each tick of a tree.
     """
     row, output, wall = attempt(plan.file.limits, lambda: _row_of(plan, run, further, on_tick), partial(Row, run))
     return replace(row, output=row.output or output, wall=wall)

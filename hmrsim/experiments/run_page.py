@@ -29,14 +29,7 @@ def run_logged(
 
 
 def run_page(plan: Plan, row: Row, log: RunLog, beside: Run | None) -> str:
-    """Return the page of a run.
-
-    Args:
-        plan: The experiment.
-        row: The result of the run.
-        log: The log of the run, which has begun.
-        beside: The run to make and show beside it; None for none.
-    """
+    """Return the page of a run that has begun; *beside* is a run to make and show beside it, if any."""
     run = row.run
     shown = [_shown(row, log)]
     if beside is not None:

@@ -209,10 +209,7 @@ class Results:
     def add(self, plan: Plan, rows: Iterable[Row], coverages: Mapping[str, bytes] = _NOTHING) -> None:
         """Add the results of runs, all or none of them.
 
-        Args:
-            plan: The experiment.
-            rows: The results.
-            coverages: The coverage of the trees including these runs, by treatment, if it is kept.
+        *coverages* is the coverage of the trees including these runs, by treatment, if it is kept.
 
         Raises:
             WriteError: They can't be written, for example on a full disk.
@@ -283,11 +280,9 @@ class Results:
     def rows(
         self, columns: Sequence[str] | None = None, where: Mapping[str, Any] | None = None
     ) -> Iterator[dict[str, Any]]:
-        """Yield rows in order of their numbers, one at a time.
+        """Yield rows in order of their numbers, one at a time, with all columns by default.
 
-        Args:
-            columns: The columns; all if None.
-            where: Values that columns must have.
+        *where* has the values that columns must have.
         """
         names = [*(self.columns() if columns is None else columns)]
         wanted = where or {}

@@ -123,8 +123,12 @@ def columns_of(results: Results) -> Columns:
         if not row["success"]:
             failures.note(row)
     np = arrays()
-    found = {name: np.frombuffer(each, np.int64) if each else np.empty(0, np.int64) for name, each in whole.items()}
-    numbers = {name: np.frombuffer(each, float) if each else np.empty(0) for name, each in values.items()}
+
+    def column(given: array[Any], kind: Any) -> Any:
+        return np.frombuffer(given, kind) if given else np.empty(0, kind)
+
+    found = {name: column(each, np.int64) for name, each in whole.items()}
+    numbers = {name: column(each, float) for name, each in values.items()}
     return Columns(
         treatments=tuple(treatments),
         endings=tuple(endings.numbers),
@@ -135,13 +139,11 @@ def columns_of(results: Results) -> Columns:
         seed=found["seed"],
         ending=found["ending"],
         success=numbers["success"],
-        factors={
-            name: np.frombuffer(each, np.int64) if each else np.empty(0, np.int64) for name, each in codes.items()
-        },
+        factors={name: column(each, np.int64) for name, each in codes.items()},
         levels={name: [*each.numbers] for name, each in levels.items()},
         measures={name: numbers[name] for name in measures},
-        squares=np.frombuffer(squares, float) if squares else np.empty(0),
-        repeated=np.frombuffer(repeated, np.bool_) if repeated else np.empty(0, np.bool_),
+        squares=column(squares, float),
+        repeated=column(repeated, np.bool_),
         texts=+texts,
         failures=failures.all(),
     )

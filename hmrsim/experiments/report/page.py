@@ -83,12 +83,7 @@ class _Effects(NamedTuple):
 
 
 def page_of(summary: Summary, folder: str) -> str:
-    """Return the report of an experiment as a self-contained page.
-
-    Args:
-        summary: The summary of the results.
-        folder: The folder of the results, as on a command line.
-    """
+    """Return the report of an experiment as a self-contained page; *folder* has the results, as on a command line."""
     environment = templates(__package__)
     environment.filters |= {
         "figure": figure,
