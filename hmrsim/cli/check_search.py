@@ -17,7 +17,7 @@ from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.campaign import Campaign, Options, Progress, limited, no_search
 from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.failure_page import failure_page, run_logged
-from hmrsim.fault_search.reading import check_at, check_of, file_of, read_check, read_repro
+from hmrsim.fault_search.reading import check_at, file_of, read_check, read_repro
 from hmrsim.fault_search.results_folder import ResultsFolder
 from hmrsim.fault_search.run import VERDICTS, Failure
 from hmrsim.fault_search.schedule import Case
@@ -144,7 +144,7 @@ def _check(args: argparse.Namespace) -> Check:
     values = {"world": args.world, "controller": controller, "overlay": overlay, **_options(args, {})}
     if args.properties:
         values["properties"] = args.properties
-    return check_of(file_of(values))
+    return check_at(file_of(values), Path.cwd())
 
 
 def _reject_options_of_file(args: argparse.Namespace) -> None:

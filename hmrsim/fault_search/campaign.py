@@ -138,7 +138,7 @@ class Campaign:
 
     def _run(self) -> None:
         one, until = self._options.first_only, self._searches_until
-        self._take(self._search.first([Case(), *self._fitting(until)], until, one=one))
+        self._take(self._search.run([Case(), *self._fitting(until)], until, one=one))
         while not self._ended():
             found = self._search.next(self._runs_left(), until, one=one)
             if found is None:

@@ -41,12 +41,6 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     """Return the page of a run that has failed.
 
     Beside it is the run without the last element of its schedule that passes; each of these takes a further run.
-
-    Args:
-        check: The check.
-        case: The case that fails.
-        outcome: Its outcome.
-        log: The log of its run.
     """
     failure = outcome.failure
     schedule, order = case.schedule, by_begin(case.schedule, outcome)

@@ -149,12 +149,9 @@ CHANGES: Final[Mapping[str, str]] = {
 
 
 def changes_of(world: World, robots: Sequence[str], needs: Mapping[str, float]) -> Iterator[dict[str, Any]]:
-    """Yield the changes that can be tried, in plain values.
+    """Yield the changes that can be tried, in plain values, for the robots that the controller uses.
 
-    Args:
-        world: The world.
-        robots: The robots that the controller uses.
-        needs: The share of its battery's capacity that each robot needs at the start.
+    *needs* has the share of its battery's capacity that each robot needs at the start.
     """
     for name in robots:
         speed, battery = world.speed(world.robot_type(world.robots[name]).base), battery_of(world, name)
@@ -210,11 +207,7 @@ DISTURBANCES: Final = (
 
 
 def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
-    """Yield the disturbances that can be tried, without the time at which they begin.
-
-    Args:
-        durations: The durations in simulated seconds of disturbances that last.
-    """
+    """Yield the disturbances that can be tried, without the time at which they begin; some last for *durations*."""
     for kind in DISTURBANCES:
         spec: dict[str, Any] = {"disturbance": kind}
         if kind in _LASTING:
@@ -262,11 +255,7 @@ def needs_of(world: World, draws: Mapping[str, Draw]) -> dict[str, float]:
 
     With less, no controller could do the mission. If there is a charger, a controller can send the robot there between
     any two goals: a full battery has to last for the longest goal and the way back, and a low one for the longest goal.
-    Without a charger, it has to last for the whole mission.
-
-    Args:
-        world: The world.
-        draws: The battery draw of each robot in the run without faults.
+    Without a charger, it has to last for the whole mission. *draws* are those of the run without faults.
     """
     needs = {}
     for name in world.robots:

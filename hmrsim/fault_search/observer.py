@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.coverage import TreeCoverage
@@ -206,28 +207,29 @@ _FILE: Final = "coverage.json"
 """The name of the file in the folder of results."""
 
 
-class Novelty:
-    """A filter that drops the coverage of runs that add nothing to the earlier runs of this process."""
+@lru_cache(maxsize=8)
+def _seen(_check: str) -> dict[str, None]:
+    """Return the keys of the coverage that this process has seen in runs of a check."""
+    return {}
 
-    def __init__(self) -> None:
-        self._seen: dict[str, None] = {}
 
-    def new_in(self, coverage: TreeCoverage, keys: frozenset[str]) -> bytes:
-        """Return the packed coverage of a run; empty if its keys add nothing."""
-        if self._seen.keys() >= keys:
-            return b""
-        self._seen |= dict.fromkeys(keys)
-        return packed(coverage)
+def new_coverage(check: str, coverage: TreeCoverage, keys: frozenset[str]) -> bytes:
+    """Return the packed coverage of a run; empty if its keys add nothing to earlier runs in this process."""
+    seen = _seen(check)
+    if seen.keys() >= keys:
+        return b""
+    seen |= dict.fromkeys(keys)
+    return packed(coverage)
 
 
 class TotalCoverage:
-    """The merged coverage of all runs that `Novelty` let pass."""
+    """The merged coverage of all runs, of which `new_coverage` returns what is new."""
 
     def __init__(self) -> None:
         self._all = TreeCoverage()
 
     def take(self, coverages: Iterable[bytes]) -> None:
-        """Merge the results of `Novelty.new_in`."""
+        """Merge the results of `new_coverage`."""
         for coverage in coverages:
             if coverage:
                 self._all.merge(unpacked(coverage))

@@ -82,15 +82,6 @@ def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
     return _model(Document(place, values, CheckError), CheckFile)
 
 
-def check_of(file: CheckFile) -> Check:
-    """Return the check that a command line describes, with files in the current folder.
-
-    Raises:
-        CheckError: Something is wrong; it has all errors.
-    """
-    return check_at(file, Path.cwd())
-
-
 def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
     """Return a check with files in a folder.
 
@@ -103,9 +94,7 @@ def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
 def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     """Return the failure in a file.
 
-    Args:
-        path: The file.
-        folder: The folder of the controller's files; None for the one that the file names, or the current folder.
+    The controller's files are in *folder*, by default the one that the file names, or the current one.
 
     Raises:
         CheckError: Something is wrong; it has all errors.

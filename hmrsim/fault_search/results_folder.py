@@ -23,8 +23,6 @@ from hmrsim.report.html import page_around, part, templates
 from hmrsim.world.writing import block
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.observer import TotalCoverage
     from hmrsim.fault_search.summary import Finding, Summary
@@ -126,7 +124,7 @@ def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
         "name": check.name,
         "failure": {"property": finding.failure.property, "reason": finding.failure.reason},
         "controller": controller,
-        "folder": _from(check.folder, path.absolute().parent),
+        "folder": Path(os.path.relpath(check.folder, path.absolute().parent)).as_posix(),
         **({} if check.file.world_seed is None else {"world_seed": check.file.world_seed}),
         "limits": limits,
         **({"trace": finding.trace_hash} if finding.trace_hash else {}),
@@ -137,19 +135,10 @@ def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
     }
 
 
-def _from(folder: Path, home: Path) -> str:
-    """Return the path of a folder relative to another."""
-    return Path(os.path.relpath(folder, home)).as_posix()
-
-
 def junit_text(name: str, properties: Mapping[str, int], findings: Sequence[Finding], seconds: float) -> str:
     """Return a JUnit document with a test case for each property.
 
-    Args:
-        name: The name of the check.
-        properties: The number of runs that exercised each property, by name.
-        findings: The failures.
-        seconds: The wall seconds of the search.
+    *properties* has the number of runs that exercised each, and *seconds* are the wall seconds of the search.
     """
     failed = {finding.failure.property: finding for finding in reversed(findings)}
     cases = [_case(name, prop, failed.get(prop), count) for prop, count in properties.items()]
@@ -194,13 +183,7 @@ class _Shown(NamedTuple):
 
 
 def page_of(check: Check, summary: Summary, folder: Path) -> str:
-    """Return the report of a search as a self-contained page.
-
-    Args:
-        check: The check.
-        summary: The summary of the search.
-        folder: The folder of the results, as on a command line.
-    """
+    """Return the report of a search as a self-contained page; *folder* has the results, as on a command line."""
     environment = templates(__package__)
     environment.filters |= {"count": "{:,}".format, "margin": _margin}
     body: str = environment.get_template("check.html").render(

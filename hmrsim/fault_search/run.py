@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from bt_controller.coverage import TreeCoverage
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events.simulation import ParticipantDropped
-from hmrsim.fault_search.observer import BatteryDraws, Novelty, Observer
+from hmrsim.fault_search.observer import BatteryDraws, Observer, new_coverage
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT
 from hmrsim.properties import Ended, Monitor, MonitorSink
 from hmrsim.properties.results import reference_of
@@ -142,7 +142,7 @@ class _Run:
             trace=self._trace.whole(now / 1e9) if self._trace else "",
             story=tuple(observer.lines),
             output=self._output,
-            coverage=_novelty(self._check.hash).new_in(coverage, covered) if coverage else b"",
+            coverage=new_coverage(self._check.hash, coverage, covered) if coverage else b"",
             draws=self._battery_draws.finish() if self._battery_draws else (),
             items=reference_of(scene(compared)) if compared else None,
         )
@@ -213,12 +213,6 @@ def _applicable(properties: Properties, case: Case) -> Properties:
     if not properties.built_in.recovers or all(injection.transient for injection in case.schedule):
         return properties
     return properties.model_copy(update={"built_in": properties.built_in.model_copy(update={"recovers": False})})
-
-
-@lru_cache(maxsize=8)
-def _novelty(_check: str) -> Novelty:
-    """Return the coverage that is new to this process, for the trees of a check."""
-    return Novelty()
 
 
 NOT_RUN: Final = "not_run"

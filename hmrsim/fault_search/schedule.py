@@ -22,8 +22,6 @@ from hmrsim.world.overlays.overlay import Overlay, overlay_of
 from hmrsim.world_checks.faults import read_fault
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from hmrsim.world.model import World
 
 FAULT, CHANGE, DISTURBANCE = "type", "change", "disturbance"
@@ -182,11 +180,6 @@ Schedule = tuple[Injection, ...]
 """The injections of a run; their order only decides between two at the same instant."""
 
 
-def key_of(schedule: Sequence[Injection]) -> str:
-    """Return a schedule in canonical JSON."""
-    return f"[{','.join(injection.key for injection in schedule)}]"
-
-
 def read_injections(values: object) -> tuple[Schedule, list[Finding]]:
     """Return the injections that plain values describe, and all flaws, with paths that begin at the list."""
     if not isinstance(values, (list, tuple)):
@@ -314,7 +307,8 @@ class Case:
     def key(self) -> str:
         """SHA-256 of both, as 64 hex digits; equal cases have equal keys."""
         world = "" if self.definition is None else json.dumps(self.definition, sort_keys=True)
-        return hashlib.sha256(f"{key_of(self.schedule)}{world}".encode()).hexdigest()
+        schedule = ",".join(injection.key for injection in self.schedule)
+        return hashlib.sha256(f"[{schedule}]{world}".encode()).hexdigest()
 
     def with_schedule(self, schedule: Schedule) -> Case:
         """Return the same world with another schedule."""

@@ -21,8 +21,6 @@ from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.fault_search.summary import Tried
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from hmrsim.fault_search.candidates import Candidates, Single
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.evaluator import Evaluator
@@ -105,10 +103,6 @@ class Search:
         self.tried.singles = self.tried.singles_left = len(self._single_injections)
         self._base = Kept((), nominal.moments, nominal.moments, ())
 
-    def first(self, cases: Sequence[Case], until: float = math.inf, *, one: bool = False) -> list[Found]:
-        """Run given cases, such as earlier failures; return new failures, as `next` does."""
-        return self._run(cases, until, one=one)
-
     def next(self, most: int, until: float = math.inf, *, one: bool = False) -> list[Found] | None:
         """Run the next batch; return new failures, or None if there is nothing left to try.
 
@@ -118,14 +112,15 @@ class Search:
             one: Whether to stop at the first failure.
         """
         cases = [Case(schedule) for schedule in self._batch(min(BATCH, most))]
-        return self._run(cases, until, one=one) if cases else None
+        return self.run(cases, until, one=one) if cases else None
 
     def pass_over(self, schedule: Schedule) -> None:
         """Stop proposing schedules that contain a failing one."""
         if schedule:
             self._known.append(schedule)
 
-    def _run(self, cases: Sequence[Case], until: float, *, one: bool) -> list[Found]:
+    def run(self, cases: Sequence[Case], until: float = math.inf, *, one: bool = False) -> list[Found]:
+        """Run given cases, such as earlier failures; return new failures, as `next` does."""
         new: list[Found] = []
         with closing(self._evaluator.stream(cases, until)) as outcomes:
             for case, outcome in zip(cases, outcomes, strict=False):
@@ -269,13 +264,7 @@ class Probes:
         self._known: dict[tuple[object, ...], None] = {}
 
     def add(self, schedule: Schedule, outcome: Outcome, moments: Sequence[Moment]) -> None:
-        """Add probes of a run.
-
-        Args:
-            schedule: Its schedule.
-            outcome: Its outcome.
-            moments: The moments at which goals should fail.
-        """
+        """Add probes of a run, with goals that fail at some moments."""
         if len(schedule) >= self._at_most:
             return
         for moment in moments:

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.fault_search.run import Failure, Outcome
     from hmrsim.fault_search.schedule import Case, Injection, Schedule
 

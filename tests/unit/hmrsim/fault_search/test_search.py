@@ -127,7 +127,7 @@ def test_skips_schedules_with_an_injection_that_can_t_begin():
     with Evaluator(check, Serial, 1) as evaluator:
         nominal = evaluator.outcomes([Case()])[0]
         search = Search(check, evaluator, Candidates(check.world, check.file.space, nominal.moments), nominal)
-        search.first([Case(), Case((first,)), Case((first, second))])
+        search.run([Case(), Case((first,)), Case((first, second))])
 
         assert search.guide.can_begin((first, second, third))
         assert not search.guide.can_begin((second,))
