@@ -32,7 +32,7 @@ _HELP: Final[Mapping[str, str]] = {
     "docked": "have its controller undock it once it is charged, add docks, or move the dock off the route; no policy "
     "moves a docked robot",
     "works": "wait until its goal has ended, or cancel it",
-    "drives": "nothing yet: it moves",
+    "drives": "more time, because it is moving",
     "turn": "nothing: robots that set out earlier, or move to make room, go first",
 }
 _NO_GOAL: Final = (

@@ -168,7 +168,8 @@ class TestDocking:
         )
 
         late = "can't line up for 'bay': it takes longer than 4 s: wall_e has queued at south since"
-        assert f"{late} 1 s for 'bay', taken by eve; eve is driving at (5, 0)" in log.result(B).error_msg
+        moving = "eve is driving at (5, 0); what would help: more time, because it is moving"
+        assert f"{late} 1 s for 'bay', taken by eve; {moving}" == log.result(B).error_msg
         assert f"{late} 30 s for 'bay', taken by eve; eve is docked in 'bay' at bay" in log.result(D).error_msg
 
     def test_an_empty_battery_in_the_queue_names_the_robots_at_the_dock(self, make_run):
