@@ -76,7 +76,7 @@ class ActionClient(Generic[G, R, F]):
 
         Args:
             goal: The goal as a message, or as plain values, which the simulator checks; there, a pose may be the name
-                of a waypoint, place or dock, which is looked up first, or a list of x, y and optionally yaw.
+                of a waypoint, place or dock, which is looked up first, or a list or tuple of x, y and optionally yaw.
             goal_id: 32 hex digits, hyphens optional; generated if not given.
             adopt: Whether to follow the existing goal of this id, if there is one, instead of failing: a client
                 that was killed and restarted finds its goal. The handle is *adopted* then; its *error* is

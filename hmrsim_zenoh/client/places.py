@@ -1,6 +1,6 @@
 """The named places of a world, and poses given by name.
 
-Wherever a goal has a pose, it may be the name of a waypoint, place or dock, or a list: x, y and optionally yaw.
+Wherever a goal has a pose, it may be the name of a waypoint, place or dock, or a list or tuple: x, y and optional yaw.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def pose_at(x: float, y: float, yaw: float = 0.0) -> PoseStamped:
 
 
 def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped]) -> Any:
-    """Return the plain values of a goal with each name of a place, and each list of x, y and yaw, replaced by its pose.
+    """Return the plain values of a goal with names of places, and lists or tuples of x, y and yaw, replaced by poses.
 
     Args:
         data: The goal, which need not be valid.
@@ -116,8 +116,8 @@ def with_poses(data: Any, kind: type[Message], pose: Callable[[str], PoseStamped
 
 
 def _are_coordinates(value: Any) -> bool:
-    """Return whether a value is a list of x, y and optionally yaw: finite numbers."""
-    if not isinstance(value, list) or len(value) not in _COORDINATES:
+    """Return whether a value is a list or tuple of x, y and optionally yaw: finite numbers."""
+    if not isinstance(value, (list, tuple)) or len(value) not in _COORDINATES:
         return False
     return all(type(part) in (int, float) and abs(part) <= sys.float_info.max for part in value)
 
@@ -137,7 +137,7 @@ def _map_poses(data: Any, kind: type[Message], change: _Change, path: Path = ())
         value, (of, is_list) = values[name], fields[name]
         if not is_list:
             values[name] = _map_poses(value, of, change, (*path, name))
-        elif isinstance(value, list):
+        elif isinstance(value, (list, tuple)):
             values[name] = [_map_poses(each, of, change, (*path, name, at)) for at, each in enumerate(value)]
     return values
 

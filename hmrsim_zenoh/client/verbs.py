@@ -245,7 +245,7 @@ def do(  # noqa: D417 - the methods have no *places*
     Args:
         action: The action, or its name.
         goal: The goal, or its plain values; missing fields have their defaults, and a pose may be the name of a place
-            or a list of x, y and optionally yaw.
+            or a list or tuple of x, y and optionally yaw.
         on_feedback: Called with each feedback.
 
     Raises:

@@ -38,14 +38,21 @@ def test_a_place_wherever_a_pose_is(action, goal, field):
     assert COUNTER == field(read_goal(with_poses(goal, kind, pose), kind))
 
 
-@pytest.mark.parametrize(("pose_as_list", "w"), [([2, 3], 1.0), ([2.0, 3, math.pi], 0.0)])
-def test_a_list_of_x_y_and_yaw_is_a_pose(pose_as_list, w):
+@pytest.mark.parametrize("sequence", [list, tuple])
+@pytest.mark.parametrize(("numbers", "w"), [((2, 3), 1.0), ((2.0, 3, math.pi), 0.0)])
+def test_a_list_or_tuple_of_x_y_and_yaw_is_a_pose(numbers, w, sequence):
     kind = registry()["navigate_to_pose"].goal
 
-    goal = read_goal(with_poses({"pose": pose_as_list}, kind, pose), kind)
+    goal = read_goal(with_poses({"pose": sequence(numbers)}, kind, pose), kind)
 
     assert COUNTER.pose.position == goal.pose.pose.position
     assert w == pytest.approx(goal.pose.pose.orientation.w)
+
+
+def test_poses_in_a_tuple():
+    found = with_poses({"poses": ((2, 3), "counter")}, registry()["follow_waypoints"].goal, pose)
+
+    assert [COUNTER.pose.position.x] * 2 == [each["pose"]["position"]["x"] for each in found["poses"]]
 
 
 def test_a_pose_without_a_stamp():
@@ -67,7 +74,7 @@ def test_every_unknown_place_is_told():
     "data",
     [
         *(None, 3, "counter", [1], {"x": "counter"}, {"pose": 3}, {"poses": "counter"}),
-        *({"poses": [part]} for part in ([1], [1, "2"], [1, 2, 3, 4], [True, 1], [math.inf, 1], [10**400, 1])),
+        *({"poses": [part]} for part in ([1], (1,), [1, "2"], [1, 2, 3, 4], [True, 1], [math.inf, 1], [10**400, 1])),
     ],
 )
 def test_what_is_no_goal_stays(data):
