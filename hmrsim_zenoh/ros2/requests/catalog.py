@@ -95,7 +95,7 @@ class Catalog:
         self._services = ros_services(services)
         self._layouts = cache(self._find_layouts)
         self._responses = {**_RESPONSES, GET_TYPE_DESCRIPTION: self._describe_type}
-        self._handlers: dict[str, Handler] = {}
+        self._handlers: dict[str, Handler]
         self._known_actions: _Known[tuple[str, str]] = _Known()
         self._known_nodes: _Known[Node] = _Known()
         self._known_services: _Known[Node] = _Known()
@@ -107,15 +107,17 @@ class Catalog:
         self._known_actions.follow(names.actions)
         self._known_nodes.follow(names.all_nodes)
         self._known_services.follow(names.own_services)
-        self._handlers.clear()
+        self._handlers = {}
 
     def find(self, name: str) -> Handler | None:
-        """Return the handler of a ROS service; None if there is none."""
-        handler = self._handlers.get(name)
+        """Return the handler of a ROS service; None if there is none; from any thread."""
+        # If the names change during this call, later calls must not find its handler.
+        handlers = self._handlers
+        handler = handlers.get(name)
         if handler is None:
             handler = self._create(name)
             if handler is not None:
-                self._handlers[name] = handler
+                handlers[name] = handler
         return handler
 
     def _create(self, name: str) -> Handler | None:

@@ -137,9 +137,16 @@ class Requests:
         self._keys.forget(lambda key: (address := self._wire.read(key)) is None or address.robot not in robots)
 
     def decode(self, query: zenoh.Query) -> list[AnyCommand]:
-        """Return the commands of a query; an invalid query is answered here."""
-        pending = self._pending_reply(query)
-        if pending is None:
+        """Return the commands of a query; an invalid query is answered here; in the simulation's thread."""
+        key = str(query.key_expr)
+        if (route := self._routes.get(key)) is not None:
+            handler, layout = route
+            pending = PendingRosReply(query, self._wire, handler, layout, self._attachment_of(query, handler))
+        elif (new := self._pending_reply(query)) is not None:
+            pending, self._routes[key] = new, (new.handler, new.type)
+            with suppress(zenoh.ZError):
+                self._keys.declare(key)
+        else:
             return []
         try:
             return self._commands(pending)
@@ -170,12 +177,8 @@ class Requests:
         self._warn(f"ROS 2: {name}: {service}: {text}", client)
 
     def _pending_reply(self, query: zenoh.Query) -> PendingRosReply | None:
-        """Return a query with its handler and layout; drop a query to an unknown name."""
-        key = str(query.key_expr)
-        if key in self._routes:
-            handler, layout = self._routes[key]
-            return PendingRosReply(query, self._wire, handler, layout, self._attachment_of(query, handler))
-        address = self._wire.read(key)
+        """Return a query with its handler and layout; drop a query to an unknown name; from any thread."""
+        address = self._wire.read(str(query.key_expr))
         found = self._catalog.find(address.name) if address else None
         if address is None or found is None:
             query.drop()
@@ -191,9 +194,6 @@ class Requests:
         if found.lost:
             self._refuse(pending, "no longer served: its robot is gone")
             return None
-        self._routes[key] = found, known
-        with suppress(zenoh.ZError):
-            self._keys.declare(key)
         return pending
 
     def _attachment_of(self, query: zenoh.Query, handler: Handler) -> Attachment | None:

@@ -522,6 +522,14 @@ class TestRos2Dds:
 
 
 class TestAnswers:
+    def test_the_refusal_of_a_query_keeps_no_route(self):
+        """Another thread refuses queries, while the routes of the simulation's thread change."""
+        desk, asked = Desk(), query(key("send_goal"), SEND)
+        desk.requests.refuse(asked, "too many pending requests")
+
+        assert {"accepted": False, "stamp": {"sec": 0, "nanosec": 1}} == reply_of(asked, wait_type().send_goal)
+        assert [] == desk.keys
+
     def test_a_query_is_dropped_when_its_session_is_closed(self):
 
         class Closed(Query):
