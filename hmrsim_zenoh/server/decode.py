@@ -82,7 +82,7 @@ class Requests:
         policy: AccessControl | None = None,
     ) -> None:
         self._keys = keys
-        self._time = TimeRequests(keys, actions, max_payload, policy).readers()
+        self._time_readers = TimeRequests(keys, actions, max_payload, policy).readers()
         self._services = services
         self._wakeup_key = keys.wakeup_key()
         self._routes: dict[str, _Route] = {}
@@ -169,8 +169,8 @@ class Requests:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
     def _route_to_world(self, key: str, topic: str) -> _Route:
-        if topic in self._time:
-            return Requests._decode_time, (key, self._time[topic])
+        if topic in self._time_readers:
+            return Requests._decode_time, (key, self._time_readers[topic])
         if topic in self._services:
             kind: type[Message] = self._services[topic].request
             return Requests._call_service, (key, topic, plain(kind))

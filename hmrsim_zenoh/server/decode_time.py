@@ -39,18 +39,14 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
 
-_FOLDER: Final = "time/"
 _KEPT: Final = 1024
 
 SERVICE_TYPES: Final = {
-    f"{_FOLDER}{name}": f"hmrsim/{kind}"
-    for name, kind in {
-        "join": "Join",
-        "advance": "Advance",
-        "leave": "Leave",
-        "set": "SetTime",
-        "state": "TimeState",
-    }.items()
+    "time/join": "hmrsim/Join",
+    "time/advance": "hmrsim/Advance",
+    "time/leave": "hmrsim/Leave",
+    "time/set": "hmrsim/SetTime",
+    "time/state": "hmrsim/TimeState",
 }
 """The requests and their types."""
 
@@ -157,30 +153,35 @@ class TimeRequests:
         It returns the command of a payload and a ``reply_to``, and raises an `UnreadableError` if the payload is
         invalid.
         """
-        readers = (self._join, self._advance, self._leave, self._set, self._state)
-        by_member = {f"{_FOLDER}advance/{each}": partial(self._advance, member=each) for each in self._members}
-        return {**dict(zip(SERVICE_TYPES, readers, strict=True)), **by_member}
+        return {
+            "time/join": self._read_join,
+            "time/advance": self._read_advance,
+            "time/leave": self._read_leave,
+            "time/set": self._read_set,
+            "time/state": self._read_state,
+            **{f"time/advance/{member}": partial(self._read_advance, member=member) for member in self._members},
+        }
 
     def _request(self, kind: type[Envelope], payload: bytes) -> Any:
         return read_request(plain(kind), payload, self._max_payload)
 
-    def _join(self, payload: bytes, reply_to: Any) -> Join:
+    def _read_join(self, payload: bytes, reply_to: Any) -> Join:
         request: JoinRequest = self._request(JoinRequest, payload)
         return Join(request.name, reply_to, request.token)
 
-    def _leave(self, payload: bytes, reply_to: Any) -> Leave:
+    def _read_leave(self, payload: bytes, reply_to: Any) -> Leave:
         return Leave(self._request(LeaveRequest, payload).participant, reply_to)
 
-    def _set(self, payload: bytes, reply_to: Any) -> SetClock:
+    def _read_set(self, payload: bytes, reply_to: Any) -> SetClock:
         request = self._request(SetRequest, payload)
         return SetClock(request.clock, request.real_time_factor, reply_to)
 
-    def _state(self, payload: bytes, reply_to: Any) -> ReadTime:
+    def _read_state(self, payload: bytes, reply_to: Any) -> ReadTime:
         if payload:
             self._request(ReadRequest, payload)
         return ReadTime(reply_to)
 
-    def _advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
+    def _read_advance(self, payload: bytes, reply_to: Any, member: str = "") -> Advance:
         request: AdvanceRequest = read_request(plain(AdvanceRequest), payload, self._max_payload)
         return Advance(
             request.participant,

@@ -56,7 +56,6 @@ class QueryInbox(Inbox, ABC):
         taken: The number of queries that `poll` has taken.
     """
 
-    _session: zenoh.Session
     _reader: Reader
     """The reader of the first key expression."""
 
@@ -188,10 +187,12 @@ class ChannelInbox(QueryInbox):
         max_waiting: Queries that may wait for the simulation thread.
     """
 
+    _session: zenoh.Session
+    _wakeup_key: str
+
     def __init__(self, *, max_waiting: int = 10_000) -> None:
         super().__init__()
         self._max_waiting = max_waiting
-        self._wakeup_key = ""
         self._asleep = False
         self._channels: list[_LentChannel] = []
 
