@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 import logging
 import math
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Sequence
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -86,12 +86,10 @@ class Lockstep(SelectiveSink):
         self.ended = ""
         self._participants = Participants(awaited)
         self._conditions = Conditions(simulator, self._on_condition_met)
-        # Of the grant under way: how far it goes, the kinds of events that end it, whether one has, and whether a
-        # participant has feedback reported that does not end it.
+        # Of the grant under way: how far it goes, the kinds of events that end it, and whether one has.
         self._horizon = math.inf
         self._wake = NO_KINDS
         self._woken = False
-        self._samples = False
         # The events since the last grant, of the kinds that any participant wants.
         self._events: list[Reported] = []
         self._kinds = NO_KINDS
@@ -268,7 +266,7 @@ class Lockstep(SelectiveSink):
 
     def begin(self) -> None:
         """Begin a grant: apply the commands of this epoch."""
-        self.granting, self._woken, self._samples = True, False, False
+        self.granting, self._woken = True, False
         if self._participants.changes:
             self._submit_changes()
         asked, kinds = [], NO_KINDS
@@ -276,8 +274,6 @@ class Lockstep(SelectiveSink):
             if participant.state.begins:
                 request = participant.begin()
                 asked.append((participant, request))
-                if request.report and "feedback" in request.report - request.wake:
-                    self._samples = True
             kinds |= participant.kinds
         self._limit_grant()
         if kinds != self._kinds:
@@ -411,14 +407,15 @@ class Lockstep(SelectiveSink):
         if "feedback" in self._kinds:
             self._sort_events()
         asked = [each for each in self._participants.all if each.state is State.GRANTED]
-        # Feedback that is to be reported without ending the grant is sampled at its end only.
-        sampled = self._sampled() if self._samples else ()
+        sampled: Sequence[Reported] | None = None
         for participant in asked:
             participant.since = wall
-            self._answer(participant, reason, sampled)
+            if participant.samples and sampled is None:
+                sampled = self._sampled()
+            self._answer(participant, reason, sampled or ())
         self._forget_events()
 
-    def _answer(self, participant: Participant, reason: str, sampled: Iterable[Reported] = ()) -> None:
+    def _answer(self, participant: Participant, reason: str, sampled: Sequence[Reported] = ()) -> None:
         """Answer one participant; time waits for its next request."""
         request = participant.request
         if request is None:
@@ -431,7 +428,7 @@ class Lockstep(SelectiveSink):
         events = (*participant.missed, *self._events)
         if events and not wanted >= self._kinds:
             events = tuple([each for each in events if each[0] in wanted])
-        if sampled and "feedback" in request.report - request.wake:
+        if sampled and participant.samples:
             events = (*events, *sampled)
         accepted = tuple(map(_ANSWER, participant.slots))
         met = self._conditions.take_met(participant.name) if self._conditions.met else ()

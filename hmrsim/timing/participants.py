@@ -165,6 +165,7 @@ class Participant:
         slots: The answers to its commands.
         last: Its last epoch, and the grant of that epoch.
         kinds: The kinds of events that it asked for last.
+        samples: Whether it asked for feedback that does not wake it, which is sampled when it is answered.
         missed: The events of grants that it did not get, as it is stalled.
         behind: An earlier epoch that it may still ask for; None if it may not.
     """
@@ -180,6 +181,7 @@ class Participant:
     slots: list[Slot] = field(default_factory=list)
     last: tuple[int, Granted] | None = None
     kinds: frozenset[str] = NO_KINDS
+    samples: bool = False
     missed: list[Reported] = field(default_factory=list)
     behind: int | None = None
 
@@ -194,6 +196,7 @@ class Participant:
         if (request := self.request) is None:
             raise AssertionError(f"{self.name} has not asked to advance")
         self.behind, self.kinds = None, kinds_wanted(request) if request.report else request.wake
+        self.samples = "feedback" in request.report and "feedback" not in request.wake
         return request
 
     def answer(self, epoch: int, granted: Granted) -> list[Any]:

@@ -53,6 +53,18 @@ class TestStalled:
         assert (10.0, "until", ["eve", "wall_e"]) == (granted.now, granted.reason, robots(granted))
         assert [True, True] == [answer.accepted for answer in granted.accepted]
 
+    def test_it_gets_the_feedback_of_the_instant_at_which_it_is_answered(self, steps):
+        """Once, like a participant that was not stalled, and however many grants it missed."""
+        held = steps.ask("ada", 0, 1.0, simulation.go(9, 2, None), report={"feedback"})
+        steps.ask("ben", 0, 2.0)
+        steps.lockstep.stall("ada", 4.0)
+        steps.move()
+        steps.advance("ben", 1, 3.0)
+        steps.advance("ben", 2, 20.0)
+        ((_, _, feedback),) = steps.answers(held).events
+
+        assert 4.0 == pytest.approx(feedback.feedback["distance_remaining"])
+
     def test_its_events_wake_nobody(self, steps):
         """Only the stalled participant waits for the result and for the rejection of its goal."""
         steps.ask("ada", 0, math.inf, wait("eve", 3), wait("nobody", 3))
