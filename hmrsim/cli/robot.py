@@ -14,7 +14,6 @@ from hmrsim.cli.output import columns, show_result
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.program.command_line import add_commands
 from hmrsim.protocol.goal import GoalStatus
-from hmrsim.simulation.demand import OrderState
 from hmrsim.traffic.causes import Chain, Link, chain_of
 from hmrsim.traffic.rules import Activity
 
@@ -59,7 +58,7 @@ def _list(args: argparse.Namespace) -> int:
 def waiting_orders(client: Client) -> str:
     """Return how many orders no robot has picked up, and which one has waited longest; empty if there are none."""
     demand = json.loads(client.get(client.keys.world("demand")))
-    waiting = [order for order in demand["orders"] if order["state"] == OrderState.WAITING]
+    waiting = [order for order in demand["orders"] if order["state"] == "waiting"]
     if not waiting:
         return ""
     first = waiting[0]

@@ -52,6 +52,14 @@ def test_help_imports_no_dependency_of_a_command(package, heavy):
     assert "[]\n" == done.stdout
 
 
+@pytest.mark.parametrize("module", ["robot", "explain", "action", "service", "topic", "doctor"])
+def test_commands_for_a_running_simulator_import_no_simulation(module):
+    program = f"import hmrsim.cli.{module}, sys; print('simpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert "False\n" == done.stdout
+
+
 @pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
 def test_late_imports_exist(program):
     later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
