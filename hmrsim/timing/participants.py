@@ -377,7 +377,7 @@ class Participants:
 
     def arrive(self, now: float, wall: float | None = None) -> None:
         """End the stalls that are over, and have those awaited that are to join now."""
-        if self.due == math.inf or stamp(self.due) > stamp(now):
+        if stamp(self.due) > stamp(now):
             return
         for participant in self.all:
             if stamp(participant.stalled_until) <= stamp(now):

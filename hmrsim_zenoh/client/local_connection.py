@@ -13,6 +13,7 @@ import zenoh
 from hmrsim.protocol.commands import CallService
 from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
+from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.session import unless_closed
 
 if TYPE_CHECKING:
@@ -298,7 +299,7 @@ class LocalConnection(Connection):
             lambda reply: pending.take(body_of(reply)), partial(pending.take, None), indirect=False
         )
         try:
-            self.get(request.key, handler, payload=request.payload, encoding="application/json")
+            self.get(request.key, handler, payload=request.payload, encoding=encoding.JSON)
         except zenoh.ZError:
             pending.take(None)
 

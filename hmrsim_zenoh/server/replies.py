@@ -201,8 +201,8 @@ def _event(kind: str, at: int, event: Any) -> bytes:
     if isinstance(event, FeedbackSent):
         return b'%b"feedback":%b}' % (head, encoding.feedback_body(event.feedback))
     if kind == "result" and event.result is not None:
-        cause = encoding.cause(event.cause) if event.cause else b""
-        return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, encoding.message(event.result))
+        cause, result = encoding.cause(event.cause), encoding.message(event.result)
+        return b'%b"status":%d,%b"result":%b}' % (head, event.status, cause, result)
     return b'%b"status":%d}' % (head, event.status)
 
 

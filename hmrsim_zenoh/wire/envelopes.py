@@ -247,8 +247,8 @@ _TEXT: Final = frozenset({str, str | None})
 _SHORT: Final = frozenset({bool, int, float})
 """The types of fields that hold no text."""
 
-_LONG: Final = frozenset({"resource_string", "settings", "goal_id"})
-"""The fields that may be long: files, such as worlds, and ids, which have separate checks."""
+_LONG: Final = frozenset({"resource_string", "settings", "goal_id", "commands"})
+"""The fields that may be long: files, such as worlds, and what has separate checks: ids, and commands of an advance."""
 
 
 def read_request(reader: SchemaValidator, payload: bytes, max_payload: int) -> Any:
@@ -323,6 +323,4 @@ def _texts(value: object) -> Iterator[tuple[str, str]]:
                 yield from ((f"{name}.{path}".rstrip("."), text) for path, text in _texts(each))
     elif isinstance(value, list):
         for number, each in enumerate(value):
-            # Commands of an advance are plain values; each is checked as it is read.
-            if not isinstance(each, dict):
-                yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))
+            yield from ((f"{number}.{path}".rstrip("."), text) for path, text in _texts(each))
