@@ -140,7 +140,10 @@ class Host:
             self._session.close()
             self._join()
             raise
-        self._participants = self._watch_participants(keys)
+        # Called in a thread of its own, which may lag behind the requests of participants.
+        handler = zenoh.handlers.Callback(self._note_token)
+        liveliness = self._session.liveliness()
+        self._participants = liveliness.declare_subscriber(keys.participants(), handler, history=True)
         self.options = replace(options, prefix=keys.prefix)
         joined = bool(wires) and not options.connect and bool(self._session.info.routers_zid())
         self._succession = RouterSuccession(self._session, options, self.endpoints) if joined else None
@@ -267,16 +270,15 @@ class Host:
             )
             self._servers.extend(self._ros2)
 
-    def _watch_participants(self, keys: Keys) -> zenoh.Subscriber[None]:
-        """Report the participants' liveliness tokens to the simulation."""
+    def _note_token(self, sample: zenoh.Sample) -> None:
+        """Report to the simulation that a participant's liveliness token has come or gone.
 
-        def on_token(sample: zenoh.Sample) -> None:
-            name = str(sample.key_expr).rpartition("/")[2]
-            with suppress(SimulationStopped):
-                self._inbox.put(TokenSeen(name, alive=sample.kind == zenoh.SampleKind.PUT))
-
-        handler = zenoh.handlers.Callback(on_token)
-        return self._session.liveliness().declare_subscriber(keys.participants(), handler, history=True)
+        A token that has gone while there is another one belonged to an earlier participation of the same name.
+        """
+        alive = sample.kind == zenoh.SampleKind.PUT
+        with suppress(SimulationStopped, zenoh.ZError):
+            if alive or not any(reply.ok for reply in self._session.liveliness().get(sample.key_expr)):
+                self._inbox.put(TokenSeen(str(sample.key_expr).rpartition("/")[2], alive=alive))
 
     def _follow(self) -> None:
         """Serve the current robots; in the simulation's thread."""

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
+
+from hmrsim_zenoh.hosting.host import Host
+from tests.patience import PATIENCE
 
 A = "a" * 32
 
@@ -289,3 +294,29 @@ def test_a_participant_without_its_token_is_dropped_before_any_timeout(serve):
     token.undeclare()
 
     assert 5.0 == held.one()["now"]
+
+
+def test_a_participant_that_joins_again_outlives_its_earlier_token(serve, monkeypatch):
+    """The thread that is told of tokens may lag behind: the first one goes when the second one is there."""
+    gate, noted, note_token = threading.Event(), [], Host._note_token
+
+    def note_late(host, sample):
+        gate.wait(PATIENCE)
+        note_token(host, sample)
+        noted.append(sample.kind)
+        if 3 == len(noted):
+            all_noted.set()
+
+    all_noted = threading.Event()
+    monkeypatch.setattr(Host, "_note_token", note_late)
+    tester = serve(clock="lockstep")
+    for ends in (True, False):
+        token = tester.session.liveliness().declare_token("hmrsim/_participant/a")
+        tester.one("_world/time/join", {"name": "a"})
+        if ends:
+            tester.one("_world/time/leave", {"participant": "a"})
+            token.undeclare()
+    gate.set()
+    all_noted.wait(PATIENCE)
+
+    assert ["a"] == tester.one("_world/time/state")["participants"]
