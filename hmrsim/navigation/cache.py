@@ -31,6 +31,10 @@ class LruCache(Generic[K, V]):
         """Return whether the value of a key is cached."""
         return key in self._values
 
+    def clear(self) -> None:
+        """Drop all values."""
+        self._values.clear()
+
     def get(self, key: K, make: Callable[[], V]) -> V:
         """Return the cached value of a key, computing it if necessary."""
         values = self._values

@@ -46,6 +46,7 @@ class Slots:
         free: The number of vehicles that may still enter each slot, regardless of nearby slots; less than 1 if it is
             full. Read-only; public because policies read it often.
         holders: The vehicles that hold each slot, in order of arrival. Read-only.
+        changes: How often a vehicle has taken other slots: results for the present slots hold as long as it stays.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class Slots:
         self.near = {**near}
         self.points: dict[int, Point] = {}
         self.free = [*capacities]
+        self.changes = 0
         self.holders: list[list[Vehicle]] = [[] for _ in capacities]
         self._held: dict[Vehicle, tuple[int, ...]] = {}
         self._wanted: dict[int, dict[Vehicle, None]] = {}
@@ -279,6 +281,7 @@ class Slots:
             return False
         if self.near and self._collide(dict(moves)):
             return False
+        self.changes += 1
         vacated = []
         for robot, slots in moves:
             for slot in self.held(robot):
@@ -370,6 +373,7 @@ class Slots:
 
         If the vehicle *stays*, so do those that wait for the slots that it keeps.
         """
+        self.changes += 1
         for slot in held:
             if slot not in kept:
                 self.free[slot] += 1

@@ -46,7 +46,7 @@ _KEPT_POINTS = 1_024
 """The number of points beside the lanes whose surroundings are cached."""
 
 _KEPT_PASSES = 64
-"""Pairs of a waiting vehicle and one before it for which moves are kept, as causes are often read again."""
+"""The number of waiting vehicles whose moves are kept until a vehicle moves, as causes are often read again."""
 
 _Capacity = Annotated[int, Field(strict=True, ge=1)] | None
 
@@ -117,9 +117,10 @@ class Reserve:
         self.admission.look_again(robots)
 
     def reset(self) -> None:
-        """Forget the published deadlocks, and those that a door or a lift kept from being resolved."""
+        """Forget the published deadlocks, those that a door or a lift kept from being resolved, and moves past."""
         self._deadlocks.clear()
         self._unsolved.clear()
+        self._moves_past.clear()
 
     def forget(self, robot: Vehicle, leg: Leg) -> None:
         """End the wait of a vehicle for a leg, which dissolves each deadlock it is part of."""
@@ -177,7 +178,7 @@ class Reserve:
         wait = self.admission.waits.get(robots[0])
         if wait is None:
             return ()
-        key = wait.leg, *((each.name, self.slots.held(each)) for each in robots)
+        key = self.slots.changes, self.admission.graph.closed, wait.leg, robots[0].goal, *robots
         return self._moves_past.get(key, lambda: self._find_moves_past(robots, wait.leg))
 
     def _find_moves_past(self, robots: Sequence[Vehicle], leg: Leg) -> Sequence[tuple[Vehicle, Point]]:

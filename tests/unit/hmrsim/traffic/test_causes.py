@@ -86,6 +86,21 @@ def test_the_help_in_a_dead_end_works():
     assert ["SUCCEEDED"] * 3 == [run.log.changes(number * 32)[-1][1] for number in "bcd"]
 
 
+def test_the_help_in_a_dead_end_follows_robots_that_have_moved():
+    world = {**DEAD_END, "waypoints": {**DEAD_END["waypoints"], "far": [12, 0]}}
+    world["lanes"] = [*DEAD_END["lanes"], ["east", "far"]]
+    world["robots"] = {**DEAD_END["robots"], "truck": {"at": "far"}}
+    run = simulate({**world, "traffic": {"policy": "reserve", "patience": None}})
+    causes = run.simulator.roster.admission.causes
+    run((0.0, to("hauler", "face", "a")), until=30.0)
+    before = causes.chain(run.simulator.robots["hauler"]).help
+    run((30.0, to("truck", "east", "b")), until=60.0)
+    after = causes.chain(run.simulator.robots["hauler"]).help
+
+    assert before.startswith("send hauler to east, then digger to west")
+    assert after.startswith("send hauler elsewhere, then digger, which can't leave before: they can't pass each other")
+
+
 def test_the_help_in_a_dead_end_without_room_to_pass():
     links, _, remedy = chain("r1", (0.0, go("r1", 16)), robots={"r1": {"at": "a"}, "r2": {"at": "e"}}, policy="planned")
 
