@@ -509,6 +509,11 @@ class MobileBase:
         At(self._env, until, [lambda _event: self._become_idle() if self.stays_until == until else None])
         return True
 
+    def stop_lingering(self) -> None:
+        """Make room for others from now on, even if a goal has just ended here."""
+        if self.stays_until:
+            self._become_idle()
+
     def scale_speed(self, scale: float) -> None:
         """Set the share of its maximum speed at which it drives, now and later."""
         self.speed_scale = scale

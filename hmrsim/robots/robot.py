@@ -229,6 +229,7 @@ class Robot(MobileBase):
     def leave(self) -> None:
         """Leave the simulation."""
         self.retire()
+        self.stop_lingering()
         self.motion.detach()
 
     def disable(self, cause: str, why: str) -> None:

@@ -94,8 +94,9 @@ def _end_all(simulator: Simulator, why: str, *, scripts: bool) -> None:
     simulator.fault_injector.end()
     simulator.demand.end()
     for _, robot in sorted(simulator.robots.items()):
-        # One that makes room for another has no goal.
+        # One that makes room for another, or lingers, has no goal.
         robot.halt()
+        robot.stop_lingering()
 
 
 def _restart_time(simulator: Simulator, cause: Restart, loaded: World | None = None) -> None:

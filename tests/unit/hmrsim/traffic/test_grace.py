@@ -157,3 +157,22 @@ def test_a_drive_ends_what_traffic_has_done():
     log = under("planned", FORK)(*MEET, (25.0, go("ann", 20, 0, C)), (45.0, GRAB._replace(goal_id=D)))
 
     assert "'parcel' is out of reach: 10.012 m away, reach 1" == log.result(D).error_code.message
+
+
+@pytest.mark.parametrize("scope", [1, 2, 0])
+def test_a_robot_does_not_linger_after_a_reset(scope):
+    """The scopes are time, state, and all."""
+    run = under("planned", FORK)
+    run(*MEET, until=12.0)
+    run.ask("reset_simulation", {"scope": scope})
+
+    assert (False, 0.0) == (run.simulator.robots["ann"].busy, run.simulator.robots["ann"].stays_until)
+
+
+def test_a_robot_that_is_deleted_while_it_lingers_leaves_its_place_for_good():
+    run = under("planned", FORK)
+    run(*MEET, until=12.0)
+    run.ask("delete_entity", {"entity": "ann"})
+    log = run((40.0, go("bob", 10, 0, D)), until=60.0)
+
+    assert ["SUCCEEDED"] * 2 == [end_of(log, goal_id) for goal_id in (B, D)]
