@@ -176,7 +176,7 @@ def _lay(data: dict[str, Any], change: Change, work: Work) -> list[FieldPath]:
     size = work.size(change.value)
     compare = partial(work.compare, path=change.path)
     for holder, path in _holders(data, tuple(parents), (), [] if appends else {}, compare):
-        if last.searches(holder):
+        if last.searches(holder) and not appends:
             compare(last, holder)
         # Each place gets a copy of the value.
         work.spend(size * (len(holder) if last.is_pattern else 1), change.path)

@@ -236,6 +236,12 @@ def test_repetitions_are_limited(change: dict[str, object]) -> None:
     assert "the overlays of a world ask for more than 1,000,000 changes in all" in problem
 
 
+def test_lanes_that_are_added_one_by_one_count_once_each() -> None:
+    world = laid({"each i in 1..2000": {"waypoints.w${i}": ["$i", 1], "lanes.+": [["home", "w${i}"]]}})
+
+    assert 2_002 == len(world.lanes)
+
+
 def test_the_limit_counts_all_overlays_together() -> None:
     many = {f"places.p{i}": {"at": [i, 0]} for i in range(1_000)}
     half = {"each i in 1..150": {"places.*.at": [0, "$i"]}}
