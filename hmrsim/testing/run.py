@@ -128,14 +128,14 @@ class _Canceled:
     Attributes:
         at: The time of the cancellation, in simulated seconds.
         stuck: Why robots that were held up did not go on, by name, as of `Causes.stuck`.
-        chains: The causes for each robot.
+        chains: The causes for each robot of then; later robots may have the same names.
     """
 
     def __init__(self, simulator: Simulator) -> None:
         causes = simulator.roster.admission.causes
         self.at = simulator.now
         self.stuck = causes.stuck()
-        self.chains = {name: causes.chain(robot) for name, robot in simulator.robots.items()}
+        self.chains = {robot: causes.chain(robot) for robot in simulator.robots.values()}
 
 
 class Run:
@@ -484,9 +484,10 @@ class Run:
 
     def _chain(self, robot: str) -> Chain:
         """Return the causes for which a robot does not go on, or did not when the controller was canceled just now."""
-        if self._canceled is not None and self._canceled.at == self.now:
-            return self._canceled.chains[robot]
-        return self.simulator.roster.admission.causes.chain(self.simulator.robots[robot])
+        there = self.simulator.robots[robot]
+        if self._canceled is not None and self._canceled.at == self.now and there in self._canceled.chains:
+            return self._canceled.chains[there]
+        return self.simulator.roster.admission.causes.chain(there)
 
     def story(self) -> list[str]:
         """Return the events, one line each."""

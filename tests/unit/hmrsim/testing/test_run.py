@@ -16,6 +16,7 @@ from py_trees.composites import Sequence
 from bt_controller.behaviours.robot_actions import GoTo, Pickup, Place
 from hmrsim.actions import registry
 from hmrsim.errors import WorldError
+from hmrsim.geometry import Pose
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing.run import ControllerGoesOn
@@ -373,6 +374,16 @@ class TestOrders:
         run.client.sleep(1)
 
         assert run.why("ann").startswith("ann is idle at shelf: it has had no goal since navigate_to_pose CANCELED")
+
+    def test_why_tells_what_a_robot_does_that_was_spawned_after_the_controller_was_canceled(self, simulation):
+        run = simulation(self.WORLD)
+        run.play(self.visit_the_ward, duration=60)
+        run.simulator.roster.delete("ann")
+        for name in ("ann", "cat"):
+            run.simulator.roster.spawn_robot(name, "carrier", Pose(0.0, 0.0, 0.0))
+
+        assert run.why("cat").startswith("cat is idle at home: it has had no goal yet")
+        assert run.why("ann").startswith("ann is idle at home: it has had no goal yet")
 
 
 def test_a_run_tells_why_a_robot_waits(simulation):
