@@ -91,10 +91,21 @@ class AsyncClient:
         self._time = AsyncTime(self.client, await asyncio.to_thread(lambda: self.client.lockstep))
         return self
 
-    async def __aexit__(self, *_error: object) -> None:
-        """Leave lockstep and disconnect from the simulator."""
-        stops = self._time.stops
+    async def __aexit__(self, _kind: object, error: BaseException | None, _traceback: object) -> None:
+        """Leave lockstep and disconnect from the simulator.
+
+        Raises:
+            SimulatorGone: The simulator has gone, and no task was waiting for it.
+        """
+        stops, lost = self._time.stops, self._time.lost
         self._time.close()
+        await self._disconnect(stops=stops)
+        if lost is not None and isinstance(error, asyncio.CancelledError):
+            if (task := asyncio.current_task()) is not None:
+                task.uncancel()
+            raise lost from None
+
+    async def _disconnect(self, *, stops: bool) -> None:
         if self._given is not None:
             return
         if stops:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim_zenoh.client.ordered_loop import OrderedLoop
-from hmrsim_zenoh.errors import ClientClosed
+from hmrsim_zenoh.errors import ClientClosed, SimulatorGone, SimulatorNotFound
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -85,15 +85,22 @@ class Waiting:
 class AsyncTime:
     """The time of a client's tasks.
 
+    Where time moves by itself and the simulator goes while no task waits for it, the task that made this object is
+    canceled, unless a call has failed before: tasks that wait for each other would wait forever.
+
     Attributes:
         woken: Whether a wait has ended, so that time stands still.
+        lost: The error for which the task was canceled.
     """
 
     def __init__(self, client: Client, lockstep: Lockstep | None) -> None:
         self.woken = False
+        self.lost: SimulatorGone | None = None
         self._client = client
         self._lockstep = lockstep
         self._loop = asyncio.get_running_loop()
+        self._task = asyncio.current_task()
+        self._has_failed = False
         self._thread = ThreadPoolExecutor(1, "hmrsim-time")
         self._waits: list[Waiting] = []
         self._passes = 0
@@ -113,6 +120,8 @@ class AsyncTime:
         self._loop_time = 0.0 if lockstep is None else lockstep.now
         if self._ordered is not None:
             self._ordered.enter(self)
+        if lockstep is None:
+            self._look_around_later()
 
     def loop_time(self) -> float:
         """Return simulated seconds, as the loop's timers have them: they change only while all tasks wait."""
@@ -173,7 +182,11 @@ class AsyncTime:
         """
         if self._ordered is None or self._driving:
             with self.held():
-                return await asyncio.to_thread(call)
+                try:
+                    return await asyncio.to_thread(call)
+                except (SimulatorNotFound, SimulatorGone):
+                    self._has_failed = True
+                    raise
         answer: asyncio.Future[T] = self._ordered.create_future()
         self._asked.append((call, answer))
         return await answer
@@ -216,9 +229,7 @@ class AsyncTime:
         self._waits.append(wait)
         if self._ended is not None:
             wait.finish(self._ended)
-        elif self._lockstep is None:
-            self._look_around_later()
-        else:
+        elif self._lockstep is not None:
             self._look_later()
 
     def remove(self, wait: Waiting) -> None:
@@ -379,13 +390,17 @@ class AsyncTime:
             self._loop.call_later(_LOOK_AROUND, self._look_around)
 
     def _look_around(self) -> None:
-        """Fail all waits if the simulator is gone."""
+        """Fail all waits if the simulator is gone, or cancel the client's task if no wait reports that."""
         self._looks_around = False
-        if self._waits:
-            if absence := self._client.absence:
-                self._fail(absence)
-            else:
-                self._look_around_later()
+        if self._ended is not None:
+            return
+        if absence := self._client.absence:
+            if isinstance(absence, SimulatorGone) and self._task and not (self._waits or self._has_failed):
+                self.lost = absence
+                self._task.cancel()
+            self._has_failed = True
+            self._fail(absence)
+        self._look_around_later()
 
 
 def _results_of(calls: Sequence[Callable[[], Any]]) -> list[tuple[Any, BaseException | None]]:

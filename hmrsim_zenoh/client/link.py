@@ -178,7 +178,10 @@ class Link:
             if self.present or time.monotonic() - self._gone_since < self._grace:
                 return None
         if self._seen:
-            return SimulatorGone(f"the simulator is gone: its token {self.keys.alive()!r} has disappeared")
+            return SimulatorGone(
+                f"the simulator {self.keys.prefix!r} is gone: its token {self.keys.alive()!r} has disappeared; "
+                "start it again, or look in its output for why it has ended"
+            )
         return SimulatorNotFound(f"no simulator answers: {self.unseen}")
 
     @property

@@ -173,3 +173,18 @@ def test_session_options_can_be_passed_first(options):
             return client.client.alive
 
     assert asyncio.run(main())
+
+
+def test_tasks_that_wait_for_each_other_end_when_the_simulator_goes():
+    listen = SessionOptions(listen=("tcp/127.0.0.1:0",))
+    stack = ExitStack()
+    host = stack.enter_context(Host(load_world("cafe"), listen, RunSettings()))
+    host.start()
+
+    async def main():
+        async with AsyncClient(options=SessionOptions(connect=(host.endpoints[0],))):
+            await asyncio.to_thread(stack.close)
+            await asyncio.Event().wait()
+
+    with stack, pytest.raises(SimulatorGone, match=r"simulator 'hmrsim' is gone: .*; start it again"):
+        asyncio.run(main())
