@@ -27,9 +27,16 @@ except ImportError:
 
 if TYPE_CHECKING:
     from hmrsim_gym.dispatch_env import DispatchEnv
-    from hmrsim_gym.observations import FleetFeature, OrderFeature, RobotFeature
+    from hmrsim_gym.observations import (
+        FleetFeature,
+        OrderFeature,
+        RobotFeature,
+        best,
+        earliest_due,
+        first_come,
+        nearest,
+    )
     from hmrsim_gym.parallel import ParallelDispatch, parallel_env
-    from hmrsim_gym.rules import best, earliest_due, first_come, nearest
 
 __all__ = [
     "DispatchEnv",
@@ -51,10 +58,10 @@ _HOMES = MappingProxyType(
         "OrderFeature": "observations",
         "ParallelDispatch": "parallel",
         "RobotFeature": "observations",
-        "best": "rules",
-        "earliest_due": "rules",
-        "first_come": "rules",
-        "nearest": "rules",
+        "best": "observations",
+        "earliest_due": "observations",
+        "first_come": "observations",
+        "nearest": "observations",
         "parallel_env": "parallel",
     }
 )

@@ -9,13 +9,13 @@ import gymnasium
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from hmrsim_gym.episodes import Episodes, check_render_mode
+from hmrsim_gym.episodes import Episodes
 from hmrsim_gym.observations import Observation, observation_space
 from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
     from hmrsim.simulation.demand import Order
-    from hmrsim.trials.worlds import AnyWorld
+    from hmrsim.trials.model import AnyWorld
     from hmrsim_gym.dispatching import Dispatching
 
 
@@ -30,9 +30,9 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
 
     Args:
         world: The world; it needs a demand.
-        changes: Changes to the world, by path.
-        robots: The robots that serve orders; all that are able to if left out.
-        horizon: Simulated seconds.
+        changes: Changes to the world, by path, as with ``--overlay``.
+        robots: The robots that serve orders; all that can pick items up and have no script if left out.
+        horizon: Simulated seconds after which an episode is truncated.
         orders: The maximum number of orders that a robot can choose from.
         charge_below: The share of its battery below which an idle robot goes to a charger.
         render_mode: ``ansi`` for a text, or None.
@@ -56,7 +56,6 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
         charge_below: float = 0.25,
         render_mode: str | None = None,
     ) -> None:
-        check_render_mode(render_mode)
         setting = Setting.of(
             world, changes=changes, robots=robots, horizon=horizon, orders=orders, charge_below=charge_below
         )
@@ -70,12 +69,7 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode, up to its first decision.
-
-        Args:
-            seed: The seed of the world; if None, the environment's random numbers choose one.
-            options: Ignored.
-        """
+        """Begin an episode, up to its first decision; without a seed, the environment's random numbers choose one."""
         super().reset(seed=seed, options=options)
         return self._observed(self._episodes.begin(int(self.np_random.integers(SEEDS)) if seed is None else seed))
 

@@ -28,9 +28,14 @@ class Episodes:
     Attributes:
         run: The run of the current episode; None before the first episode and after `end`.
         observer: Makes observations of runs.
+
+    Raises:
+        ValueError: The render mode is not supported.
     """
 
     def __init__(self, setting: Setting, render_mode: str | None) -> None:
+        if render_mode not in {None, "ansi"}:
+            raise ValueError(f"render_mode must be None or 'ansi', got {render_mode!r}")
         self.run: Dispatching | None = None
         self.observer = Observer(setting)
         self._setting = setting
@@ -61,16 +66,6 @@ class Episodes:
             self.run.close()
             self.run = None
             collect_run()
-
-
-def check_render_mode(render_mode: str | None) -> None:
-    """Check that a render mode is supported.
-
-    Raises:
-        ValueError: It is not.
-    """
-    if render_mode not in {None, "ansi"}:
-        raise ValueError(f"render_mode must be None or 'ansi', got {render_mode!r}")
 
 
 def cost(demand: Demand, since: float, now: float) -> float:

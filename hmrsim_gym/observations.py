@@ -1,4 +1,7 @@
-"""Observations: their arrays, columns and space, and the observer that makes them from a run."""
+"""Observations: their arrays, columns and space, the observer that makes them, and rules that decide by them.
+
+A rule returns the action for an observation, and never waits while there is an order.
+"""
 
 from __future__ import annotations
 
@@ -160,3 +163,31 @@ def _minutes(seconds: float) -> float:
 def _extent(values: Sequence[float]) -> tuple[float, float]:
     """Return the minimum of coordinates and their range, which is 1 if they are all equal."""
     return min(values), max(values) - min(values) or 1.0
+
+
+def nearest(observation: Observation) -> int:
+    """Return the action for the order whose item the robot reaches first."""
+    return best(observation, -observation["orders"][:, OrderFeature.APPROACH])
+
+
+def first_come(observation: Observation) -> int:
+    """Return the action for the oldest order."""
+    return best(observation, observation["orders"][:, OrderFeature.AGE])
+
+
+def earliest_due(observation: Observation) -> int:
+    """Return the action for the order that is due first."""
+    return best(observation, -observation["orders"][:, OrderFeature.SLACK])
+
+
+def best(observation: Observation, scores: Array, waiting: float | None = None) -> int:
+    """Return the action for the order with the highest score, the first one if several are equal.
+
+    *scores* has a score for each row of orders, and *waiting* is the score of waiting; None to never wait.
+    """
+    wait = len(scores)
+    count = int(observation["action_mask"][:wait].sum())
+    if not count:
+        return wait
+    row = int(scores[:count].argmax())
+    return wait if waiting is not None and waiting > scores[row] else row

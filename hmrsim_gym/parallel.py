@@ -9,13 +9,13 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from hmrsim_gym.episodes import Episodes, check_render_mode
+from hmrsim_gym.episodes import Episodes
 from hmrsim_gym.observations import Observation, observation_space
 from hmrsim_gym.setting import SEEDS, Setting
 
 if TYPE_CHECKING:
     from hmrsim.simulation.demand import Order
-    from hmrsim.trials.worlds import AnyWorld
+    from hmrsim.trials.model import AnyWorld
     from hmrsim_gym.dispatching import Dispatching
 
 
@@ -56,12 +56,7 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         seed: int | None = None,
         options: dict[str, Any] | None = None,  # noqa: ARG002 - PettingZoo's
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begin an episode, up to its first decision.
-
-        Args:
-            seed: The seed of the world; if None, the environment's random numbers choose one.
-            options: Ignored.
-        """
+        """Begin an episode, up to its first decision; without a seed, the environment's random numbers choose one."""
         if seed is not None:
             self._random = np.random.default_rng(seed)
         run = self._episodes.begin(int(self._random.integers(SEEDS)) if seed is None else seed)
@@ -152,7 +147,6 @@ def parallel_env(
         WorldError: The world is invalid; it has all errors.
         ValueError: An argument is out of range, or there is nothing to dispatch.
     """
-    check_render_mode(render_mode)
     setting = Setting.of(
         world, changes=changes, robots=robots, horizon=horizon, orders=orders, charge_below=charge_below
     )

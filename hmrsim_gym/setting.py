@@ -12,7 +12,7 @@ from hmrsim.errors import NoRoute
 from hmrsim.geometry import distance
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.simulation.simulator import Simulator
-from hmrsim.trials.worlds import AnyWorld, read_world
+from hmrsim.trials.model import AnyWorld, read_world
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -73,15 +73,7 @@ class Setting:
         orders: int = 8,
         charge_below: float = 0.25,
     ) -> Self:
-        """Return a setting.
-
-        Args:
-            world: The world; it needs a demand.
-            changes: Changes to the world, by path, as with ``--overlay``.
-            robots: The robots that serve orders; all that can pick items up and have no script if left out.
-            horizon: Simulated seconds after which an episode is truncated.
-            orders: The maximum number of orders that a robot can choose from.
-            charge_below: The share of its battery below which an idle robot goes to a charger.
+        """Return a setting; the arguments are those of `DispatchEnv`.
 
         Raises:
             WorldError: The world is invalid; it has all errors.

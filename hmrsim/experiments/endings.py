@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
@@ -59,7 +58,7 @@ class Judge(SelectiveSink):
         self._counts: dict[GoalStatus, int] = dict.fromkeys(GoalStatus, 0)
         # The failed goals of the present instant, by robot and action.
         self._failed_at = -1
-        self._failures: Counter[tuple[str, str]] = Counter()
+        self._failures: dict[tuple[str, str], int] = {}
         self._endings = endings
         self._checks = [
             (label, kinds, check)
@@ -130,10 +129,9 @@ class Judge(SelectiveSink):
         if self._simulator is None or self.label:
             return
         if stamp != self._failed_at:
-            self._failed_at = stamp
-            self._failures.clear()
-        self._failures[goal.robot, goal.action] += 1
-        count = self._failures[goal.robot, goal.action]
+            self._failed_at, self._failures = stamp, {}
+        key = goal.robot, goal.action
+        count = self._failures[key] = self._failures.get(key, 0) + 1
         if count >= _MAX_FAILURES:
             last = f"; the last one: {why}" if why else ""
             what = f"{count:,} goals of {goal.robot}/{goal.action} failed within one instant"

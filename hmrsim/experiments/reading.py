@@ -26,7 +26,7 @@ from hmrsim.experiments.model import (
     Variant,
 )
 from hmrsim.experiments.plan import DesignFlaw, Levels, Plan, scenarios_of
-from hmrsim.trials.worlds import source_of
+from hmrsim.trials.model import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables

@@ -18,8 +18,7 @@ from hmrsim.faults import registry as faults
 from hmrsim.properties import Properties, check_properties, properties_of, read_properties
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
-from hmrsim.trials.model import Controller, Limits
-from hmrsim.trials.worlds import source_of
+from hmrsim.trials.model import Controller, Limits, source_of
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 from hmrsim.world_checks.validation import Lost
 

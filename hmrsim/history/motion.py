@@ -26,10 +26,7 @@ _MAX_SECONDS: Final = 1e9
 def motion_in(robot: Mapping[str, Any], at: int, offset: int) -> tuple[int, MotionBegan] | None:
     """Return the beginning of a robot's motion in a scene, and the event of that motion; None if the robot stands.
 
-    Args:
-        robot: The robot, as in the scene.
-        at: The time of the scene, before which the motion began.
-        offset: The offset of stamps at that time (`hmrsim.history.timeline.Timeline`).
+    *offset* is that of stamps at the time of the scene (`hmrsim.history.timeline.Timeline`).
 
     Raises:
         ValueError: The motion is malformed.

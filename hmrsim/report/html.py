@@ -28,7 +28,7 @@ def page_around(title: str, body: Markup, *, script: str = "", style: str = "") 
             body=body,
             script=Markup(script),  # noqa: S704 - ours
             script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
-            style=Markup(_colours() + part("page.css") + style),  # noqa: S704 - ours
+            style=Markup(_palette() + part("page.css") + style),  # noqa: S704 - ours
         )
     )
     return page
@@ -60,7 +60,7 @@ def templates(package: str = __package__) -> Environment:
     return environment
 
 
-def _colours() -> str:
+def _palette() -> str:
     """Return the palette as CSS, for both themes."""
     themes = {}
     for theme in THEMES:

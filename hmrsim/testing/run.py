@@ -30,7 +30,7 @@ from hmrsim.testing.record import Goal, Happening, Record
 from hmrsim.trace.writer import DeferredTrace
 from hmrsim.trials.controllers import play_async
 from hmrsim.trials.local import LocalTrial
-from hmrsim.trials.worlds import AnyWorld, read_world
+from hmrsim.trials.model import AnyWorld, read_world
 from hmrsim_zenoh.client.commander import Commander
 
 if TYPE_CHECKING:

@@ -256,8 +256,7 @@ def load_early(text: str, *modules: str) -> None:
 def prepare_worker(environment: Mapping[str, str]) -> None:
     """Prepare a process of a pool: it prints nothing, leaves Ctrl-C to its parent, and ends with its parent.
 
-    Args:
-        environment: The environment of its parent, since the process of which it is a copy may be older.
+    *environment* is that of its parent, since the process of which it is a copy may be older.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.clear()

@@ -55,13 +55,9 @@ class CommandTrial(Trial):
     Each process has its own process group. Exit code 0 is a success, 1 a failure, and all others a crash.
 
     Args:
-        loaded: The world.
         settings: The seed and others; the clock is lockstep, and limits end a run that does not ask to advance.
         command: The command. A second process gets ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` adds to its
             name.
-        sinks: Further sinks of events.
-        watchers: Make further sinks from the simulator and its pacing.
-        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(

@@ -104,14 +104,7 @@ def controller_of(
     coverage: TreeCoverage | None = None,
     on_tick: OnTick | None = None,
 ) -> Player:
-    """Return a controller that runs in this process.
-
-    Args:
-        treatment: The controller; not a command.
-        names: The values for its expressions.
-        folder: The folder of its files and modules.
-        coverage: Counts the statuses of a tree's nodes, if given.
-        on_tick: Called after each tick of a tree, if given.
+    """Return a controller that runs in this process, with the arguments of `trial_of`.
 
     Raises:
         TreeError: There is no such tree or function, or it is invalid.
@@ -203,6 +196,5 @@ def _there(name: str, folder: Path) -> str:
 
 
 def _add_to_path(folder: Path) -> None:
-    """Add a folder to the module search path."""
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))

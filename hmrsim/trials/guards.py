@@ -59,11 +59,9 @@ class Tail(io.TextIOBase):
 
 
 def ending_of_lost(limits: Limits, seconds: float) -> tuple[str, str]:
-    """Return the ending of a run whose process is gone, and the cause.
+    """Return the ending of a run whose process is gone after some wall seconds, and the cause.
 
-    Args:
-        limits: The limits of the run.
-        seconds: The wall seconds that it ran; the process of a run that ignores its limits is ended some time later.
+    The process of a run that ignores its limits is ended some time later.
     """
     if seconds >= Meter(limits).patience:
         return HUNG, "it does not end when its time is over, by limits.wall or limits.processor"

@@ -30,13 +30,8 @@ class LocalTrial(Trial):
     """A trial without a network, in which time moves while its clients wait.
 
     Args:
-        world: The world.
-        settings: The seed and others; the clock is lockstep, whatever they say.
         player: The controller that `play` runs, if any.
         name: The participant's name of the controller; the ids of goals depend on it.
-        sinks: Further sinks of events.
-        watchers: Make further sinks from the simulator and its pacing.
-        disturber: Disturbs the controller; one of *watchers* connects it.
     """
 
     def __init__(

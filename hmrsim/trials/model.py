@@ -1,14 +1,23 @@
-"""The models of a controller under test and of the limits of its runs, in files of experiments and checks."""
+"""The controller under test, its world, and the limits of its runs, as files of experiments and checks name them."""
 
 from __future__ import annotations
 
 import re
 import shlex
-from typing import Annotated, Any, Final, Self
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from hmrsim.diagnostics import shown
+from hmrsim.world.model import World
+from hmrsim.world.overlays.overlay import overlay_of
+from hmrsim.world_checks import load_world
+from hmrsim.world_checks.loading import world_of
+
+if TYPE_CHECKING:
+    from hmrsim.world.overlays.overlay import Overlay
 
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 
@@ -107,3 +116,30 @@ class Controller(Part):
         if self.command is not None:
             return f"the command {self.command if isinstance(self.command, str) else shlex.join(self.command)!r}"
         return f"the tree {self.tree!r}" if self.tree is not None else f"the code {self.python!r}"
+
+
+AnyWorld = str | Path | Mapping[str, Any] | World
+"""A world: the name of a shipped world, the path of a file, plain values, or a loaded world."""
+
+
+def read_world(world: AnyWorld, changes: Mapping[str, Any] | None = None, overlays: Sequence[Overlay] = ()) -> World:
+    """Return a world with changes, by path as with ``--overlay``, and further overlays.
+
+    Raises:
+        WorldError: The world is invalid; it has all errors.
+        ValueError: There are changes to a loaded world.
+    """
+    overlays = [*([overlay_of(changes, "changes")] if changes else []), *overlays]
+    if isinstance(world, World):
+        if overlays:
+            raise ValueError("a loaded world can't be changed; pass the changes with its file or its plain values")
+        return world
+    if isinstance(world, Mapping):
+        return world_of(dict(world), "world", overlays)
+    return load_world(world, overlays=overlays).world
+
+
+def source_of(world: str, folder: Path) -> str:
+    """Return the path of a world's file, relative to the file that names it, or the name of a shipped world."""
+    beside = folder / world
+    return str(beside) if beside.is_file() or Path(world).suffix else world
