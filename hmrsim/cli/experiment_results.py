@@ -14,7 +14,7 @@ from hmrsim.cli.output import show, show_json, show_result, show_table
 from hmrsim.errors import ResultsError, printable
 from hmrsim.experiments.repeats import note_of
 from hmrsim.experiments.store import FILE, TRACES, Results
-from hmrsim.experiments.table import Group, groups_by, groups_of, write_csv, write_json, write_table
+from hmrsim.experiments.table import Group, groups_by, write_csv, write_json, write_table
 from hmrsim.program.files import STDOUT, check_outputs, write_text
 from hmrsim.report.html import UNKNOWN
 
@@ -86,8 +86,6 @@ def export(args: argparse.Namespace) -> int:
 
 
 def _groups(results: Results, args: argparse.Namespace) -> list[Group]:
-    if not args.by:
-        return [*groups_of(results).values()]
     try:
         return groups_by(results, args.by)
     except ValueError as error:

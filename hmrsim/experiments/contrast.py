@@ -152,7 +152,9 @@ def contrast(
         (len(runs_a) - len(seeds), len(runs_b) - len(seeds)),
         comparisons,
         tuple(
-            _differing(runs_a[seed], runs_b[seed]) for seed in seeds if runs_a[seed]["ending"] != runs_b[seed]["ending"]
+            (one["number"], two["number"], one["ending"], two["ending"])
+            for one, two in ((runs_a[seed], runs_b[seed]) for seed in seeds)
+            if one["ending"] != two["ending"]
         ),
         tuple(notes),
     )
@@ -189,10 +191,6 @@ def _failed(one: Mapping[str, Any], two: Mapping[str, Any], name: str) -> bool:
 
 def _is_number(value: object) -> bool:
     return isinstance(value, (int, float))
-
-
-def _differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[int, int, str, str]:
-    return one["number"], two["number"], one["ending"], two["ending"]
 
 
 def _notes(one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[str]:

@@ -52,11 +52,9 @@ def measures_of(
 def needs_report(file: ExperimentFile) -> bool:
     """Return whether a measure asks for the report, which takes time to make."""
     values = [measure.value for measure in file.measures.values()]
-    return any(REPORT in names_in(value) or any(map(_is_delay, _parts(value))) for value in values)
-
-
-def _is_delay(part: str) -> bool:
-    return part.startswith("orders.delay")
+    return any(
+        REPORT in names_in(value) or any(part.startswith("orders.delay") for part in _parts(value)) for value in values
+    )
 
 
 def _plain(value: Any) -> Value:

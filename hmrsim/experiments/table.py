@@ -6,7 +6,7 @@ import csv
 import importlib
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
@@ -143,17 +143,8 @@ def interval_of(values: Sequence[float], count: int) -> Interval:
     return mean_interval(values, n=count)
 
 
-def groups_of(results: Results) -> dict[str, Group]:
-    """Return the treatments of an experiment with their results."""
-    measures = [*results.about["measures"]]
-    groups = {name: Group(name, values={each: [] for each in measures}) for name in results.about["treatments"]}
-    for row, square in _weighed(results, ["ending", "success", *measures]):
-        groups[row["treatment"]].add(row, square)
-    return groups
-
-
-def groups_by(results: Results, factors: Sequence[str]) -> list[Group]:
-    """Return the results of each treatment under each combination of levels of *factors*, in order of the levels.
+def groups_by(results: Results, factors: Sequence[str] = ()) -> list[Group]:
+    """Return the results of each treatment, under each combination of levels of *factors*, in order of the levels.
 
     Raises:
         ValueError: The experiment has no such factor.
@@ -161,22 +152,22 @@ def groups_by(results: Results, factors: Sequence[str]) -> list[Group]:
     known, measures = results.about["factors"], results.about["measures"]
     for factor in factors:
         known_name("factor", factor, known)
-    groups: dict[tuple[Any, ...], Group] = {}
-    for row, square in _weighed(results, [*factors, "ending", "success", *measures]):
+    order = [*results.about["treatments"]]
+
+    def empty(name: str, levels: Mapping[str, Any]) -> Group:
+        return Group(name, values={each: [] for each in measures}, levels=levels)
+
+    groups: dict[tuple[Any, ...], Group] = {} if factors else {(name,): empty(name, {}) for name in order}
+    rows = results.rows([*COLUMNS, *factors, "ending", "success", *measures])
+    for row, square in Repeats.of(results.rows(COLUMNS)).weighed(rows):
         levels = {factor: row[factor] for factor in factors}
         key = (row["treatment"], *levels.values())
         if key not in groups:
-            groups[key] = Group(row["treatment"], values={each: [] for each in measures}, levels=levels)
+            groups[key] = empty(row["treatment"], levels)
         groups[key].add(row, square)
-    order = [*results.about["treatments"]]
 
     def place(group: Group) -> tuple[Any, ...]:
         levels = group.levels.values()
         return (*((isinstance(level, str), level) for level in levels), order.index(group.name))
 
     return sorted(groups.values(), key=place)
-
-
-def _weighed(results: Results, columns: Sequence[str]) -> Iterator[tuple[Mapping[str, Any], int]]:
-    repeats = Repeats.of(results.rows(COLUMNS))
-    return repeats.weighed(results.rows([*COLUMNS, *columns]))

@@ -100,7 +100,8 @@ class Evaluator:
                         return
                     key, outcome = ran
                     fresh[key] = outcome
-                    self._keep(key, outcome if key == Case().key else _light(outcome))
+                    light = replace(outcome, features=(), moments=(), coverage=b"")
+                    self._keep(key, outcome if key == Case().key else light)
                 yield fresh.get(case.key) or self._known[case.key]
 
     def rerun(self, case: Case, until: float = math.inf) -> Outcome:
@@ -146,11 +147,6 @@ class Evaluator:
             size = min(most, -(-(len(cases) - begun) // (self.workers * _PIECES)))
             yield cases[begun : begun + size]
             begun += size
-
-
-def _light(outcome: Outcome) -> Outcome:
-    """Return an outcome without features, moments and coverage."""
-    return replace(outcome, features=(), moments=(), coverage=b"")
 
 
 _STORY: Final = Wanted(trace=True, story=True)

@@ -169,7 +169,10 @@ def _checked(
     problems: list[Problem] = []
     properties = Properties()
     try:
-        properties = _properties(model, home, document.file)
+        if isinstance(model.properties, str):
+            properties = read_properties(home / model.properties)
+        else:
+            properties = properties_of(model.properties or {}, document.file)
     except PropertyError as error:
         problems += error.problems
     source = None if isinstance(model.world, dict) else source_of(model.world, home)
@@ -207,12 +210,6 @@ def _of_properties(document: Document, model: CheckFile, properties: Properties,
     if isinstance(model.properties, str):
         return properties.problems(found)
     return document.problems([replace(each, path=("properties", *each.path)) for each in found])
-
-
-def _properties(model: CheckFile, home: Path, place: str) -> Properties:
-    if isinstance(model.properties, str):
-        return read_properties(home / model.properties)
-    return properties_of(model.properties or {}, place)
 
 
 def _of_space(space: Space, world: World) -> Iterator[Finding]:

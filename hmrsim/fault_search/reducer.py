@@ -20,7 +20,7 @@ from hmrsim.fault_search.summary import Reduced
 if TYPE_CHECKING:
     from hmrsim.fault_search.evaluator import Evaluator
     from hmrsim.fault_search.run import Failure
-    from hmrsim.fault_search.schedule import Case, Injection, Schedule
+    from hmrsim.fault_search.schedule import Case, Injection
     from hmrsim.world.model import World
 
 T = TypeVar("T")
@@ -66,9 +66,10 @@ class Reducer:
             case = self._fewer_injections(case, failure)
             if case.key == before.key:
                 break
-        left_out = _each_left_out(case)
-        known = self._evaluator.outcomes(left_out, self._until)
-        without = (*known, *[Outcome(NOT_RUN)] * (len(left_out) - len(known)))
+        schedule = case.schedule
+        each_left_out = [case.with_schedule((*schedule[:i], *schedule[i + 1 :])) for i in range(len(schedule))]
+        known = self._evaluator.outcomes(each_left_out, self._until)
+        without = (*known, *[Outcome(NOT_RUN)] * (len(schedule) - len(known)))
         return Reduced(case, without, self._evaluator.runs - begun)
 
     def _fail(self, cases: Sequence[Case], failure: Failure) -> list[bool]:
@@ -142,22 +143,14 @@ class Reducer:
         number = 0
         while number < len(case.schedule) and not self._over():
             injections = [*simpler(case.schedule[number], self._world)]
-            cases = [case.with_schedule(_with(case.schedule, number, injection)) for injection in injections]
+            before, after = case.schedule[:number], case.schedule[number + 1 :]
+            cases = [case.with_schedule((*before, injection, *after)) for injection in injections]
             failing = next((i for i, failed in enumerate(self._fail(cases, failure)) if failed), None)
             if failing is None:
                 number += 1
             else:
                 case = cases[failing]
         return case
-
-
-def _with(schedule: Schedule, number: int, injection: Any) -> Schedule:
-    return (*schedule[:number], injection, *schedule[number + 1 :])
-
-
-def _each_left_out(case: Case) -> list[Case]:
-    schedule = case.schedule
-    return [case.with_schedule((*schedule[:i], *schedule[i + 1 :])) for i in range(len(schedule))]
 
 
 def needed(parts: Sequence[T], fails: Fails[T]) -> list[T]:

@@ -88,7 +88,9 @@ class Injection:
     @cached_property
     def awaited(self) -> What:
         """The moment that it is anchored to; one that never comes if it has no anchor."""
-        return anchored_to(self.anchor)
+        anchor = self.anchor
+        goal, event, robot, action = (str(anchor.get(field, "")) for field in ("goal", "event", "robot", "action"))
+        return goal, event, robot, action, anchor.get("nth", 1)
 
     @property
     def transient(self) -> bool:
@@ -283,12 +285,6 @@ class Moment(NamedTuple):
         spec |= {"action": self.action} if self.action else {}
         spec |= {"nth": self.nth} if self.nth > 1 else {}
         return spec | ({"after": after} if after else {})
-
-
-def anchored_to(anchor: Mapping[str, Any]) -> What:
-    """Return the moment that an anchor stands for."""
-    goal, event, robot, action = (str(anchor.get(field, "")) for field in ("goal", "event", "robot", "action"))
-    return goal, event, robot, action, anchor.get("nth", 1)
 
 
 @dataclass(frozen=True)

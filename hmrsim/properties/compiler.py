@@ -100,10 +100,6 @@ def _subject(part: BaseModel) -> str:
     return names.pop() if len(names) == 1 else ""
 
 
-def _whenever(of: Instance) -> Watcher:
-    return Whenever(of, "whenever", of.part.within)
-
-
 def _instantaneous(of: Instance) -> Watcher:
     field = "instantaneous_reaction"
     return Whenever(of, field, 0.0) if _binds(of, field) else Reaction(of, field)
@@ -146,7 +142,7 @@ _MAKERS: Final[Mapping[str, _Maker]] = MappingProxyType(
         "never": Never,
         "eventually": Eventually,
         "sometimes": Happening,
-        "whenever": _whenever,
+        "whenever": lambda of: Whenever(of, "whenever", of.part.within),
         "reports": Reports,
         "formula": Windows,
         **{field: _of_arrivals(field) for field in _ORDERS},

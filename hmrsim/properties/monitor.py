@@ -177,7 +177,7 @@ class MonitorSink(SelectiveSink):
         handlers: dict[type, Callable[[Any], object]] = {
             EventStamped: self._take,
             GoalChanged: self._take_goal,
-            TimeRestarted: self._restart,
+            TimeRestarted: lambda output: self._monitor.timeline.restart(output.ended),
         }
         return handlers.get(kind)
 
@@ -194,9 +194,6 @@ class MonitorSink(SelectiveSink):
         self._monitor.timeline.give(output.stamp, event, handlers)
         if isinstance(event, SimulationReset | WorldLoaded):
             self._take_scene(output.stamp)
-
-    def _restart(self, output: TimeRestarted) -> None:
-        self._monitor.timeline.restart(output.ended)
 
     def sample_batteries(self) -> None:
         """Pass the current charge of batteries to the monitor, as at the end of a run."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -55,7 +55,7 @@ class Expression:
         match condition:
             case AllOf(all=parts) | AnyOf(any=parts):
                 values = [self._value(part) for part in parts]
-                return _least(values) if isinstance(condition, AllOf) else _greatest(values)
+                return _combined(min if isinstance(condition, AllOf) else max, values)
             case Not(not_=part):
                 return _opposite(self._value(part))
             case LaneCondition(lane=lane, is_=state):
@@ -64,10 +64,10 @@ class Expression:
                 return closed if state == "closed" else _opposite(closed)
             case BatteryCondition(battery=robot, below=below, above=above):
                 share = self._of(self._observations.battery_share(robot))
-                return _above(share, above) if above is not None else _below(share, below or 0.0)
+                return _above(share, above) if above is not None else lambda: (below or 0.0) - share() or -JUST
             case ItemCondition():
                 return self._item(condition)
-        return _least([self._of(signal) for signal in self._signals(condition)])
+        return _combined(min, [self._of(signal) for signal in self._signals(condition)])
 
     def _signals(self, condition: Condition) -> list[Signal]:
         """Return the signals that all have to hold."""
@@ -110,7 +110,7 @@ class Expression:
             values.append(carried if condition.carried else _opposite(carried))
         if condition.carried_by is not None:
             values.append(self._of(seen.item_is_carried(item, condition.carried_by)))
-        return _least(values)
+        return _combined(min, values)
 
     def _of(self, signal: Signal) -> Value:
         self.signals.append(signal)
@@ -206,23 +206,15 @@ def prepare(whole: BaseModel, observations: Observations) -> None:
                 _ = getattr(history, _OBSERVED[type(part)])
 
 
-def _least(values: list[Value]) -> Value:
+def _combined(of: Callable[[Iterable[float]], float], values: list[Value]) -> Value:
     if not values:
         return lambda: HOLDS
-    return values[0] if len(values) == 1 else lambda: min(value() for value in values)
-
-
-def _greatest(values: list[Value]) -> Value:
-    return values[0] if len(values) == 1 else lambda: max(value() for value in values)
-
-
-def _opposite(value: Value) -> Value:
-    return lambda: -value()
+    return values[0] if len(values) == 1 else lambda: of(value() for value in values)
 
 
 def _above(share: Value, bound: float) -> Value:
     return lambda: share() - bound or -JUST
 
 
-def _below(share: Value, bound: float) -> Value:
-    return lambda: bound - share() or -JUST
+def _opposite(value: Value) -> Value:
+    return lambda: -value()

@@ -23,7 +23,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     """End the traceback of an error that hmrsim reports at the test's own line, unless ``--full-trace`` is given."""
     if call.excinfo is None or item.config.getoption("fulltrace") or not isinstance(call.excinfo.value, HmrsimError):
         return
-    own = [entry for entry in _entries(call.excinfo.tb) if _package(entry) not in _PACKAGES]
+    own = [
+        entry
+        for entry in _entries(call.excinfo.tb)
+        if str(entry.tb_frame.f_globals.get("__name__", "")).partition(".")[0] not in _PACKAGES
+    ]
     if own:
         own[-1].tb_next = None
 
@@ -32,10 +36,6 @@ def _entries(traceback: TracebackType | None) -> Iterator[TracebackType]:
     while traceback is not None:
         yield traceback
         traceback = traceback.tb_next
-
-
-def _package(entry: TracebackType) -> str:
-    return str(entry.tb_frame.f_globals.get("__name__", "")).partition(".")[0]
 
 
 @pytest.fixture

@@ -151,7 +151,7 @@ class Trace(SelectiveSink):
             commands.CancelGoal: _cancel_goal,
             commands.ChangeState: _change_state,
             commands.CallService: self._call_service,
-            commands.Participation: _participation,
+            commands.Participation: lambda command: {"command": "participation", **command._asdict()},
             commands.PlannerPresent: lambda command: {"command": "planner_present", "present": command.present},
             commands.PlanAnswered: _plan_answered,
             commands.Stop: lambda command: {"command": "stop", "reason": command.reason},
@@ -252,10 +252,6 @@ def _change_state(command: commands.ChangeState) -> dict[str, Any]:
     fields = command._asdict()
     del fields["reply_to"]
     return {"command": "change_state", **fields, "actions": list(command.actions)}
-
-
-def _participation(command: commands.Participation) -> dict[str, Any]:
-    return {"command": "participation", **command._asdict()}
 
 
 def _plan_answered(command: commands.PlanAnswered) -> dict[str, Any]:

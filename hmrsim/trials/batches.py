@@ -213,13 +213,16 @@ def factory_of(text: str, jobs: int | None) -> tuple[Callable[[], Executor], int
     Raises:
         ExperimentError: There is no such executor.
     """
-    count = jobs or _processors()
+    # The processors that this process may use, which only Linux reports.
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    count = jobs or own
     name, colon, rest = text.partition(":")
     if name == POOL:
         if colon and not (rest.isdecimal() and int(rest) > 0):
             raise _error(text, f"expected a number of processes after pool:, got {rest!r}")
         workers = int(rest) if colon else count
-        return lambda: _pool(workers), workers
+        context = multiprocessing.get_context(_METHOD)
+        return lambda: ProcessPoolExecutor(workers, context, prepare_worker, ({**os.environ},)), workers
     if name == DASK:
         distributed = _imported(text, "distributed", "; install hmrsim[cluster]")
         address = f"tcp://{rest.removeprefix('//')}" if rest.startswith("//") else ""
@@ -273,16 +276,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _processors() -> int:
-    """Return the number of processors that this process may use, which only Linux reports."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _pool(workers: int) -> Executor:
-    context = multiprocessing.get_context(_METHOD)
-    return ProcessPoolExecutor(workers, context, prepare_worker, ({**os.environ},))
 
 
 def _dask(distributed: Any, address: str, workers: int) -> Executor:

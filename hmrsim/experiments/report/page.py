@@ -129,7 +129,7 @@ def _measure(summary: Summary, name: str) -> _Measure:
     reach = _reach(name, means.values())
     label = f"Mean of {name} with its interval"
     histogram, curves = summary.distributions.get(name), summary.running.get(name, {})
-    axis = running_axis(curves.values())
+    axis = axis_of(_settled(curves.values()))
     axis = shares_axis(axis) if name == SUCCESS else axis
     last = max((points[-1].replications for points in curves.values()), default=0)
     return _Measure(
@@ -315,12 +315,8 @@ def histogram_chart(edges: Sequence[float], counts: Sequence[int], most: float, 
     return picture(parts, label, _WIDTH, _BARS)
 
 
-def running_axis(curves: Iterable[Sequence[Point]]) -> Axis:
-    """Return the axis of running means, by the values to which they have settled."""
-    return axis_of(_settled(curves))
-
-
 def _settled(curves: Iterable[Sequence[Point]]) -> Iterator[float | None]:
+    """Yield the values to which running means have settled, which decide the axis."""
     for points in curves:
         for point in points:
             if point.replications >= max(2, points[-1].replications * _SETTLED):

@@ -53,7 +53,7 @@ def summary_of(results: Results) -> Summary:
         notes=tuple(_notes(columns, least)),
         measures={name: Measure(**said) for name, said in _measures(about).items()},
         endings=endings_of(columns),
-        treatments=treatments_of(columns),
+        treatments=tuple(_treatment(columns, number) for number in range(len(columns.treatments))),
         comparisons=comparisons_of(columns, about),
         effects=effects_of(columns),
         distributions=histograms_of(columns),
@@ -108,11 +108,6 @@ def _notes(columns: Columns, least: int) -> Iterator[str]:
 
 _FEWEST_BINS: Final = 8
 _MOST_BINS: Final = 40
-
-
-def treatments_of(columns: Columns) -> tuple[Treatment, ...]:
-    """Return all treatments, including those without a run."""
-    return tuple(_treatment(columns, number) for number in range(len(columns.treatments)))
 
 
 def endings_of(columns: Columns) -> tuple[Ending, ...]:

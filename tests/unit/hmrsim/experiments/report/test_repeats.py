@@ -15,7 +15,7 @@ from hmrsim.experiments.repeats import Repeats, counted, pairs_that_count
 from hmrsim.experiments.report import summary_of
 from hmrsim.experiments.statistics.intervals import mean_interval, proportion_interval
 from hmrsim.experiments.store import Row
-from hmrsim.experiments.table import groups_by, groups_of
+from hmrsim.experiments.table import groups_by
 
 
 def rows(*cells):
@@ -86,7 +86,7 @@ def half(run, levels):
 def test_eight_repeats_of_81_scenarios_have_the_interval_of_81(results):
     found = results(equal, factors={"speed": [*range(81)]}, replications=8)
 
-    rate = groups_of(found)["a"].rate()
+    rate = groups_by(found)[0].rate()
     assert (1.0, 81) == (rate.estimate, rate.n)
     assert pytest.approx(0.955, abs=5e-4) == rate.low
     (one, _) = summary_of(found).treatments
@@ -151,7 +151,7 @@ def test_scenarios_with_and_without_chance_keep_their_weights(results):
 
     compared = contrast(*sides_of(f"{found.folder}:a", f"{found.folder}:b"), measures=["time"])
     difference = compared.comparisons["time"].difference
-    means = {name: fmean(group.values["time"]) for name, group in groups_of(found).items()}
+    means = {group.name: fmean(group.values["time"]) for group in groups_by(found)}
     assert (50, -2.0) == (difference.n, difference.estimate)
     assert difference.estimate == pytest.approx(means["b"] - means["a"])
     (comparison,) = summary_of(found).comparisons
