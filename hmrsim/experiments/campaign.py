@@ -163,11 +163,6 @@ class Schedule:
         except ValueError:  # a relative margin of a measure that is negative in some runs: nothing can be decided
             return False
 
-    def _criterion(self, until: Until) -> Criterion:
-        measure = self._plan.file.measures[until.measure]
-        alpha = (1.0 - until.confidence) / (len(self._plan.treatments) - 1)
-        return Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
-
     def _compared(self, first: str, second: str, until: Until) -> tuple[list[float], list[float], Criterion]:
         """Return the values of two treatments, in the order of `contrast`, and the criterion."""
         runs = [
@@ -181,7 +176,10 @@ class Schedule:
         repeated = [all(self._repeats.repeats((run.scenario, run.treatment)) for run in pair) for pair in runs]
         groups = pairs_that_count([(run.scenario, run.replication) for run, _ in runs], repeated)
         one, two = ([self._done[pair[side].number] for pair in runs] for side in (0, 1))
-        return *means_of_pairs(one, two, groups), about_means(self._criterion(until), groups)
+        measure = self._plan.file.measures[until.measure]
+        alpha = (1.0 - until.confidence) / (len(self._plan.treatments) - 1)
+        about = Criterion(measure.better == "larger", measure.margin or None, relative=measure.relative, alpha=alpha)
+        return *means_of_pairs(one, two, groups), about_means(about, groups)
 
     def _enough(self, scenario: int, treatment: str) -> bool:
         until = self._until

@@ -10,7 +10,7 @@ import shlex
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 from xml.sax.saxutils import escape, quoteattr
 
 from markupsafe import Markup
@@ -165,23 +165,6 @@ def _printable(text: str) -> str:
     return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
 
 
-class _Line(NamedTuple):
-    """An event of a story."""
-
-    at: float
-    text: str
-    mark: str
-
-
-class _Shown(NamedTuple):
-    """A failure as the page shows it."""
-
-    finding: Finding
-    file: str
-    injections: Sequence[tuple[str, str]]
-    lines: Sequence[_Line]
-
-
 def page_of(check: Check, summary: Summary, folder: Path) -> str:
     """Return the report of a search as a self-contained page; *folder* has the results, as on a command line."""
     environment = templates(__package__)
@@ -207,11 +190,14 @@ def _controller(check: Check) -> str:
     return str(spec)
 
 
-def _shown(finding: Finding, file: str) -> _Shown:
-    injections = [(injection.describe(), passes(outcome)) for injection, outcome in finding.in_order]
-    return _Shown(
-        finding, file, injections, [_Line(at, text, mark_of(text)) for at, text in events_of(finding.outcome)]
-    )
+def _shown(finding: Finding, file: str) -> dict[str, Any]:
+    """Return a failure as the template shows it."""
+    return {
+        "finding": finding,
+        "file": file,
+        "injections": [(injection.describe(), passes(outcome)) for injection, outcome in finding.in_order],
+        "lines": [{"at": at, "text": text, "mark": mark_of(text)} for at, text in events_of(finding.outcome)],
+    }
 
 
 def _margin(robustness: float) -> str:

@@ -97,8 +97,8 @@ class Search:
         self._seen: dict[str, None] = {}
         self._known: list[Schedule] = []
         self._single_injections = candidates.singles(nominal.moments, self._rng)
-        self._turns = iter(_one_of_each_kind(self._single_injections.in_order))
-        self._singles = (single.injection for single in self._single_injections.in_order)
+        self._turns = ((injection,) for injection in _one_of_each_kind(self._single_injections.in_order))
+        self._singles = ((single.injection,) for single in self._single_injections.in_order)
         self._dropped: dict[str, None] = {}
         self.tried.singles = self.tried.singles_left = len(self._single_injections)
         self._base = Kept((), nominal.moments, nominal.moments, ())
@@ -161,31 +161,19 @@ class Search:
     def _batch(self, size: int) -> list[Schedule]:
         if self._strategy == "random":
             return [*self._fresh(self._random, size)]
-        found = [*self._next_turns(size)]
-        found += self._next_probes(min(_PROBES, size - len(found)))
-        found += self._next_singles(min(_SINGLES, size - len(found)))
+        found = [*self._new(self._turns, size)]
+        found += self._new(iter(self._probes.next, None), min(_PROBES, size - len(found)))
+        found += self._new(self._singles, min(_SINGLES, size - len(found)))
         return [*found, *self._fresh(self._guided, size - len(found))]
 
-    def _next_turns(self, count: int) -> Iterator[Schedule]:
-        """Yield the next single injections of kinds that had no turn, at most *count*."""
-        while count and (injection := next(self._turns, None)) is not None:
-            if self._is_new((injection,)):
-                yield (injection,)
-                count -= 1
-
-    def _next_probes(self, count: int) -> Iterator[Schedule]:
-        while count and (schedule := self._probes.next()) is not None:
+    def _new(self, schedules: Iterator[Schedule], count: int) -> Iterator[Schedule]:
+        """Yield the next schedules that were not tried, at most *count*."""
+        while count and (schedule := next(schedules, None)) is not None:
             if self._is_new(schedule):
                 yield schedule
                 count -= 1
-
-    def _next_singles(self, count: int) -> Iterator[Schedule]:
-        while count and (injection := next(self._singles, None)) is not None:
-            if self._is_new((injection,)):
-                yield (injection,)
-                count -= 1
-            elif self._passed_over((injection,)):
-                self._drop(injection)
+            elif schedules is self._singles and self._passed_over(schedule):
+                self._drop(schedule[0])
 
     def _drop(self, injection: Injection) -> None:
         """Remove a single injection from those left to try."""

@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
@@ -97,13 +97,7 @@ class Summary:
             "exercised": dict(self.exercised),
             "features": self.features,
             "covered": self.covered,
-            "unreached": {
-                "singles": self.unreached.singles,
-                "kinds": list(self.unreached.kinds),
-                "untried": list(self.unreached.untried),
-                "properties": list(self.unreached.properties),
-                "nodes": list(self.unreached.nodes),
-            },
+            "unreached": asdict(self.unreached),
             "nominal": {"ending": self.nominal.ending, "at": self.nominal.at},
             "findings": [self._finding(number, each) for number, each in enumerate(self.findings, 1)],
         }

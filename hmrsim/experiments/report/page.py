@@ -54,34 +54,6 @@ def levels(said: Mapping[str, Any]) -> str:
     return ", ".join(f"{name}={level}" for name, level in said.items()) or UNKNOWN
 
 
-class _Curve(NamedTuple):
-    """The running mean of a treatment."""
-
-    treatment: str
-    mean: Estimate
-    svg: Markup
-
-
-class _Measure(NamedTuple):
-    """The charts of a measure: means and histograms by treatment, and running means."""
-
-    name: str
-    means: dict[str, Markup]
-    histograms: dict[str, Markup]
-    ticks: Sequence[Tick]
-    curves: Sequence[_Curve]
-    low: float
-    high: float
-    replications: int
-
-
-class _Effects(NamedTuple):
-    """The charts of effects: the means at the levels of factors, and at pairs of levels, on one axis."""
-
-    levels: Sequence[Markup]
-    interactions: Sequence[Markup]
-
-
 def page_of(summary: Summary, folder: str) -> str:
     """Return the report of an experiment as a self-contained page; *folder* has the results, as on a command line."""
     environment = templates(__package__)
@@ -124,7 +96,8 @@ def _svg(text: str) -> Markup:
     return Markup(text)  # noqa: S704 - escaped by the functions that made it
 
 
-def _measure(summary: Summary, name: str) -> _Measure:
+def _measure(summary: Summary, name: str) -> dict[str, Any]:
+    """Return the charts of a measure: means and histograms by treatment, and running means."""
     means = {each.name: each.success if name == SUCCESS else each.measures[name].mean for each in summary.treatments}
     reach = _reach(name, means.values())
     label = f"Mean of {name} with its interval"
@@ -132,23 +105,25 @@ def _measure(summary: Summary, name: str) -> _Measure:
     axis = axis_of(_settled(curves.values()))
     axis = shares_axis(axis) if name == SUCCESS else axis
     last = max((points[-1].replications for points in curves.values()), default=0)
-    return _Measure(
-        name,
-        {treatment: _svg(interval_chart(mean, reach, f"{label}, {treatment}")) for treatment, mean in means.items()},
-        _histograms(name, histogram.edges, histogram.counts) if histogram else {},
-        ticks_of(Axis(histogram.edges[0], histogram.edges[-1])) if histogram else (),
-        [
-            _Curve(
-                treatment,
-                points[-1].mean,
-                _svg(running_chart(points, axis, last, f"{name} of {treatment} by replications")),
-            )
+    return {
+        "name": name,
+        "means": {
+            treatment: _svg(interval_chart(mean, reach, f"{label}, {treatment}")) for treatment, mean in means.items()
+        },
+        "histograms": _histograms(name, histogram.edges, histogram.counts) if histogram else {},
+        "ticks": ticks_of(Axis(histogram.edges[0], histogram.edges[-1])) if histogram else (),
+        "curves": [
+            {
+                "treatment": treatment,
+                "mean": points[-1].mean,
+                "svg": _svg(running_chart(points, axis, last, f"{name} of {treatment} by replications")),
+            }
             for treatment, points in curves.items()
         ],
-        axis.low,
-        axis.high,
-        last,
-    )
+        "low": axis.low,
+        "high": axis.high,
+        "replications": last,
+    }
 
 
 def _reach(name: str, means: Iterable[Estimate]) -> Axis:
@@ -179,7 +154,8 @@ def _differences(comparison: Comparison, first: Treatment) -> dict[str, Markup]:
     return found
 
 
-def _effects(summary: Summary, name: str) -> _Effects:
+def _effects(summary: Summary, name: str) -> dict[str, list[Markup]]:
+    """Return the charts of effects: the means at the levels of factors, and at pairs of levels, on one axis."""
     found = summary.effects[name]
     levels = [level for level in found.levels if level.factor != TREATMENT]
     axis = _reach(name, [level.mean for level in levels])
@@ -192,7 +168,7 @@ def _effects(summary: Summary, name: str) -> _Effects:
         interval_chart(each.mean, axis, f"Mean of {name} at {' and '.join(each.levels)}", line=each.expected)
         for each in found.interactions
     ]
-    return _Effects([*map(_svg, charts)], [*map(_svg, both)])
+    return {"levels": [*map(_svg, charts)], "interactions": [*map(_svg, both)]}
 
 
 def _colors(endings: Sequence[Ending]) -> dict[str, str]:
