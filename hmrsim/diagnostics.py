@@ -70,6 +70,16 @@ def limited(problems: list[Problem], file: str) -> list[Problem]:
     return [*problems[:MAX_FINDINGS], last]
 
 
+def in_order(problems: Iterable[Problem], file: str) -> list[Problem]:
+    """Return problems of several files by file and line, errors first and those of *file* first; see `limited`."""
+    files = {file: 0}
+    listed = [*problems]
+    for problem in listed:
+        files.setdefault(problem.file, len(files))
+    listed.sort(key=lambda problem: (problem.severity != "error", files[problem.file], problem.line or 0))
+    return limited(listed, file)
+
+
 def problem_of(finding: Finding, file: str, line_of: Callable[[Path], int | None]) -> Problem:
     """Return a finding as a problem of a file; see `problems_of`."""
     line = finding.line or line_of(finding.path)

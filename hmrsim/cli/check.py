@@ -7,7 +7,6 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,6 +18,7 @@ from hmrsim.program.files import check_outputs, check_writable, write_text
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Finding
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.reading import Repro
     from hmrsim.fault_search.run import Outcome
@@ -247,12 +247,13 @@ def check_trace(args: argparse.Namespace) -> int:
         PropertyError: The properties are not valid, or refer to something that the world lacks.
     """
     from hmrsim.program.memory import collect_rarely
-    from hmrsim.properties import Properties, read_properties
+    from hmrsim.properties import Properties
+    from hmrsim.properties.model.file import read_valid_properties
 
-    properties = Properties() if args.properties is None else read_properties(args.properties)
+    properties, flaws = (Properties(), []) if args.properties is None else read_valid_properties(args.properties)
     collect_rarely()
     with logging_to_stderr(args):
-        checked = _checked(args.trace, properties)
+        checked = _checked(args.trace, properties, flaws)
     for note in checked.notes:
         warn(f"{args.trace}: {printable(note)}")
     monitor = checked.monitor
@@ -261,15 +262,17 @@ def check_trace(args: argparse.Namespace) -> int:
     return ExitCode.FAILED if monitor.violations else ExitCode.DONE
 
 
-def _checked(path: Path, properties: Properties) -> Checked:
+def _checked(path: Path, properties: Properties, flaws: list[Finding]) -> Checked:
     from hmrsim.cli.replay import errors_of, is_recording, lines_of
     from hmrsim.cli.worlds import show_findings
     from hmrsim.properties import check_recording
     from hmrsim.properties import check_trace as check_lines
     from hmrsim_zenoh.recording import open_recording
 
-    # Misspelled names are reported before a long run is replayed.
-    on_findings = partial(show_findings, properties)
+    def on_findings(further: list[Finding]) -> None:
+        """Report errors and misspelled names before a long run is replayed."""
+        show_findings(properties, [*flaws, *further])
+
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
             return check_recording(open_recording(path), properties, on_findings)

@@ -270,12 +270,13 @@ class RunMonitor:
     def __init__(self, path: Path, world: World) -> None:
         # Loads the properties, which takes 100 ms.
         from hmrsim.cli.worlds import show_findings
-        from hmrsim.properties import Monitor, check_properties, read_properties
+        from hmrsim.properties import Monitor, check_properties
+        from hmrsim.properties.model.file import read_valid_properties
 
         self._simulator: Simulator | None = None
         self._running = True
-        properties = read_properties(path)
-        show_findings(properties, check_properties(properties, world))
+        properties, flaws = read_valid_properties(path)
+        show_findings(properties, [*flaws, *check_properties(properties, world)])
         self._monitor = Monitor(properties, world)
 
     @property

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -25,6 +25,10 @@ MAX_BYTES: Final = 16 * 1024 * 1024
 """Maximum size of a file, in bytes."""
 
 
+LineOf: TypeAlias = "Callable[[FieldPath], int | None]"
+"""A function that returns the line of a field, or of the nearest part that should hold it; None if it is unknown."""
+
+
 def no_line(_path: FieldPath) -> int | None:
     """Return no line, for values that come from no file."""
     return None
@@ -38,14 +42,14 @@ class Document:
         file: The file as the user named it, or the place that the values come from.
         data: The content, a mapping unless the reader asked for any value.
         error: The class of the errors that are raised about this document.
-        line: Returns the line of a field, or of the nearest part that should hold it.
+        line: Returns the line of a field.
         findings: The errors that were found while reading, such as duplicate keys.
     """
 
     file: str
     data: Any
     error: type[DocumentError]
-    line: Callable[[FieldPath], int | None] = no_line
+    line: LineOf = no_line
     findings: tuple[Finding, ...] = ()
 
     def problems(self, findings: Iterable[Finding]) -> list[Problem]:

@@ -167,8 +167,11 @@ def _keys_of_distribution(loc: tuple[str | int, ...]) -> Iterable[str]:
     return [*(get_args(kind) or (kind,))[0].model_fields]
 
 
-def _fits(pattern: str, step: str | int) -> bool:
-    return pattern in {"*", step}
+def matches(pattern: tuple[str, ...], path: Path) -> bool:
+    """Return whether a path has the form of a pattern, in which ``*`` is any key or index."""
+    return len(pattern) == len(path) and all(
+        expected in {"*", step} for expected, step in zip(pattern, path, strict=True)
+    )
 
 
 def _is_model(part: object) -> TypeGuard[type[BaseModel]]:
@@ -177,7 +180,7 @@ def _is_model(part: object) -> TypeGuard[type[BaseModel]]:
 
 def _known_keys(path: Path, models: Models) -> Iterable[str]:
     if isinstance(models, Mapping):
-        fitting = (part for part in models if len(part) == len(path) and all(map(_fits, part, path)))
+        fitting = (part for part in models if matches(part, path))
         model = models.get(min(fitting, key=lambda part: part.count("*"), default=("",)))
         return () if model is None else _keys_of(model)
     model = models

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from hmrsim.diagnostics import Finding, instead
+from hmrsim.diagnostics import Finding, in_order, instead
 from hmrsim.errors import ExperimentError, HmrsimError, Problem, WorldError
 from hmrsim.events import registry as events
 from hmrsim.experiments.endings import BY_REPORT, REPORTED
 from hmrsim.experiments.measures import NAMES, Unknown, unknown_parts
-from hmrsim.experiments.reading import Reading, read_valid_parts
+from hmrsim.experiments.reading import OF_NAMES, Reading, read_valid_parts
 from hmrsim.experiments.statistics.confidence_sequences import FIRST_LOOK
 from hmrsim.trials.controllers import controller_of, words_of
 from hmrsim.trials.trial import BUILT_IN
@@ -21,15 +21,10 @@ from hmrsim.world.overlays.expressions import OverlayFlaw, names_in, names_used_
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from hmrsim.documents.valid_parts import Lost
     from hmrsim.experiments.model import Ending
     from hmrsim.experiments.plan import Plan
     from hmrsim.world.model import World
-
-
-_OF_WORLDS: Final = frozenset({"world", "tables", "levels", "factors", "design", "overlay", "variants"})
-"""The keys of a file that its worlds depend on."""
-_OF_NAMES: Final = frozenset({"tables", "levels", "factors", "design"})
-"""The keys of a file that the values of expressions depend on."""
 
 
 def check_file(
@@ -51,19 +46,23 @@ def check_file(
     errors, warnings = _problems(reading, reading.plan, tell)
     errors = [*reading.problems, *errors]
     if errors:
-        raise ExperimentError(sorted(errors, key=lambda problem: (problem.file != str(path), problem.line or 0)))
+        raise ExperimentError(in_order(errors, str(path)))
     return reading.plan, warnings
 
 
 def _problems(reading: Reading, plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], list[Problem]]:
-    """Return the errors and the warnings of an experiment, except of parts that depend on invalid keys."""
+    """Return the errors and the warnings of an experiment, except of parts that depend on invalid ones."""
     file, lost = reading.document.file, reading.lost
-    errors, warnings, worlds = ([], [], []) if _OF_WORLDS & {*lost} else _worlds(plan, tell)
-    whole = "ends" not in lost
-    unknown = _unknown(plan, worlds) if whole else []
-    findings = [*_measures(plan), *_endings(plan, worlds), *(_successes(plan) if whole else ())]
+    errors, warnings, worlds = ([], [], []) if lost.touches("world") else _worlds(plan, tell)
+    if not reading.worlds_known:
+        worlds = []
+    endings: list[str] | None = None
+    if (broken := lost.names.get("ends", frozenset())) is not None:
+        endings = [*plan.file.ends, *sorted(broken)]
+    unknown = [] if endings is None else _unknown(plan, endings, worlds)
+    findings = [*_measures(plan), *_endings(plan, worlds), *(() if endings is None else _successes(plan, endings))]
     findings += [Finding(("measures", each.measure), each.text) for each in unknown if each.certain]
-    findings += _treatments(plan, known=not _OF_NAMES & {*lost})
+    findings += _treatments(plan, lost)
     errors += reading.document.problems(findings)
     doubtful = [
         Problem(file, f"measures.{each.measure}", each.text, severity="warning") for each in unknown if not each.certain
@@ -100,9 +99,9 @@ def _worlds(plan: Plan, tell: Callable[[int], None]) -> tuple[list[Problem], lis
     return [*errors], [*warnings], first
 
 
-def _unknown(plan: Plan, worlds: Sequence[World]) -> list[Unknown]:
+def _unknown(plan: Plan, endings: Sequence[str], worlds: Sequence[World]) -> list[Unknown]:
     """Return the parts that measures use and that no world has."""
-    found = [[*unknown_parts(plan.file, world)] for world in worlds]
+    found = [[*unknown_parts(plan.file, endings, world)] for world in worlds]
     measures = [{each.measure for each in one} for one in found]
     return [each for each in found[0] if all(each.measure in one for one in measures)] if found else []
 
@@ -160,10 +159,13 @@ def _asked_for(value: object) -> frozenset[str]:
         return frozenset({str(value)})
 
 
-def _treatments(plan: Plan, *, known: bool) -> Iterator[Finding]:
-    """Yield the flaws of controllers; if names are not *known*, of those that use none."""
+def _treatments(plan: Plan, lost: Lost) -> Iterator[Finding]:
+    """Yield the flaws of valid controllers; if names are lost, of those that use none."""
+    known = not lost.touches(*OF_NAMES)
     scenarios = [plan.names(scenario) for scenario in range(len(plan.scenarios))] if known else [{}]
     for name, treatment in plan.treatments.items():
+        if lost.has(name, "treatments"):
+            continue
         if not known and _asked_for(treatment.model_dump(mode="json", exclude={"overlay"})):
             continue
         kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
@@ -203,10 +205,10 @@ def _endings(plan: Plan, worlds: Sequence[World]) -> Iterator[Finding]:
                     yield Finding((*path, field), message)
 
 
-def _successes(plan: Plan) -> Iterator[Finding]:
+def _successes(plan: Plan, endings: Sequence[str]) -> Iterator[Finding]:
     """Yield a flaw for each success that no run can have as its ending."""
     if "successes" in plan.file.model_fields_set:
-        known = [*plan.file.ends, *BUILT_IN]
+        known = [*endings, *BUILT_IN]
         for place, label in enumerate(plan.file.successes):
             if label not in known:
                 what = f"no run ends as {label!r}, as there is no such ending{instead(label, known)}"

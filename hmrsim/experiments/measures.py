@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -181,15 +181,15 @@ class Unknown(NamedTuple):
     certain: bool
 
 
-def unknown_parts(file: ExperimentFile, world: World) -> Iterator[Unknown]:
-    """Yield what the measures of an experiment ask for although it is not there, in a world of it."""
+def unknown_parts(file: ExperimentFile, endings: Iterable[str], world: World) -> Iterator[Unknown]:
+    """Yield the parts that measures of an experiment use and that runs with these endings in this world lack."""
     parts = [(name, part) for name, measure in file.measures.items() for part in _parts(measure.value)]
     if not parts:
         return
     settings = RunSettings()
     report = LiveReport(world, settings)
     simulator = Simulator(world, settings, watchers=lambda made: [report.sink(made)])
-    names = Names(Judge({}), simulator, lambda: _outline(report.report(simulator)), [*file.ends])
+    names = Names(Judge({}), simulator, lambda: _outline(report.report(simulator)), [*endings])
     for name, part in parts:
         try:
             evaluate(part, names)

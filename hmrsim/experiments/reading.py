@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, read_document
-from hmrsim.documents.validation import explain
+from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.errors import ExperimentError, Problem, WorldError
 from hmrsim.experiments.model import (
     Design,
@@ -30,6 +28,9 @@ from hmrsim.trials.model import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
     (): ExperimentFile,
@@ -53,10 +54,17 @@ RESERVED: Final = (
 """The columns of results, whose names factors and measures can't have."""
 
 _LEVELS: Final = "levels"
+OF_NAMES: Final = ("tables", "levels", "factors", "design")
+"""The keys of a file that the values of expressions depend on."""
 _PARAMETERS: Final = "set"
 """The key of a variant that does not belong to its overlay."""
-_OF_NAMES: Final = ("tables", "factors", "treatments", "variants", "ends", "measures")
-"""The keys with independent entries, so that an invalid one does not affect the others."""
+_UNNAMED: Final = "unnamed"
+_STAND_INS: Final[Mapping[tuple[str, ...], Any]] = {
+    ("name",): _UNNAMED,
+    ("world",): "",
+    ("treatments",): {_UNNAMED: {"python": ""}},
+}
+"""Values for missing or invalid ones, so that the rest of the file is checked."""
 
 
 def read_plan(path: str | Path, variants: Collection[str] = ()) -> Plan:
@@ -78,13 +86,15 @@ class Reading(NamedTuple):
         document: The file.
         plan: The experiment without the invalid parts; None if nothing else can be checked.
         problems: The errors, in the order of the lines.
-        lost: The keys of the file that have invalid parts.
+        lost: The invalid parts of the file.
+        worlds_known: Whether the worlds do not depend on the invalid parts.
     """
 
     document: Document
     plan: Plan | None
     problems: list[Problem]
-    lost: Collection[str] = ()
+    lost: Lost = Lost()
+    worlds_known: bool = False
 
 
 def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Reading:
@@ -94,57 +104,40 @@ def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Readin
         ExperimentError: The file can't be read, or is not a mapping.
     """
     document = read_document(path, ExperimentError, "a mapping with name, world and treatments")
-    findings = [*document.findings]
-    model, lost = _model(document.data, findings)
+    valid = valid_parts(document.data, ExperimentFile, _PARTS, _STAND_INS)
+    model, lost = valid.value, valid.lost
+    findings = [*document.findings, *valid.findings]
     if model is None:
         return Reading(document, None, document.problems(findings))
     folder = Path(path).absolute().parent
+    if lost.has(_UNNAMED, "treatments"):
+        model = model.model_copy(update={"treatments": {}})
     tables = _tables(model, folder, findings)
-    scenarios = () if "design" in lost or "factors" in lost else _scenarios(model, folder, findings)
+    scenarios = () if lost.touches("design", "factors") else _scenarios(model, folder, findings)
     if not scenarios:
-        lost.add("factors")
+        lost = Lost({**lost.names, "factors": None})
+        scenarios = [{}]
     findings += _names(model, tables, lost)
     chosen = [name for name in variants if name in model.variants]
     findings += [
         Finding(("variants",), f"there is no variant {name!r}{instead(name, model.variants)}", name)
         for name in variants
-        if name not in chosen and "variants" not in lost
+        if name not in chosen and not lost.has(name, "variants")
     ]
-    overlays = [_overlay(document, ("overlay",))] if model.overlay else []
-    overlays += [_overlay(document, ("variants", name)) for name in chosen]
+    known = not lost.touches(*OF_NAMES)
+    overlays = [_overlay(document, ("overlay",), known=known)] if model.overlay else []
+    overlays += [_overlay(document, ("variants", name), known=known) for name in chosen]
     own = {
-        name: _overlay(document, ("treatments", name, "overlay"))
+        name: _overlay(document, ("treatments", name, "overlay"), known=known)
         for name, treatment in model.treatments.items()
         if treatment.overlay
     }
     world = source_of(model.world, folder)
     model = _with_parameters(model, chosen)
     plan = Plan(Path(path).absolute(), model, scenarios, overlays, tables, world, tuple(chosen), own)
-    return Reading(document, plan, document.problems(findings), lost)
-
-
-def _model(data: dict[str, Any], findings: list[Finding]) -> tuple[ExperimentFile | None, set[str]]:
-    """Return the model of a file without its invalid parts, and the keys that have some; add errors to *findings*."""
-    try:
-        return ExperimentFile.model_validate(data), set()
-    except ValidationError as error:
-        errors = explain(error, data, _PARTS)
-    findings += errors
-    left = dict(data)
-    lost: set[str] = set()
-    for key, *below in (finding.path for finding in errors if finding.path):
-        lost.add(str(key))
-        if key in _OF_NAMES and below and isinstance(left.get(key), dict):
-            left[key] = {name: value for name, value in left[key].items() if name != below[0]}
-        else:
-            left.pop(str(key), None)
-    instead_of_lost = {"name": "unnamed", "world": "", "treatments": {"unnamed": {"python": ""}}}
-    missing = {key: value for key, value in instead_of_lost.items() if not left.get(key)}
-    try:
-        model = ExperimentFile.model_validate({**left, **missing})
-    except ValidationError:
-        return None, lost
-    return (model.model_copy(update={"treatments": {}}) if "treatments" in missing else model), lost
+    touched = lost.touches(*OF_NAMES, "world", "overlay") or any(lost.has(name, "variants") for name in variants)
+    changes = lost.touches("treatments") and "overlay" in str(document.data.get("treatments"))
+    return Reading(document, plan, document.problems(findings), lost, worlds_known=not (touched or changes))
 
 
 def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> ExperimentFile:
@@ -159,13 +152,21 @@ def _with_parameters(model: ExperimentFile, variants: Collection[str]) -> Experi
     return model.model_copy(update={"treatments": treatments})
 
 
-def _overlay(document: Document, path: tuple[str, ...]) -> Source:
+def _overlay(document: Document, path: tuple[str, ...], *, known: bool) -> Source:
+    """Return the overlay at a path; without the changes that use names, unless these are *known*."""
     data = document.data
     for step in path:
         data = data[step]
     if path[0] == "variants":
         data = {key: value for key, value in data.items() if key != _PARAMETERS}
+    if not known:
+        data = _without_names(data)
     return Source(document.file, WorldDocument(data, lambda inner: document.line((*path, *inner))))
+
+
+def _without_names(changes: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {key: _without_names(value) if isinstance(value, dict) else value for key, value in changes.items()}
+    return {key: value for key, value in kept.items() if "$" not in f"{key} {value}"}
 
 
 def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dict[str, Any]:
@@ -194,8 +195,8 @@ def _scenarios(model: ExperimentFile, folder: Path, findings: list[Finding]) -> 
     return ()
 
 
-def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[str]) -> Iterator[Finding]:
-    """Yield an error for each ambiguous or unknown name, except below keys that are *lost*."""
+def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Lost) -> Iterator[Finding]:
+    """Yield an error for each ambiguous or unknown name, except those that are *lost*."""
     seen: dict[str, str] = dict.fromkeys(RESERVED, "a column of the results")
     seen |= dict.fromkeys(tables, "a table")
     for key, names in (("factors", model.factors), ("measures", model.measures)):
@@ -205,9 +206,9 @@ def _names(model: ExperimentFile, tables: Mapping[str, Any], lost: Collection[st
                 yield Finding((key, name), message, name)
             seen[name] = f"one of the {key}"
     until = model.replications.until
-    if until is not None and until.decided and len(model.treatments) == 1 and "treatments" not in lost:
+    if until is not None and until.decided and len(model.treatments) == 1 and not lost.touches("treatments"):
         message = "there is one treatment, and nothing to decide; give relative_error"
         yield Finding(("replications", "until", "decided"), message)
-    if until is not None and until.measure not in model.measures and "measures" not in lost:
+    if until is not None and until.measure not in model.measures and not lost.has(until.measure, "measures"):
         message = f"there is no measure {until.measure!r}{instead(until.measure, model.measures)}"
         yield Finding(("replications", "until", "measure"), message, until.measure)

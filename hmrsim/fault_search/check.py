@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
+from hmrsim.documents.document import LineOf, no_line
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedule import changes_in, overlays_of, with_faults
 from hmrsim.navigation.cache import LruCache
@@ -163,6 +164,7 @@ class Check:
         limit: Simulated seconds in which the controller has to end.
         reference: The items at the end of the run without faults, once it was made, if a property needs them.
         warnings: Parts of the check without an effect, such as a property of something that can't happen in this world.
+        line: Returns the line of a field of its file, in the process that has read it.
     """
 
     place: str
@@ -173,6 +175,7 @@ class Check:
     limit: float
     reference: Reference | None = None
     warnings: tuple[Problem, ...] = ()
+    line: LineOf = field(default=no_line, repr=False)
     _worlds: LruCache[str, World] = field(default_factory=partial(LruCache, _KEPT_WORLDS), compare=False, repr=False)
 
     def __hash__(self) -> int:
@@ -184,10 +187,9 @@ class Check:
         return isinstance(other, Check) and other.hash == self.hash
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for another process, without the cached worlds."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "_worlds"} | {
-            "_worlds": LruCache(_KEPT_WORLDS)
-        }
+        """Return the state for another process, without the cached worlds and the lines."""
+        state = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return state | {"line": no_line, "_worlds": LruCache(_KEPT_WORLDS)}
 
     @property
     def treatment(self) -> Controller:
@@ -251,7 +253,9 @@ class Check:
         return with_faults(world, case.schedule)
 
     def _laid(self, overlays: Sequence[Overlay]) -> World:
-        first = [overlay_of(self.file.overlay, self.place)] if self.file.overlay else []
+        first = []
+        if self.file.overlay:
+            first = [overlay_of(self.file.overlay, self.place, line=lambda path: self.line(("overlay", *path)))]
         if isinstance(self.file.world, dict):
             return world_of(dict(self.file.world), self.place, [*first, *overlays])
         return self._base.load([*first, *overlays]).world

@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
-from hmrsim.diagnostics import Finding, instead, meant
+from hmrsim.diagnostics import Finding, in_order, instead, meant
 from hmrsim.documents.document import Document, no_line, read_document
+from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.candidates import expanded
 from hmrsim.fault_search.check import Budget, Check, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.kinds import CHANGES, DISTURBANCES
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
 from hmrsim.faults import registry as faults
-from hmrsim.properties import Properties, check_properties, properties_of, read_properties
+from hmrsim.properties import Properties, check_properties
+from hmrsim.properties.model.file import read_valid_properties, valid_properties
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
 from hmrsim.trials.model import Controller, Limits, source_of
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
-from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -42,6 +43,9 @@ _PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
     ("failure",): Failed,
 }
 
+_STAND_INS: Final[Mapping[tuple[str, ...], Any]] = {("world",): "", ("controller",): {"python": ""}}
+"""Values for a missing or invalid world and controller, so that the rest of the file is checked."""
+
 
 @dataclass(frozen=True)
 class Repro:
@@ -60,6 +64,14 @@ class Repro:
     trace: str
 
 
+class _Valid(NamedTuple):
+    """The valid parts of the file of a check, and the errors of the others."""
+
+    model: CheckFile
+    findings: Sequence[Finding] = ()
+    lost: Lost = Lost()
+
+
 def read_check(path: str | Path) -> Check:
     """Return the check of a file.
 
@@ -67,9 +79,8 @@ def read_check(path: str | Path) -> Check:
         CheckError: Something is wrong; it has all errors.
     """
     document = _read(path)
-    model = _model(document, CheckFile)
     folder = Path(path).absolute().parent
-    return _checked(document, model, folder, folder)
+    return _checked(document, _valid(document), folder, folder)
 
 
 def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
@@ -87,7 +98,7 @@ def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
     Raises:
         CheckError: Something is wrong; it has all errors.
     """
-    return _checked(Document(place, {}, CheckError), file, folder, folder)
+    return _checked(Document(place, {}, CheckError), _Valid(file), folder, folder)
 
 
 def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
@@ -105,10 +116,14 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     model = _model(document, ReproFile)
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
-    schedule, findings = read_injections(model.schedule)
-    document.raise_for([Finding(("schedule", *each.path), each.message, each.value) for each in findings])
+    schedule, flaws = read_injections(model.schedule)
+    valid = _Valid(model, [replace(flaw, path=("schedule", *flaw.path)) for flaw in flaws])
     hint = "" if folder else "; --folder DIR says where the controller's files are"
-    check = _checked(document, model, home, where, also=lambda check: _unrunnable(check, schedule), hint=hint)
+
+    def unrunnable(check: Check) -> Iterator[Finding]:
+        return iter(()) if flaws else _unrunnable(check, schedule)
+
+    check = _checked(document, valid, home, where, also=unrunnable, hint=hint)
     return Repro(check, Case(schedule), model.failure, model.trace)
 
 
@@ -146,9 +161,17 @@ def _model(document: Document, model: type[M]) -> M:
     return document.validated(model, {**_PARTS, (): model})
 
 
+def _valid(document: Document) -> _Valid:
+    valid = valid_parts(document.data, CheckFile, {**_PARTS, (): CheckFile}, _STAND_INS)
+    if valid.value is None:
+        document.raise_for(valid.findings)
+        raise AssertionError
+    return _Valid(valid.value, valid.findings, valid.lost)
+
+
 def _checked(
     document: Document,
-    model: CheckFile,
+    valid: _Valid,
     home: Path,
     folder: Path,
     *,
@@ -159,48 +182,49 @@ def _checked(
 
     Args:
         document: The file.
-        model: Its content.
+        valid: Its valid parts; the errors of the others are raised together with those of these.
         home: The folder of the files of the world and the properties.
         folder: The folder of the controller's files.
         also: Yields further flaws of the check.
         hint: The suggested fix if there is no such controller.
     """
-    findings: list[Finding] = []
+    model, invalid, lost = valid
+    findings = [*invalid, *_of_kinds(model.space)]
     problems: list[Problem] = []
     properties = Properties()
     try:
-        if isinstance(model.properties, str):
-            properties = read_properties(home / model.properties)
-        else:
-            properties = properties_of(model.properties or {}, document.file)
+        properties, flaws = _properties(model, home, document)
+        problems += flaws
     except PropertyError as error:
         problems += error.problems
     source = None if isinstance(model.world, dict) else source_of(model.world, home)
     # Workers don't need source positions.
     plain = properties.located(document.file, no_line)
-    check = Check(document.file, folder, model, source, plain, model.limits.simulated or DEFAULT_LIMIT)
+    limit = model.limits.simulated or DEFAULT_LIMIT
+    check = Check(document.file, folder, model, source, plain, limit, line=document.line)
+    world = None
     try:
-        world = check.world
+        world = None if lost.touches("world", "overlay") else check.world
     except WorldError as error:
         problems += error.problems
-    else:
+    if world is not None:
         found = _of_properties(document, model, properties, world)
         problems += [problem for problem in found if problem.severity == "error"]
         check = replace(check, warnings=tuple(problem for problem in found if problem.severity != "error"))
-        findings += _of_space(model.space, world)
+        findings += _of_spare(model.space, world)
         findings += _of_further(check)
-        findings += _of_robots(model.controller, world)
+        findings += () if lost.touches("controller") else _of_robots(model.controller, world)
         findings += also(check)
-    if model.controller.in_process:
+    if model.controller.in_process and not lost.touches("controller"):
         try:
             controller_of(model.controller, {}, folder)
         except (HmrsimError, ValueError) as error:
             # A tree has a line for each of its errors.
             findings += [Finding(("controller",), f"{line}{hint}") for line in str(error).splitlines()]
     errors = [each for each in findings if each.severity == "error"]
+    problems += document.problems([*document.findings, *errors])
     if problems:
-        raise CheckError([*problems, *document.problems(errors)])
-    document.raise_for(errors)
+        raise CheckError(in_order(problems, document.file))
     return check
 
 
@@ -212,7 +236,16 @@ def _of_properties(document: Document, model: CheckFile, properties: Properties,
     return document.problems([replace(each, path=("properties", *each.path)) for each in found])
 
 
-def _of_space(space: Space, world: World) -> Iterator[Finding]:
+def _properties(model: CheckFile, home: Path, document: Document) -> tuple[Properties, list[Problem]]:
+    """Return the valid properties of a check, and the errors of the others."""
+    if isinstance(model.properties, str):
+        properties, findings = read_valid_properties(home / model.properties)
+        return properties, properties.problems(findings)
+    properties, findings = valid_properties(Document(document.file, model.properties or {}, PropertyError))
+    return properties, document.problems(replace(each, path=("properties", *each.path)) for each in findings)
+
+
+def _of_kinds(space: Space) -> Iterator[Finding]:
     kinds = [*faults(), *CHANGES, *DISTURBANCES]
     for key, names in (("only", space.only or ()), ("without", space.without), ("also", space.also)):
         for i, name in enumerate(names):
@@ -221,6 +254,9 @@ def _of_space(space: Space, world: World) -> Iterator[Finding]:
     for name in space.weights:
         if name not in kinds:
             yield Finding(("space", "weights", name), _no_kind(name, kinds), name)
+
+
+def _of_spare(space: Space, world: World) -> Iterator[Finding]:
     known = [*world.robots, *world.doors, *world.docks, *world.items, *world.lifts]
     for i, name in enumerate(space.spare):
         if name not in known:

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
+from hmrsim.documents.valid_parts import Lost
 from hmrsim.documents.validation import explain
 from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
@@ -23,7 +24,6 @@ from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_la
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import check_lanes, lane_ends
 from hmrsim.world_checks.robots import check_batteries, check_scripts, check_traffic, check_walled_in
-from hmrsim.world_checks.validation import Lost
 
 if TYPE_CHECKING:
     from typing import Any

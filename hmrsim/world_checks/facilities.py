@@ -14,9 +14,9 @@ from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.lanes import LaneIndex, known_lanes, lane_ends
 
 if TYPE_CHECKING:
+    from hmrsim.documents.valid_parts import Lost
     from hmrsim.geometry import Point
     from hmrsim.world.model import Dock, Door, Lift, RobotSpec, World
-    from hmrsim.world_checks.validation import Lost
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
@@ -24,6 +24,7 @@ def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
     known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
+        yield from _check_reserved_for(known, name, dock, lost)
         try:
             point = world.dock_point(name)
         except KeyError:
@@ -31,7 +32,6 @@ def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
                 points = [*world.waypoints, *world.places]
                 yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), points)}", dock.at)
             continue
-        yield from _check_reserved_for(known, name, dock, lost)
         yield from _check_inside(world, path, point)
         if dock.staging is not None:
             yield from _check_inside(world, ("docks", name, "staging"), dock.staging)

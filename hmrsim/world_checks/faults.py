@@ -15,23 +15,24 @@ from hmrsim.components import registry as components
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
-from hmrsim.documents.validation import explain
+from hmrsim.documents.valid_parts import valid_parts
 from hmrsim.faults import SUBJECTS, registry
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world_checks.robots import components_lost
 
 if TYPE_CHECKING:
+    from hmrsim.documents.valid_parts import Lost
     from hmrsim.events import EventPattern
     from hmrsim.faults import AnyFault, Occurrence
     from hmrsim.world.model import World
-    from hmrsim.world_checks.validation import Lost
 
 
 _NAMED: Final = tuple(subject for subject in SUBJECTS if subject != "lane")
 """The subjects of faults that have a name."""
 
-_PARTS: Final = ("robots", "doors", "docks", "lifts", "items", "demand")
-"""The parts of a world file with those names."""
+_OF_COMPONENTS: Final = ("robot", "sensor", "cell", "action", "error_code")
+"""The fields whose errors depend on the components of a robot."""
 
 
 @dataclass(frozen=True)
@@ -76,28 +77,29 @@ def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
     there = there_in(world)
     names: dict[str, int] = {}
     for i, fault in enumerate(world.faults):
-        found = read_fault(fault.type, fault.model_extra or {})
-        if isinstance(found, tuple):
+        found, flawed = read_valid_fault(fault.type, fault.model_extra or {})
+        if found is not None:
             kind, settings = found
-            flawed = [
-                flaw for flaw in flaws(kind, settings, there, names=names) if not _may_be_lost(flaw, settings, lost)
-            ]
+            further = flaws(kind, settings, there, names=names)
+            flawed += [flaw for flaw in further if not _may_be_lost(flaw, settings, world, lost)]
             names.setdefault(settings.name or "", i)
-        else:
-            flawed = found
         for flaw in flawed:
             yield Finding(("faults", i, *flaw.path), flaw.message, flaw.value)
 
 
 def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurrence] | list[Finding]:
     """Return a kind of fault and its settings from plain values, or the errors."""
+    found, flawed = read_valid_fault(name, values)
+    return flawed if flawed or found is None else found
+
+
+def read_valid_fault(name: str, values: Mapping[str, Any]) -> tuple[tuple[AnyFault, Occurrence] | None, list[Finding]]:
+    """Return a kind of fault and the valid part of its settings, and the errors; None if no part can be read."""
     fault = registry().get(name)
     if fault is None:
-        return [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
-    try:
-        return fault, fault.settings.model_validate(values)
-    except ValidationError as error:
-        return explain(error, values, fault.settings)
+        return None, [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
+    valid = valid_parts(values, fault.settings, fault.settings)
+    return None if valid.value is None else (fault, valid.value), [*valid.findings]
 
 
 def flaws(
@@ -204,13 +206,15 @@ def _check_action(settings: Occurrence, carried: Collection[str]) -> Iterator[Fi
         yield Finding(("error_code",), f"{name} has no error code {code}; there are {known}", code)
 
 
-def _may_be_lost(flaw: Finding, settings: Occurrence, lost: Lost) -> bool:
-    """Return whether a name may be missing because of another error."""
-    if flaw.path[0] == "when":
-        return lost.has(str(flaw.value), *_PARTS) or bool(lost and flaw.path[-1] in ("robot", "action"))
+def _may_be_lost(flaw: Finding, settings: Occurrence, world: World, lost: Lost) -> bool:
+    """Return whether a flaw may follow from another error: something of this name, or a component, may be missing."""
     if flaw.path == ("lane",):
-        return lost.has("", "lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
-    return lost.has(settings.subject, *_PARTS) or bool(lost and flaw.path in (("robot",), ("sensor",), ("action",)))
+        return lost.touches("lanes") or any(lost.has(name, "waypoints") for name in getattr(settings, "lane", ()))
+    field = flaw.path[-1]
+    robot = settings.subject if settings.when is None or flaw.path[0] != "when" else settings.when.robot or ""
+    if field in _OF_COMPONENTS and robot in world.robots:
+        return components_lost(world.robots[robot], robot, lost)
+    return field in _NAMED and lost.has(str(flaw.value), f"{field}s", *(["demand"] if field == "item" else []))
 
 
 def there_in(world: World) -> There:

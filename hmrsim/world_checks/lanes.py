@@ -18,9 +18,9 @@ from hmrsim.world.network import Pairs
 from hmrsim.world.segments import SegmentGrid, cells_around
 
 if TYPE_CHECKING:
+    from hmrsim.documents.valid_parts import Lost
     from hmrsim.geometry import Point
     from hmrsim.world.model import Lane, World
-    from hmrsim.world_checks.validation import Lost
 
 _MAX_COMPARISONS = 5_000_000
 """Maximum cost of comparing lanes with walls: some seconds."""
@@ -40,7 +40,7 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
         yield from _check_each(world, lost, good)
         yield from _check_walls(world, good)
         pairs, joined = _pairs(world, good), [name for lane in lanes for name in (lane.from_, lane.to)]
-    if not lost and lanes:
+    if lanes and not lost.touches("waypoints", "lanes", "lifts"):
         yield from _check_connected(world, pairs, joined)
 
 

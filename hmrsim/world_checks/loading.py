@@ -11,7 +11,8 @@ from functools import cached_property, partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from hmrsim.diagnostics import MAX_FINDINGS, limited
+from hmrsim.diagnostics import MAX_FINDINGS, in_order
+from hmrsim.documents.valid_parts import UNRESOLVED, Lost, ValidParts, valid_parts
 from hmrsim.errors import Problem, WorldError
 from hmrsim.file_cache import FileCache
 from hmrsim.world.derived import Derived
@@ -19,16 +20,62 @@ from hmrsim.world.files import AS_IT_IS, ReadOptions, find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source, added_item, added_robot
-from hmrsim.world.model import Lane, PlainLanes, Waypoint, World
+from hmrsim.world.model import (
+    Base,
+    Demand,
+    Dock,
+    Door,
+    FaultEntry,
+    Item,
+    Lane,
+    Lift,
+    Place,
+    PlainLanes,
+    RobotSpec,
+    RobotType,
+    Solid,
+    Waypoint,
+    World,
+)
 from hmrsim.world.overlays.overlay import Overlay, lay_all
 from hmrsim.world_checks.checks import check, check_errors
-from hmrsim.world_checks.validation import Lost, validate
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from pydantic import BaseModel
+
     from hmrsim.diagnostics import Finding
 
+
+_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
+    (): World,
+    ("lanes", "*"): Lane,
+    ("walls", "*"): Solid,
+    ("waypoints", "*"): Waypoint,
+    ("places", "*"): Place,
+    ("docks", "*"): Dock,
+    ("doors", "*"): Door,
+    ("lifts", "*"): Lift,
+    ("items", "*"): Item,
+    ("robot_types", "*"): RobotType,
+    ("robot_types", "*", "base"): Base,
+    ("robots", "*"): RobotSpec,
+    ("robots", "*", "base"): Base,
+    ("faults", "*"): FaultEntry,
+    ("demand", "*"): Demand,
+}
+"""The models of the parts of a world, by their paths."""
+
+_STAND_INS: Final[Mapping[tuple[str, ...], Any]] = {
+    ("docks", "*", "at"): UNRESOLVED,
+    ("items", "*", "at"): UNRESOLVED,
+    ("robots", "*", "at"): UNRESOLVED,
+    ("demand", "*", "at"): [UNRESOLVED],
+    ("demand", "*", "to"): [UNRESOLVED],
+    ("demand", "*", "arrives"): 1.0,
+}
+"""Values for invalid ones, by their paths, so that the rest of the entry is checked."""
 
 _PIECE = 10_000
 """Lanes and waypoints that are hashed at a time."""
@@ -111,21 +158,21 @@ def _checked(
     """
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
-    if parts is not None and valid.world is not None and not valid.findings:
-        valid = replace(valid, world=_sharing(valid.world, merged, parts))
+    if parts is not None and valid.value is not None and not valid.findings:
+        valid = replace(valid, value=_sharing(valid.value, merged, parts))
     lost = valid.lost
     if not merged.complete:
-        lost = Lost(dict.fromkeys(("waypoints", "places", "docks", "robot_types", "robots", "lanes")))
+        lost = Lost(dict.fromkeys(World.model_fields))
     findings = list(valid.findings)
-    if valid.world is not None:
-        findings += [valid.original_of(finding) for finding in check(valid.world, lost)]
+    if valid.value is not None:
+        findings += [valid.original_of(finding) for finding in check(valid.value, lost)]
     severities = {finding.severity for finding in findings} | {problem.severity for problem in merged.problems}
-    if valid.world is not None and not lost and "error" not in severities:
-        findings += [finding for find in further for finding in islice(find(valid.world), MAX_FINDINGS)]
-    problems = _in_order([*merged.problems, *(merged.problem(finding) for finding in findings)], str(path))
-    if valid.world is None or any(problem.severity == "error" for problem in problems):
+    if valid.value is not None and not lost and "error" not in severities:
+        findings += [finding for find in further for finding in islice(find(valid.value), MAX_FINDINGS)]
+    problems = in_order([*merged.problems, *(merged.problem(finding) for finding in findings)], str(path))
+    if valid.value is None or any(problem.severity == "error" for problem in problems):
         raise WorldError(problems)
-    return LoadedWorld(valid.world, path, tuple(problems), tuple(sorted(merged.paths)))
+    return LoadedWorld(valid.value, path, tuple(problems), tuple(sorted(merged.paths)))
 
 
 def _sharing(world: World, merged: Merged, parts: _Parts) -> World:
@@ -216,14 +263,19 @@ def world_of(
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
     findings = list(valid.findings)
-    if valid.world is not None:
-        invalid = [*first(valid.world)] or check_errors(valid.world, valid.lost)
+    if valid.value is not None:
+        invalid = [*first(valid.value)] or check_errors(valid.value, valid.lost)
         findings += [valid.original_of(finding) for finding in invalid]
     problems = [*merged.problems, *(merged.problem(finding) for finding in findings)]
     errors = [problem for problem in problems if problem.severity == "error"]
-    if valid.world is None or errors:
+    if valid.value is None or errors:
         raise WorldError(errors)
-    return valid.world
+    return valid.value
+
+
+def validate(data: Mapping[str, Any]) -> ValidParts[World]:
+    """Return the world of plain values without the invalid parts, and the errors."""
+    return valid_parts(data, World, _PARTS, _STAND_INS)
 
 
 def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], None]) -> tuple[Problem, ...]:
@@ -232,16 +284,6 @@ def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], No
     except WorldError as error:
         return error.problems
     return ()
-
-
-def _in_order(problems: list[Problem], file: str) -> list[Problem]:
-    """Return the problems by file and line, the main file first, cut to the number that is reported."""
-    files = {file: 0}
-    for problem in problems:
-        files.setdefault(problem.file, len(files))
-    ordered = sorted(problems, key=lambda problem: (files[problem.file], problem.line or 0))
-    ordered.sort(key=lambda problem: problem.severity != "error")
-    return limited(ordered, file)
 
 
 def world_hash(world: World) -> str:
@@ -315,10 +357,10 @@ def _waypoints(world: World) -> Iterator[str]:
 _LARGE: Final[Mapping[str, Callable[[World], Iterator[str]]]] = {"lanes": _lanes, "waypoints": _waypoints}
 """The parts of a world that may be large, and what yields their canonical JSON in pieces."""
 
-_PARTS: Final = tuple(name for name in World.model_fields if name != "faults")
-_TEXTS: Final = [Derived(partial(_texts, field=name), *(_LARGE if name in _LARGE else (name,))) for name in _PARTS]
+_FIELDS: Final = tuple(name for name in World.model_fields if name != "faults")
+_TEXTS: Final = [Derived(partial(_texts, field=name), *(_LARGE if name in _LARGE else (name,))) for name in _FIELDS]
 """Return the canonical JSON of a field: worlds that differ by overlays share most fields."""
-_UNFAULTY: Final = Derived(lambda world: {key: text for each in _TEXTS for key, text in each(world).items()}, *_PARTS)
+_UNFAULTY: Final = Derived(lambda world: {key: text for each in _TEXTS for key, text in each(world).items()}, *_FIELDS)
 _HASHES: Final = Derived(lambda world: _digest(world))  # noqa: PLW0108 - tests replace the function
 
 _exact = json.JSONEncoder().encode

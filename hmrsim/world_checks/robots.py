@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+import re
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -15,6 +16,7 @@ from pydantic import ValidationError
 from hmrsim.actions import registry
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead, shown, warning
+from hmrsim.documents.valid_parts import Lost
 from hmrsim.documents.validation import explain
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.goals.script_orders import read_order
@@ -29,14 +31,13 @@ if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
     from hmrsim.world.model import RobotSpec, World
-    from hmrsim.world_checks.validation import Lost
 
 
 _MIN_SHARE: Final = 0.02
 """A charge of at most one unit and below this share of the capacity was probably meant as a share."""
 
-_NAMED = frozenset(("waypoints", "places", "docks", "items", "robot_types"))
-"""The top-level keys with names that scripts and robots refer to."""
+_NAMED = ("waypoints", "places", "docks", "items", "robots")
+"""The top-level keys with names that scripts refer to."""
 
 _NEAREST = 24
 """Walls nearest to a robot that are checked first, since they block most lines."""
@@ -86,27 +87,31 @@ def _doubtful_charge(path: Path, own: Mapping[str, Any], settings: Mapping[str, 
 
 def check_scripts(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of scripts, except those that may follow from other invalid parts of the world."""
-    if not _NAMED.isdisjoint(lost.names):
-        return
     for name, robot in world.robots.items():
         for i, text in enumerate(robot.script):
-            yield from _check_order(world, name, ("robots", name, "script", i), text)
+            yield from _check_order(world, lost, name, ("robots", name, "script", i), text)
 
 
-def _check_order(world: World, robot: str, path: Path, text: str) -> Iterator[Finding]:
+def _check_order(world: World, lost: Lost, name: str, path: Path, text: str) -> Iterator[Finding]:
+    robot = world.robots[name]
     try:
-        order = read_order(text, world)
+        needed = read_order(text, world).action.component
+        components = world.robot_type(robot).components
     except ValueError as error:
-        yield Finding(path, str(error), text)
+        _, _, named = text.strip().partition(" ")
+        if not any(lost.has(word, *_NAMED) for word in (named, *re.split(r"[\s,]+", named))):
+            yield Finding(path, str(error), text)
         return
-    needed = order.action.component
-    try:
-        components = world.robot_type(world.robots[robot]).components
     except KeyError:
-        # Another check reports the unknown type.
+        # Another check reports the unknown place or type.
         return
-    if needed is not None and needed not in components:
-        yield Finding(path, f"{shown(text)} takes a {needed}, which {robot} does not have", text)
+    if needed is not None and needed not in components and not components_lost(robot, name, lost):
+        yield Finding(path, f"{shown(text)} takes a {needed}, which {name} does not have", text)
+
+
+def components_lost(robot: RobotSpec, name: str, lost: Lost) -> bool:
+    """Return whether some components of a robot may be missing because its entry or its type is invalid."""
+    return lost.has(name, "robots") or lost.has(robot.type, "robot_types")
 
 
 def check_walled_in(world: World, lost: Lost) -> Iterator[Finding]:
@@ -198,10 +203,11 @@ def _sees(point: Point, lane: tuple[Point, Point], obstacles: Obstacles) -> bool
 def check_traffic(world: World, lost: Lost | None = None) -> Iterator[Finding]:
     """Yield the errors and warnings of the traffic of a world.
 
-    There are none under a default policy if parts of the world are lost: with them it could be another one.
+    There are none under a default policy if robots are lost: with them it could be another one.
     """
+    lost = lost or Lost()
     by_default = world.traffic.policy is None
-    if by_default and lost:
+    if by_default and lost.touches("robots", "robot_types", "traffic"):
         return
     policy = policies().get(world.policy)
     if policy is None:
@@ -217,7 +223,7 @@ def check_traffic(world: World, lost: Lost | None = None) -> Iterator[Finding]:
             yield Finding(("traffic", *finding.path), f"{finding.message}{hint}", finding.value)
         return
     if isinstance(settings, ReserveSettings):
-        yield from _check_starts(world, settings)
+        yield from _check_starts(world, settings, lost)
     elif by_default:
         yield from _check_capacities(world)
 
@@ -241,13 +247,15 @@ def _check_capacities(world: World) -> Iterator[Finding]:
             return
 
 
-def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
+def _check_starts(world: World, settings: ReserveSettings, lost: Lost) -> Iterator[Finding]:
     """Yield an error for each robot that starts on another one, or where the capacity is exceeded."""
-    starts = [start for name, robot in world.robots.items() if (start := _start(world, name, robot)) is not None]
+    robots = {name: robot for name, robot in world.robots.items() if not components_lost(robot, name, lost)}
+    starts = [start for name, robot in robots.items() if (start := _start(world, name, robot)) is not None]
     starts.sort(key=lambda start: start[0])
     if not starts:
         return
     rooms = _Rooms(world, settings)
+    known = not lost.touches("waypoints", "lanes", "traffic")
     hint = "" if world.traffic.policy else " (the default; traffic: {policy: free} lets robots pass through each other)"
     widest = 2 * max((radius for _, radius, _ in starts), default=0.0)
     near: deque[tuple[Point, float, str]] = deque()
@@ -255,7 +263,7 @@ def _check_starts(world: World, settings: ReserveSettings) -> Iterator[Finding]:
         point, radius, name = start
         while near and point[0] - near[0][0][0] > max(SAME_PLACE, widest):
             near.popleft()
-        place, most = rooms.at(point)
+        place, most = rooms.at(point) if known else ("", math.inf)
         message = ""
         for other_point, other_radius, other in near:
             room = max(SAME_PLACE, radius + other_radius)
@@ -274,7 +282,8 @@ class _Rooms:
     """The capacities of waypoints and lanes, and the numbers of robots that start there.
 
     Args:
-        world: Where; names that make no sense are left out.
+        world: The world; unknown names are left out.
+        settings: The settings of its traffic policy.
     """
 
     def __init__(self, world: World, settings: ReserveSettings) -> None:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, Field, ValidationError, ValidationInfo, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, Field, ValidationInfo, WithJsonSchema
 
-from hmrsim.diagnostics import Finding, instead, problems_of
+from hmrsim.diagnostics import Finding, instead, limited, problems_of
 from hmrsim.diagnostics import Path as Place
 from hmrsim.documents.document import Document, read_document
-from hmrsim.documents.validation import explain
+from hmrsim.documents.valid_parts import valid_parts
 from hmrsim.errors import PropertyError
 from hmrsim.events import EventPattern, registry
 from hmrsim.properties.model.conditions import CONDITIONS
@@ -92,6 +92,11 @@ class Properties(Part):
         copied._file, copied._line = file, line  # noqa: SLF001 - its own
         return copied
 
+    @property
+    def file(self) -> str:
+        """The file as the user named it, or the name of another source."""
+        return self._file
+
     def problems(self, findings: Iterable[Finding]) -> list[Problem]:
         """Return findings about these properties with their file and lines, in the order of the file."""
         return problems_of(findings, self._file, self._line)
@@ -112,7 +117,18 @@ def read_properties(path: str | Path) -> Properties:
     Raises:
         PropertyError: Something is wrong; it has all errors of the file.
     """
-    return _read(read_document(path, PropertyError, "a mapping with properties, built_in or both"))
+    return _valid(*read_valid_properties(path))
+
+
+def read_valid_properties(path: str | Path) -> tuple[Properties, list[Finding]]:
+    """Return the valid properties of a file, YAML or JSON, and the errors of the others.
+
+    Raises:
+        PropertyError: The file can't be read, or is not a mapping.
+    """
+    document = read_document(path, PropertyError, "a mapping with properties, built_in or both")
+    properties, findings = valid_properties(document)
+    return properties, [*document.findings, *findings]
 
 
 def properties_of(data: Mapping[str, Any], source: str = "properties") -> Properties:
@@ -125,29 +141,20 @@ def properties_of(data: Mapping[str, Any], source: str = "properties") -> Proper
     Raises:
         PropertyError: Something is wrong; it has all errors.
     """
-    return _read(Document(source, dict(data), PropertyError))
+    return _valid(*valid_properties(Document(source, dict(data), PropertyError)))
 
 
-def _read(document: Document) -> Properties:
-    data = document.data
-    try:
-        properties = Properties.model_validate(data).located(document.file, document.line)
-    except ValidationError as error:
-        document.raise_for([*explain(error, data, _parts(data)), *_flaws(_valid(data, error))])
-        raise AssertionError from error
-    document.raise_for(_flaws(properties))
+def _valid(properties: Properties, findings: Sequence[Finding]) -> Properties:
+    if findings:
+        raise PropertyError(limited(properties.problems(findings), properties.file))
     return properties
 
 
-def _valid(data: Mapping[str, Any], error: ValidationError) -> Properties:
-    """Return the valid properties of a file with errors."""
-    wrong = {each["loc"][:2] for each in error.errors(include_url=False, include_input=False)}
-    known = data.get("properties")
-    if not isinstance(known, dict) or any(len(loc) < 2 for loc in wrong):  # noqa: PLR2004 - not of one property
-        return Properties()
-    return Properties.model_validate(
-        {"properties": {name: each for name, each in known.items() if ("properties", name) not in wrong}}
-    )
+def valid_properties(document: Document) -> tuple[Properties, list[Finding]]:
+    """Return the valid properties of a document, and the errors."""
+    valid = valid_parts(document.data, Properties, _parts(document.data))
+    properties = (valid.value or Properties()).located(document.file, document.line)
+    return properties, [*valid.findings, *_flaws(properties)]
 
 
 def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import is_distribution
-from hmrsim.documents.document import read_document
+from hmrsim.documents.document import LineOf, no_line, read_document
 from hmrsim.documents.yaml_text import Unreadable, read_yaml
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.formats import Document
@@ -101,9 +101,11 @@ def lay_all(overlays: Iterable[Overlay], merged: Merged) -> None:
             raise WorldError([overlay.source.problem(Finding(error.path, str(error)))]) from None
 
 
-def overlay_of(changes: Mapping[str, Any], source: str, names: Names = MappingProxyType({})) -> Overlay:
-    """Return an overlay with the given changes; *source* names their origin in errors."""
-    return Overlay(Source(source, Document(dict(changes))), names)
+def overlay_of(
+    changes: Mapping[str, Any], source: str, names: Names = MappingProxyType({}), line: LineOf = no_line
+) -> Overlay:
+    """Return an overlay with the given changes; *source* names their origin in errors, and *line* returns the lines."""
+    return Overlay(Source(source, Document(dict(changes), line)), names)
 
 
 def read_overlay(path: str | Path) -> Overlay:

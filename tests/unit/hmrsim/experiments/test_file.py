@@ -246,6 +246,25 @@ def test_reports_all_errors_of_form_with_their_lines(tmp_path: Path) -> None:
         assert expected in said, said
 
 
+def test_worlds_are_checked_without_invalid_factors(tmp_path: Path) -> None:
+    """Changes that use a factor are left out, so that none is reported for lack of it."""
+    changes = {
+        "factors": {"speed": 5},
+        "overlay": {"robots.*.base.speed": "$speed", "robots.nobody.yaw": 1},
+        "ends": {"e": {"item": "x"}},
+        "successes": ["e", "f"],
+    }
+    found = problems(written(tmp_path, **changes))
+
+    said = [each.split(": ", 1)[1] for each in found]
+    assert [
+        "factors.speed: expected a list, got 5",
+        "robots.nobody.yaw: there is no 'nobody' among the robots",
+        "ends.e: item needs a place: at",
+        "successes.1: no run ends as 'f', as there is no such ending",
+    ] == [each.partition(";")[0] for each in said]
+
+
 def test_errors_of_form_hide_no_others(tmp_path: Path) -> None:
     changes = {
         "keep": {"traces": "some"},

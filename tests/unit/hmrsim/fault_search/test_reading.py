@@ -156,3 +156,45 @@ def test_properties_come_from_a_file_beside_the_check(tmp_path):
 
     assert "properties.yaml:1" in told
     assert "did you mean 'eventually'?" in told
+
+
+def test_errors_of_form_hide_no_others(tmp_path):
+    """The errors of the file, of names in the world, of the properties and of the controller come together."""
+    properties = {"a": {"always": {"robot": "nobody", "at": "shelf"}}, "b": {"never": {"robot": "porter", "att": "x"}}}
+    changes = {
+        "controller": {"python": "nowhere.py:careful"},
+        "properties": {"properties": properties},
+        "space": {"at_mos": 2, "without": ["jum"], "spare": ["bx"]},
+        "limits": {"simulated": -1},
+    }
+
+    told = "\n".join(each.partition(": ")[2] for each in problems(written(tmp_path, **changes)))
+
+    for expected in (
+        "controller: nowhere.py:careful: no such file",
+        "properties.properties.a.always.robot: no robot 'nobody'",
+        "properties.properties.b.never.att: unknown key 'att'; did you mean 'at'?",
+        "space.at_mos: unknown key 'at_mos'; did you mean 'at_most'?",
+        "space.without.0: no kind 'jum'",
+        "space.spare.0: nothing is called 'bx'; did you mean 'box'?",
+        "limits.simulated: must be greater than 0, got -1",
+    ):
+        assert expected in told, told
+
+
+def test_the_other_parts_are_checked_without_a_world(tmp_path):
+    path = written(tmp_path, "controller: {python: 'nowhere.py:careful'}\nproperties: {propertis: {}}\n")
+
+    assert [
+        ":1: world: is missing",
+        ":1: controller: nowhere.py:careful: no such file: nowhere.py",
+        ":2: properties.propertis: unknown key 'propertis'; did you mean 'properties'?",
+    ] == problems(path)
+
+
+def test_an_invalid_overlay_has_its_line(tmp_path):
+    text = yaml.safe_dump(FILE, sort_keys=False) + "overlay:\n  robots.porter.base.sped: 2\n"
+
+    (told,) = problems(written(tmp_path, text))
+
+    assert told.startswith(":5: robots.porter.base.sped: unknown key 'sped'")

@@ -16,7 +16,7 @@ from hmrsim.world.files import AS_IT_IS
 from hmrsim.world.formats import _reading, registry
 from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks import check_world, lanes, load_world
-from hmrsim.world_checks.validation import validate
+from hmrsim.world_checks.loading import validate
 from tests.profiles import examples
 
 
@@ -107,7 +107,7 @@ def test_any_change_of_a_file_gives_a_world_or_findings(kind, data):
         assert error.problems  # noqa: PT017  # either will do
     else:
         validated = validate(document.data)
-        assert validated.world or validated.findings or document.findings
+        assert validated.value or validated.findings or document.findings
         assert all(document.line(finding.path) is not None for finding in validated.findings)
 
 

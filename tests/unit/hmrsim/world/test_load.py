@@ -49,6 +49,46 @@ def test_all_errors_are_reported_at_once_with_their_lines(errors_of):
     ]
 
 
+def test_invalid_entries_hide_no_errors_of_others(errors_of):
+    """Of each kind of entry, one is invalid; its other parts and the other entries are checked all the same."""
+    assert errors_of("""\
+        waypoints: {a: [0, 0], b: [5, 0], c: [x, 0]}
+        lanes: [[a, b], [b, c], [a, d]]
+        docks: {dock: {at: [1], reserved_for: [auto]}}
+        robots:
+          eve: {at: 5, type: fecher, script: [Go d]}
+          m_o: {at: a, base: {speed: fast}, script: [Go c, Grab box]}
+          vaq: {at: b, script: [Grab box]}
+          bob: {at: b, base: {radius: 0.3}}
+        items: {box: {at: a, weight: heavy}, bag: {at: d}}
+        faults:
+          - {type: breakdown, robot: auto, at: soon}
+          - {type: claw_drops, robot: m_o}
+          - {type: claw_drops, robot: vaq}
+          - {type: item_lost, item: mail_1}
+        demand:
+          - {name: mail, at: d, to: c, arrives: -1}
+        traffic: {policy: reserve}
+        """) == [
+        "1: waypoints.c.0: expected a number, got 'x'",
+        "2: lanes.2.to: no waypoint 'd'; there are a, b",
+        "3: docks.dock.at: expected [x, y], got 1",
+        "3: docks.dock.reserved_for.0: no robot or robot type 'auto'; there are eve, m_o, vaq, bob, carrier, fetcher",
+        "5: robots.eve.at: expected [x, y] or a name, got 5",
+        "5: robots.eve.type: no robot type 'fecher'; did you mean 'fetcher'?",
+        "5: robots.eve.script.0: no waypoint, place or dock 'd'; there are a, b, dock",
+        "6: robots.m_o.base.speed: expected a number, got 'fast'",
+        "7: robots.vaq.script.0: 'Grab box' takes a claw, which vaq does not have",
+        "9: items.box.weight: expected a number, got 'heavy'",
+        "9: items.bag.at: no waypoint, place or dock 'd'; there are a, b, dock",
+        "11: faults.0.at: expected a number, got 'soon'",
+        "11: faults.0.robot: no robot 'auto'; there are eve, m_o, vaq, bob",
+        "13: faults.2.robot: vaq has no claw; there are none",
+        "16: demand.0.arrives: must be greater than 0, got -1",
+        "16: demand.0.at: no waypoint, place or dock 'd'; there are a, b, dock",
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "error"),
     [

@@ -10,7 +10,7 @@ from hmrsim.world.files import ReadOptions
 from hmrsim.world.formats import movingai
 from hmrsim.world.model import Lane, PlainLanes
 from hmrsim.world_checks import checks, load_world, world_hash
-from hmrsim.world_checks.validation import validate
+from hmrsim.world_checks.loading import validate
 
 ROOM = "type octile\nheight 3\nwidth 4\nmap\n...@\n.@..\n....\n"
 
@@ -22,7 +22,7 @@ def data_of(rows, neighbours=8):
 
 def judged(data):
     valid = validate(data)
-    return [*valid.world.lanes], world_hash(valid.world), [*valid.findings, *checks.check(valid.world, valid.lost)]
+    return [*valid.value.lanes], world_hash(valid.value), [*valid.findings, *checks.check(valid.value, valid.lost)]
 
 
 rows = st.integers(1, 6).flatmap(
@@ -44,14 +44,14 @@ def test_a_grid_equals_its_lanes_written_out(rows, neighbours, walls, lifted):
 
 
 def test_lanes_of_a_grid_are_a_sequence():
-    lanes = validate(data_of(["...", "@.."])).world.lanes
+    lanes = validate(data_of(["...", "@.."])).value.lanes
 
     assert isinstance(lanes, PlainLanes)
     assert lanes[0] == Lane(from_="0_0", to="1_0")
     assert lanes[-1] == Lane(from_="1_1", to="2_1")
     assert lanes[1:2] == (Lane(from_="1_0", to="2_0"),)
     assert tuple(lanes) == lanes
-    assert lanes == validate(data_of(["...", "@.."])).world.lanes
+    assert lanes == validate(data_of(["...", "@.."])).value.lanes
     assert lanes != lanes[:2]
     with pytest.raises(IndexError):
         lanes[len(lanes)]

@@ -9,9 +9,8 @@ import pytest
 from hmrsim.traffic import nearness
 from hmrsim.traffic.nearness import comparisons, near_slots
 from hmrsim.world_checks import load_world
-from hmrsim.world_checks.loading import world_of
+from hmrsim.world_checks.loading import validate, world_of
 from hmrsim.world_checks.pairs import MAX_PAIRS, check_pairs
-from hmrsim.world_checks.validation import validate
 
 N = 3_000
 TYPE = {"robot_types": {"t": {"base": {"radius": 0.1}}}}
@@ -60,7 +59,7 @@ TOO_LARGE: dict[str, dict[str, Any]] = {
 
 
 def _errors(data: dict[str, Any]) -> list[str]:
-    world = validate(data).world
+    world = validate(data).value
     assert world is not None
     return [finding.message for finding in check_pairs(world)]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from hmrsim.cli import main
+from hmrsim.documents.valid_parts import Lost
 from hmrsim.world import World
 from hmrsim.world_checks.lanes import check_crossings
 from hmrsim.world_checks.robots import check_traffic
-from hmrsim.world_checks.validation import Lost
 
 WAYPOINTS = {"a": (0.0, 0.0), "b": (1.0, 0.0)}
 
