@@ -8,6 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim.engine.sim_time import JITTER
+from hmrsim.events.goals import GoalStatusChanged
 from hmrsim.events.simulation import SimulationReset, WorldLoaded
 from hmrsim.history.occurrence import BatterySeen, SceneSeen
 
@@ -111,6 +112,15 @@ class Timeline:
 
         self.on(SimulationReset, reset)
         self.on(WorldLoaded, lambda at, _event: call(at))
+
+    def derive_goals(self) -> None:
+        """Derive `GoalSeen` from each later event of a goal's status, for sources that have only events."""
+        self.on(GoalStatusChanged, self._derive_goal)
+
+    def _derive_goal(self, at: int, event: GoalStatusChanged) -> None:
+        seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
+        for handler in self.handlers.get(GoalSeen, ()):
+            handler(at, seen)
 
     def on_goals_of(self, robot: str, handler: Handler) -> None:
         """Call a handler with each later change of a robot's goals."""

@@ -55,7 +55,7 @@ class Monitor:
         self._watchers: list[Watcher] = [*watchers_of(properties, self.observations, self._record), *self._built_in]
         self._no_vain_goals = next((each for each in self._built_in if isinstance(each, NoVainGoals)), None)
         self.wants_status = GoalStatusChanged in self.timeline.handlers
-        self.timeline.on(GoalStatusChanged, self._status)
+        self.timeline.derive_goals()
         self.timeline.on_reset(ResetSimulation.Request.SCOPE_ALL, self._expect_scene)
         self._scene_expected = True
         self._begun = self._over = False
@@ -132,11 +132,6 @@ class Monitor:
 
     def _expect_scene(self, _at: int) -> None:
         self._scene_expected = True
-
-    def _status(self, at: int, event: GoalStatusChanged) -> None:
-        seen = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
-        for handler in self.timeline.handlers.get(GoalSeen, ()):
-            handler(at, seen)
 
 
 class MonitorSink(SelectiveSink):

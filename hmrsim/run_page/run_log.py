@@ -30,7 +30,6 @@ from hmrsim.history.items import Items
 from hmrsim.history.motion import INSTANT
 from hmrsim.history.occurrence import BatterySeen, SceneSeen
 from hmrsim.history.robots import Robots
-from hmrsim.history.timeline import GoalSeen
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.goals import target_of
@@ -216,7 +215,7 @@ class RunLog:
         timeline.on(MotionBegan, lambda at, event: self._poses(event.robot).move(at, event))
         timeline.on((Stopped, Waiting, BatteryEmpty), lambda at, event: self._poses(event.robot).halt(at, event.at))
         timeline.on((Teleported, Spawned), self._put)
-        timeline.on(GoalStatusChanged, self._see_goal)
+        timeline.derive_goals()
         timeline.on(DockQueued, lambda at, event: self._queued.append((event.robot, at)))
         timeline.on(Deleted, lambda _at, event: self._change("gone", event.entity, True))
 
@@ -394,11 +393,6 @@ class RunLog:
         if name in self.poses or (isinstance(event, Spawned) and event.type != "item"):
             self._poses(name).put(at, *event.at, getattr(event, "yaw", None))
             self._change("gone", name, False)
-
-    def _see_goal(self, at: int, event: GoalStatusChanged) -> None:
-        goal = GoalSeen(event.robot, event.action, event.goal_id, event.status, event.cause or "")
-        for handler in self._story.timeline.handlers.get(GoalSeen, ()):
-            handler(at, goal)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
         for robot in scene.fields["robots"]:
