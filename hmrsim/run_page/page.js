@@ -151,7 +151,7 @@ class Run {
   #showRobot(robot, row, places, moment, holds) {
     const [x, y, yaw] = places.get(robot.name), at = moment.at - this.inside;
     const state = stateOf(robot, moment);
-    const gone = lastAt(robot.gone, moment)?.[2] ?? false;
+    const gone = lastAt(robot.gone, moment)?.[2] ?? true;
     const body = this.bodies.get(robot.name);
     body.toggleAttribute("hidden", gone);
     body.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);

@@ -206,7 +206,7 @@ class RunLog:
         self._places = PlaceNames({})
         self._targets: dict[str, str] = {}
         self._executing: dict[str, dict[str, str]] = defaultdict(dict)
-        self._changes: dict[tuple[str, str], list[Change]] = defaultdict(list)
+        self._changes: dict[str, dict[str, list[Change]]] = defaultdict(lambda: defaultdict(list))
         self._event_at = self._event_line = 0
         self._report: Report | None = None
         self._last = 0
@@ -295,7 +295,7 @@ class RunLog:
 
     def changes(self, kind: str) -> dict[str, list[Change]]:
         """Return the changes of each ``item``, ``door`` or ``lane``, or of robots' ``state``, ``goals`` or ``gone``."""
-        return {name: values for (what, name), values in sorted(self._changes.items()) if what == kind}
+        return dict(sorted(self._changes[kind].items()))
 
     def describe(self, event: Event) -> str:
         """Return an event as a sentence, with the names of places."""
@@ -360,9 +360,9 @@ class RunLog:
             self.lines.append(Line(round(in_seconds(at), 6), event.subject, self._text(event), event.severity.value))
 
     def _change(self, kind: str, name: str, value: Any) -> None:
-        """Record a value that holds from now on, unless it is None or that of the last record."""
-        changes, now = self._changes[kind, name], self._story.now
-        if value is not None and (not changes or changes[-1].value != value):
+        """Record a value that holds from now on, unless it is that of the last record; None if it is gone."""
+        changes, now = self._changes[kind][name], self._story.now
+        if value != (changes[-1].value if changes else None):
             # What changes between events, such as at the end of a motion, does so before the event.
             between = now + INSTANT < self._event_at + self._story.timeline.offset
             changes.append(Change(in_seconds(now), len(self.lines) if between else self._event_line, value))
@@ -397,6 +397,7 @@ class RunLog:
     def _see(self, at: int, scene: SceneSeen) -> None:
         for robot in scene.fields["robots"]:
             self._poses(robot["name"]).put(at, *robot["pose"])
+            self._change("gone", robot["name"], False)
 
 
 def _is_told(event: Event) -> bool:

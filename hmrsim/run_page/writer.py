@@ -202,8 +202,8 @@ def _changes(log: RunLog, kind: str, shown: Callable[[Any], Any] = lambda value:
 
 
 def _place_of(value: Any, frame: Frame) -> Any:
-    """Return where an item is on the map: the name of its robot, or a point in pixels."""
-    if isinstance(value, str):
+    """Return where an item is on the map: the name of its robot, or a point in pixels; None if it is gone."""
+    if value is None or isinstance(value, str):
         return value
     x, y = frame.at((float(value[0]), float(value[1])))
     return round(x, 1), round(y, 1)

@@ -12,6 +12,10 @@ from hmrsim.fault_search.failure_page import failure_page, run_logged
 from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
+from hmrsim.run_page.comparison import Heading, ShownRun
+from hmrsim.run_page.run_log import RunLog
+from hmrsim.run_page.writer import page_of
+from tests.simulation import at, simulate
 
 _TREE = '''"""A waiter that goes on when driving has failed."""
 
@@ -199,3 +203,22 @@ def test_print_has_the_maps_and_the_events_near_the_moment_but_no_buttons(page):
     assert not page.is_visible("#play")
     assert page.is_visible("[data-run='0'] .map svg")
     assert 0 < page.locator(".events li:visible").count() <= 50
+
+
+def test_robots_and_items_are_on_the_map_only_while_they_exist(tmp_path, open_page):
+    log = RunLog()
+    run = simulate(watchers=log.watch)
+    run(until=3.0)
+    run.ask("spawn_entity", {"name": "bob", "uri": "robot_type:nurse", "initial_pose": at(3, 2)})
+    run.ask("delete_entity", {"entity": "parcel"})
+    run(until=5.0)
+    file = tmp_path / "run.html"
+    shown = ShownRun("The run", log, "ended", 5.0)
+    file.write_text(page_of(Heading("Run", "A spawned robot", "", ""), (), (shown,)), encoding="utf-8")
+    page = open_page(file.as_uri())
+
+    visible = []
+    for seconds in (1, 4):
+        to(page, seconds)
+        visible.append([page.is_visible(each) for each in ("[data-robot=bob]", "[data-item=parcel]")])
+    assert [[False, True], [True, False]] == visible

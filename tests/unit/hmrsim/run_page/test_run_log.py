@@ -10,7 +10,8 @@ from hmrsim.fault_search.failure_page import run_logged
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.run_page import run_log
-from hmrsim.run_page.run_log import Tree
+from hmrsim.run_page.run_log import RunLog, Tree
+from tests.simulation import at, simulate
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
 
@@ -95,3 +96,31 @@ def test_a_controller_that_runs_away_is_shown_from_its_beginning(check, monkeypa
 
     assert 5 == len(log.lines)
     assert 5 < len(log.happenings)
+
+
+@pytest.fixture
+def followed():
+    """Return a log and the simulation that it follows."""
+    log = RunLog()
+    return log, simulate(watchers=log.watch)
+
+
+def test_a_deleted_item_is_gone(followed):
+    log, run = followed
+    run(until=3.0)
+    run.ask("delete_entity", {"entity": "parcel"})
+
+    assert [(0.0, (9.0, 2.3)), (3.0, None)] == [(each.at, each.value) for each in log.changes("item")["parcel"]]
+
+
+def test_a_spawned_robot_is_there_from_its_spawn_until_its_deletion(followed):
+    log, run = followed
+    run(until=3.0)
+    run.ask("spawn_entity", {"name": "bob", "uri": "robot_type:nurse", "initial_pose": at(3, 2)})
+    run(until=5.0)
+    run.ask("delete_entity", {"entity": "bob"})
+
+    gone = {name: [(each.at, each.value) for each in changes] for name, changes in log.changes("gone").items()}
+    assert {"wall_e": [(0.0, False)], "bob": [(3.0, False), (5.0, True)]} == {
+        name: gone[name] for name in ("wall_e", "bob")
+    }
