@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from hmrsim.report.model import Bucket, FaultSpan, Goal, Report, Span, Wait
     from hmrsim.world.model import World
 
+THEME: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
+"""The colors of the theme, which the page chooses."""
+
 _WIDTH, _HEIGHT = 1000.0, 160.0
 MAX_BATTERIES: Final = 60
 """Maximum number of curves."""
@@ -108,8 +111,7 @@ _MIN_RADIUS: Final = 3.0
 
 def heat_map(report: Report, world: World) -> str:
     """Return the map as SVG, in the page's colors."""
-    colors = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
-    drawing = Drawing(world, width=1100.0, legend=False, colors=colors)
+    drawing = Drawing(world, width=1100.0, legend=False, colors=THEME)
     most = most_drives(report)
     looks, notes = {}, {}
     for lane in report.lanes:

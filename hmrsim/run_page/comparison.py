@@ -118,7 +118,7 @@ class Difference(NamedTuple):
 
 def first_difference(one: RunLog, other: RunLog) -> Difference | None:
     """Return where two runs first differ, apart from faults and the lanes that they close; None if they don't."""
-    events = ([each for each in log.happenings if not _is_left_out(each.event)] for log in (one, other))
+    events = ([each for each in log.happenings if not is_left_out(each.event)] for log in (one, other))
     for a, b in zip_longest(*events):
         if a is None or b is None or _key(a) != _key(b):
             at = min(each.at for each in (a, b) if each is not None)
@@ -128,7 +128,7 @@ def first_difference(one: RunLog, other: RunLog) -> Difference | None:
     return None
 
 
-def _is_left_out(event: Event) -> bool:
+def is_left_out(event: Event) -> bool:
     """Return whether an event shows nothing by itself: a lane that a fault closes, or a turn by no angle."""
     return isinstance(event, LaneEvent) or (isinstance(event, MotionBegan) and not event.duration)
 

@@ -9,25 +9,23 @@ from typing import TYPE_CHECKING, Any, Final
 from markupsafe import Markup
 
 from hmrsim import __version__
-from hmrsim.drawing import PALETTE, Drawing, marks, type_looks
+from hmrsim.drawing import Drawing, marks, type_looks
 from hmrsim.drawing.canvas import element, group, path, text_of, titled
 from hmrsim.drawing.labels import names
-from hmrsim.events.traffic import LaneEvent
 from hmrsim.history.robots import STATES
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.report.charts import timeline_of
+from hmrsim.report.charts import THEME, timeline_of
 from hmrsim.report.html import page_around, part, templates
-from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, moments_of
+from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, is_left_out, moments_of
 from hmrsim.run_page.run_log import MAX_LINES
 from hmrsim.world.model import BUILT_IN_TYPES
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame
+    from hmrsim.report.charts import Timeline
     from hmrsim.report.model import Report, Wait
     from hmrsim.run_page.run_log import RunLog, Tree
 
-_COLORS: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
-"""The colors of the theme, which the page chooses."""
 _QUIET: Final = 1.1
 """The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
 _MAX_NAMES: Final = 40
@@ -50,6 +48,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
     moments = moments_of(causes, failing, other, difference)
     whole = _at(max(report.summary.sim_time for report in reports)) or 1.0
     length = _at(min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0))
+    timelines = [timeline_of(report, length, _NARROWEST) for report in reports]
     data = {
         "length": length,
         "difference": _difference(difference),
@@ -67,8 +66,8 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
             whole=whole,
             faults=[_faults(report, length) for report in reports],
             maps=[Markup(_map(run.log)) for run in runs],  # noqa: S704 - escaped by the functions that made it
-            rows=[*_rows(reports, length)],
-            ticks=timeline_of(reports[0], length).ticks,
+            rows=[*_rows(timelines)],
+            ticks=timelines[0].ticks,
             most=MAX_LINES,
             cut=any(len(run.log.lines) == MAX_LINES for run in runs),
             trees=any(run.log.trees for run in runs),
@@ -109,9 +108,8 @@ def _faults(report: Report, length: float) -> list[tuple[float, float, str]]:
     return found
 
 
-def _rows(reports: Sequence[Report], length: float) -> Iterator[tuple[str, str, list[str]]]:
+def _rows(timelines: Sequence[Timeline]) -> Iterator[tuple[str, str, list[str]]]:
     """Yield the name and type of each robot, and its row of the timeline in each run."""
-    timelines = [timeline_of(report, length, _NARROWEST) for report in reports]
     rows = [{row.robot: row for row in timeline.rows} for timeline in timelines]
     for name in dict.fromkeys(name for known in rows for name in known):
         own = [known.get(name) for known in rows]
@@ -123,24 +121,24 @@ def _map(log: RunLog) -> str:
     """Return the map as SVG, with the robots and items, which the script moves."""
     world, frame, points = log.world, log.frame, log.world.points
     still = world.model_copy(update={"robots": {}, "items": {}, "bounds": frame.box})
-    drawing = Drawing(still, width=log.width, names=False, legend=False, colors=_COLORS)
+    drawing = Drawing(still, width=log.width, names=False, legend=False, colors=THEME)
     size = drawing.mark
-    changed = log.changes("lane")
+    closed_lanes, moved_doors = log.changes("lane"), log.changes("door")
     lanes = {f"{a}-{b}": (a, b) for lane in world.lanes for a, b in ((lane.from_, lane.to), (lane.to, lane.from_))}
     closed = (
         element("path", titled(f"{name} is closed"), d=path(frame.at(points[end]) for end in ends), data_lane=name)
         for name, ends in lanes.items()
-        if name in changed
+        if name in closed_lanes
     )
     doors = (
         element("path", d=path(map(frame.at, door.at)), data_door=name)
         for name, door in world.doors.items()
-        if name in log.changes("door")
+        if name in moved_doors
     )
     boxes = (
         element(
             "g",
-            marks.item((0.0, 0.0), size, _COLORS, titled(name)),
+            marks.item((0.0, 0.0), size, THEME, titled(name)),
             element("text", text_of(name), x=size, y=size * 0.5) if log.sparse else "",
             data_item=name,
         )
@@ -168,7 +166,7 @@ def _robots(log: RunLog, size: float) -> Iterator[str]:
         base = (world.robot_type(spec) if spec else known[kind]).base
         radius = max(1.2 * size, (base.radius or 0.0) * log.frame.scale)
         look = looks.get(kind) or next(iter(looks.values()))
-        body = marks.robot((0.0, 0.0), radius, 0.0, look, _COLORS, flies=base.flies)
+        body = marks.robot((0.0, 0.0), radius, 0.0, look, THEME, flies=base.flies)
         ring = element("circle", class_="ring", r=radius * 1.3)
         label = element("text", text_of(name), y=-radius * 1.4, text_anchor="middle") if named else ""
         title = titled(f"{name}, {kind}")
@@ -179,7 +177,7 @@ def _run(run: ShownRun, report: Report) -> dict[str, Any]:
     """Return what the script needs of a run."""
     log = run.log
     own = {kind: _changes(log, kind) for kind in ("gone", "state", "goals")}
-    compared = {each.line for each in log.happenings if each.told and not isinstance(each.event, LaneEvent)}
+    compared = {each.line for each in log.happenings if each.told and not is_left_out(each.event)}
     return {
         "end": _at(report.summary.sim_time),
         "robots": [_robot(log, report, name, own) for name in log.poses],
