@@ -75,10 +75,8 @@ class _Ways:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        solids, walls = world.solids, world.polylines
-        self._obstacles = Obstacles(walls, solids)
-        outlines = [*walls, *((*outline, outline[0]) for outline in solids)]
-        self._walls = SegmentGrid([side for outline in outlines for side in pairwise(outline)])
+        self._obstacles = Obstacles(world.polylines, world.solids)
+        self._walls = SegmentGrid([side for outline in world.outlines for side in pairwise(outline)])
         points = world.points
         self._robots = [*world.robots.items()]
         self._lanes = LaneIndex(world, known_lanes(world))

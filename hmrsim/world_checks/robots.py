@@ -159,15 +159,12 @@ class _Sight:
     """Lines of sight to the lanes of a world, past its obstacles."""
 
     def __init__(self, world: World, lanes: list[tuple[Point, Point]]) -> None:
-        solids, walls = world.solids, world.polylines
         # Away from the lanes, the planner treats doors as walls.
         doors = [door.at for door in world.doors.values()]
-        self._obstacles = Obstacles([*walls, *doors], solids)
+        self._obstacles = Obstacles([*world.polylines, *doors], world.solids)
         # Another check reports robots inside these.
-        self._occupiable = Obstacles(doors, solids)
-        self._walls = [
-            pair for wall in [*walls, *doors, *((*solid, solid[0]) for solid in solids)] for pair in pairwise(wall)
-        ]
+        self._occupiable = Obstacles(doors, world.solids)
+        self._walls = [side for outline in [*world.outlines, *doors] for side in pairwise(outline)]
         self._lanes = lanes
         self._budget = _MAX_COMPARISONS
 
