@@ -6,17 +6,15 @@ import math
 
 import pytest
 
-from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.interfaces.simulation_interfaces import SetSimulationState, SimulationState
-from hmrsim.protocol.commands import Advance, CallService, CancelGoal, PlanAnswered, PlannerPresent, SendGoal
+from hmrsim.protocol.commands import Advance, CallService, CancelGoal, PlanAnswered, PlannerPresent
 from hmrsim.protocol.outputs import PlanWanted
 from hmrsim.protocol.time import Join
 from hmrsim.protocol.topics import Topic
 from hmrsim.trace.replay import replay
-from tests.simulation import in_lockstep, simulate
+from tests.simulation import A, B, C, at, in_lockstep, send, simulate
 
-A, B, C = (letter * 32 for letter in "abc")
 HERE = PlannerPresent(True)
 WORLD = {
     "bounds": [0, 0, 20, 10],
@@ -31,17 +29,8 @@ WORLD = {
 }
 
 
-def at(x, y, yaw=0.0):
-    orientation = {"z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-    return {"pose": {"position": {"x": float(x), "y": float(y)}, "orientation": orientation}}
-
-
-def send(action, goal, goal_id=A, robot="eve"):
-    return SendGoal(robot, action, registry()[action].goal.model_validate(goal), goal_id, goal_id)
-
-
-def go(x, y, yaw=0.0, **whose):
-    return send("navigate_to_pose", {"pose": at(x, y, yaw)}, **whose)
+def go(x, y, goal_id=A, robot="eve", yaw=0.0):
+    return send("navigate_to_pose", goal_id, robot, pose=at(x, y, yaw))
 
 
 def answer(request, *points, **fields):
@@ -72,11 +61,11 @@ class TestPresence:
     def test_without_a_planner_a_goal_is_rejected(self, action, goal):
         run = simulate(WORLD)
         log = run(
-            (0.0, send(action, goal)),
+            (0.0, send(action, robot="eve", **goal)),
             (1.0, HERE),
-            (1.0, send(action, goal, B)),
+            (1.0, send(action, B, "eve", **goal)),
             (2.0, PlannerPresent(False)),
-            (2.0, send(action, goal, C)),
+            (2.0, send(action, C, "eve", **goal)),
             until=2.0,
         )
 
@@ -96,7 +85,7 @@ class TestPresence:
 
 class TestPath:
     def test_the_request_has_start_and_goal(self, outside):
-        log = outside((3.0, go(9, 2, 1.0)), until=4.0)
+        log = outside((3.0, go(9, 2, yaw=1.0)), until=4.0)
         (asked,) = [event for _, event in log.events if isinstance(event, PlanWanted)]
         start, goal = asked.goal.start.pose, asked.goal.goal.pose
 
@@ -108,7 +97,7 @@ class TestPath:
         assert [(3.0, {"robot": "eve", "request": 1})] == log.happened("plan_wanted")
 
     def test_the_robot_drives_straight_from_pose_to_pose(self, outside):
-        log = outside((0.0, go(4, 6, 1.0)), (2.0, answer(1, (1, 2), (1, 6), (4, 6, 3.0))))
+        log = outside((0.0, go(4, 6, yaw=1.0)), (2.0, answer(1, (1, 2), (1, 6), (4, 6, 3.0))))
 
         assert (2.0 + 4.0 + 3.0, "SUCCEEDED") == log.changes(A)[-1]
         assert (4.0, 6.0, 1.0) == outside.simulator.robots["eve"].pose()
@@ -160,7 +149,7 @@ class TestPath:
     def test_a_path_through_poses_is_requested_leg_by_leg(self, outside):
         goal = {"poses": {"goals": [at(1, 6), at(4, 6)]}}
         log = outside(
-            (0.0, send("navigate_through_poses", goal)),
+            (0.0, send("navigate_through_poses", robot="eve", **goal)),
             (1.0, answer(1, (1, 2), (1, 6))),
             (2.0, answer(2, (1, 6), (4, 6))),
         )
@@ -171,7 +160,7 @@ class TestPath:
 
     def test_waypoints_are_requested_one_by_one(self, outside):
         log = outside(
-            (0.0, send("follow_waypoints", {"poses": [at(1, 6), at(15, 2), at(4, 6)]})),
+            (0.0, send("follow_waypoints", robot="eve", poses=[at(1, 6), at(15, 2), at(4, 6)])),
             (1.0, answer(1, (1, 2), (1, 6))),
             (6.0, answer(2, error_code=208, error_msg="a wall")),
             (7.0, answer(3, (4, 6))),
@@ -182,7 +171,7 @@ class TestPath:
         assert [(1, 208)] == [(each.waypoint_index, each.error_code) for each in log.result(A).missed_waypoints]
 
     def test_a_given_path_needs_no_planner(self):
-        log = simulate(WORLD)((0.0, send("follow_path", {"path": {"poses": [at(9, 2)]}})))
+        log = simulate(WORLD)((0.0, send("follow_path", robot="eve", path={"poses": [at(9, 2)]})))
 
         assert (8.0, "SUCCEEDED") == log.changes(A)[-1]
 

@@ -9,22 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import Result, SimulatorFeatures
-from hmrsim.protocol.commands import SendGoal
 from hmrsim.services import registry
 from hmrsim.services._entities import PatternError, compiled
+from tests.simulation import B, go, send
 
-GOAL = "a" * 32
 EVERYBODY = ["wall_e", "eve", "cart", "parcel", "anvil", "letter"]
-
-
-def send(action, goal):
-    return SendGoal("wall_e", action, actions()[action].goal.model_validate(goal), GOAL)
-
-
-def go(x, y):
-    return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}})
 
 
 class TestFilters:
@@ -68,7 +58,7 @@ class TestFilters:
 
 class TestStates:
     def test_a_driving_robot_has_a_velocity(self, run):
-        run((0.0, go(9.0, 2.0)), until=1.5)
+        run((0.0, go(9, 2)), until=1.5)
         state = run.ask("get_entity_state", {"entity": "wall_e"}).state
 
         stamp, linear = state.header.stamp, state.twist.linear
@@ -77,7 +67,7 @@ class TestStates:
         assert (1.0, 0.0) == (linear.x, linear.y)
 
     def test_an_item_moves_with_the_robot_that_holds_it(self, run):
-        run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(9.0, 2.0)._replace(goal_id="b" * 32)), until=1.5)
+        run((0.0, send("pickup", target_name="letter")), (0.0, go(9, 2, B)), until=1.5)
         state = run.ask("get_entity_state", {"entity": "letter"}).state
 
         assert (2.5, 1.0) == (state.pose.position.x, state.twist.linear.x)
@@ -228,8 +218,7 @@ class TestPattern:
 
 def test_a_robot_that_turns_has_an_angular_velocity(make_run):
     run = make_run({"robots": {"spinner": {"at": [0, 0], "base": {"turning_rate": 0.5}}}})
-    goal = actions()["navigate_to_pose"].goal.model_validate({"pose": {"pose": {"position": {"x": 0.0, "y": 5.0}}}})
-    run((0.0, SendGoal("spinner", "navigate_to_pose", goal, GOAL)), until=1.0)
+    run((0.0, go(0, 5, robot="spinner")), until=1.0)
     twist = run.ask("get_entity_state", {"entity": "spinner"}).state.twist
 
     assert (0.5, 0.0) == (pytest.approx(twist.angular.z), math.hypot(twist.linear.x, twist.linear.y))

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.actions import registry as actions
 from hmrsim.interfaces.simulation_interfaces import ResetSimulation, Result
-from hmrsim.protocol.commands import GetResult, SendGoal
+from hmrsim.protocol.commands import GetResult
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged, Sampled
 from hmrsim.protocol.topics import Topic
 from hmrsim.simulation.scripts import ScriptState
-from tests.simulation import SMALL_WORLD, simulate
+from tests.simulation import SMALL_WORLD, A, B, go, send, simulate
 
 TIME, STATE, SPAWNED, ALL = (
     ResetSimulation.Request.SCOPE_TIME,
@@ -19,18 +18,9 @@ TIME, STATE, SPAWNED, ALL = (
     ResetSimulation.Request.SCOPE_SPAWNED,
     ResetSimulation.Request.SCOPE_ALL,
 )
-GOAL, NEXT = "a" * 32, "b" * 32
 SCRIPTED = SMALL_WORLD | {
     "robots": {"wall_e": {"type": "nurse", "at": "home", "script": ["Go shelf", "Grab parcel", "Go home"]}}
 }
-
-
-def send(action, goal, robot="wall_e", goal_id=GOAL):
-    return SendGoal(robot, action, actions()[action].goal.model_validate(goal), goal_id, reply_to=goal_id)
-
-
-def go(x=9.0, y=2.0, **more):
-    return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}}, **more)
 
 
 def reset(run, scope=0):
@@ -45,64 +35,64 @@ def spawn(run, name="bob"):
 class TestGoals:
     @pytest.mark.parametrize("scope", [0, TIME, STATE, ALL])
     def test_running_goals_are_aborted(self, run, scope):
-        run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "waiting")), until=1.5)
+        run((0.0, go(9, 2)), (0.0, GetResult("wall_e", "navigate_to_pose", A, "waiting")), until=1.5)
         reset(run, scope)
-        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
+        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", A, "later"))
 
-        assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
+        assert (1.5, "ABORTED") == run.log.changes(A)[-1]
         assert "the simulation was reset" == run.log.answer("waiting").result.error_msg
         assert GoalStatus.ABORTED is run.log.answer("later").status
 
     def test_a_goal_accepted_at_the_same_instant_is_aborted(self, run):
-        run.simulator.submit(go())
+        run.simulator.submit(go(9, 2))
         reset(run)
         run.simulator.run()
 
-        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING"), (0.0, "ABORTED")] == run.log.changes(GOAL)
+        assert [(0.0, "ACCEPTED"), (0.0, "EXECUTING"), (0.0, "ABORTED")] == run.log.changes(A)
         assert (1.0, 2.0) == run.simulator.robots["wall_e"].pose().point
 
     def test_results_of_ended_goals_are_kept(self, run):
-        run((0.0, go()))
+        run((0.0, go(9, 2)))
         reset(run)
-        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "later"))
+        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", A, "later"))
 
         assert GoalStatus.SUCCEEDED is run.log.answer("later").status
 
     def test_goals_of_robots_that_stay_continue_when_only_others_are_removed(self, run):
         spawn(run)
-        run((0.0, go()), (0.0, go(robot="bob", goal_id=NEXT)), until=1.0)
+        run((0.0, go(9, 2)), (0.0, go(9, 2, robot="bob", goal_id=B)), until=1.0)
         reset(run, SPAWNED)
         run.simulator.run()
 
-        assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (GOAL, NEXT)]
+        assert [(8.0, "SUCCEEDED"), (1.0, "ABORTED")] == [run.log.changes(goal)[-1] for goal in (A, B)]
 
     def test_a_goal_after_it_takes_as_long_as_before(self, run):
-        run((0.0, go()), until=3.0)
+        run((0.0, go(9, 2)), until=3.0)
         reset(run)
-        run((0.0, go(goal_id=NEXT)))
+        run((0.0, go(9, 2, goal_id=B)))
 
-        assert (8.0, "SUCCEEDED") == run.log.changes(NEXT)[-1]
+        assert (8.0, "SUCCEEDED") == run.log.changes(B)[-1]
 
     def test_generated_ids_are_never_reused(self, run):
         """The result of an old goal is still kept under its id."""
-        run.simulator.submit(go()._replace(goal_id=None))
+        run.simulator.submit(go(9, 2, None))
         reset(run)
-        run.simulator.submit(go()._replace(goal_id=None, reply_to="second"))
+        run.simulator.submit(go(9, 2, None, reply_to="second"))
 
-        assert run.log.answer(GOAL).goal_id != run.log.answer("second").goal_id
+        assert run.log.answer(A).goal_id != run.log.answer("second").goal_id
 
 
 class TestTime:
     @pytest.mark.parametrize(("scope", "now"), [(0, 0.0), (ALL, 0.0), (TIME, 0.0), (STATE, 1.5), (SPAWNED, 1.5)])
     def test_time_is_0_again(self, run, scope, now):
-        run((0.0, go()), until=1.5)
+        run((0.0, go(9, 2)), until=1.5)
         reset(run, scope)
 
         assert now == run.simulator.now
         assert (scope in (0, ALL, TIME)) == (run.simulator.generation == 1)
 
     def test_a_robot_stays_where_it_is(self, run):
-        run((0.0, go()), until=1.5)
+        run((0.0, go(9, 2)), until=1.5)
         reset(run, TIME)
         run.simulator.run()
 
@@ -149,7 +139,7 @@ class TestTime:
 
 class TestState:
     def test_robots_return_to_their_start(self, run):
-        run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)))
+        run((0.0, send("pickup", target_name="letter")), (0.0, go(9, 2, goal_id=B)))
         reset(run, STATE)
 
         wall_e = run.simulator.robots["wall_e"]
@@ -160,11 +150,11 @@ class TestState:
         for name in ("wall_e", "parcel", "letter"):
             run.ask("delete_entity", {"entity": name})
         reset(run, STATE)
-        run((0.0, send("pickup", {"target_name": "letter"})))
+        run((0.0, send("pickup", target_name="letter")))
 
         assert ["wall_e", "eve", "cart"] == [*run.simulator.robots]
         assert ["parcel", "anvil", "letter"] == [*run.simulator.items]
-        assert (0.0, "SUCCEEDED") == run.log.changes(GOAL)[-1]
+        assert (0.0, "SUCCEEDED") == run.log.changes(A)[-1]
 
     def test_a_deleted_robot_whose_name_is_taken_stays_deleted(self, run):
         run.ask("delete_entity", {"entity": "wall_e"})
@@ -177,7 +167,7 @@ class TestState:
 
     def test_spawned_robots_return_to_their_first_pose(self, run):
         spawn(run)
-        run((0.0, go(robot="bob")))
+        run((0.0, go(9, 2, robot="bob")))
         reset(run, STATE)
 
         assert (3.0, 2.0, 0.0) == run.simulator.robots["bob"].pose()
@@ -227,7 +217,7 @@ class TestSpawned:
 
 
 def test_a_reset_is_published_after_the_aborted_goals(run):
-    run((0.0, go()), until=1.5)
+    run((0.0, go(9, 2)), until=1.5)
     reset(run, TIME | STATE)
 
     assert [(0.0, {"scope": 3})] == run.log.happened("reset")

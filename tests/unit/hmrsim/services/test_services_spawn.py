@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from hmrsim.actions import registry as actions
-from hmrsim.protocol.commands import GetResult, Read, SendGoal
+from hmrsim.protocol.commands import GetResult, Read
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.protocol.topics import Topic
-from tests.simulation import SMALL_WORLD, simulate
+from tests.simulation import SMALL_WORLD, A, B, go, send, simulate
 
 OK, NOT_FOUND, FAILED = 1, 2, 4
-GOAL, NEXT = "a" * 32, "b" * 32
 SLOW_CLAW = SMALL_WORLD | {"robot_types": {"nurse": {"components": {"claw": {"handling_time": 2.0}}}}}
-
-
-def send(action, goal, robot="wall_e", goal_id=GOAL):
-    return SendGoal(robot, action, actions()[action].goal.model_validate(goal), goal_id, reply_to=goal_id)
-
-
-def go(x=9.0, y=2.0, **more):
-    return send("navigate_to_pose", {"pose": {"pose": {"position": {"x": x, "y": y}}}}, **more)
 
 
 def spawn(run, name="bob", uri="robot_type:nurse", x=3.0, y=2.0, **more):
@@ -63,11 +53,11 @@ class TestSpawn:
         facing = {"orientation": {"z": 1.0, "w": 0.0}}
         answer = spawn(run, initial_pose={"pose": {"position": {"x": 3.0, "y": 2.0}, **facing}})
         before = run.simulator.robots["bob"].pose()
-        log = run((0.0, go(robot="bob")))
+        log = run((0.0, go(9, 2, robot="bob")))
 
         assert (OK, "bob") == (answer.result.result, answer.entity_name)
         assert (3.0, 2.0, pytest.approx(3.14159265)) == before
-        assert (6.0, "SUCCEEDED") == log.changes(GOAL)[-1]
+        assert (6.0, "SUCCEEDED") == log.changes(A)[-1]
 
     def test_a_robot_has_odometry(self, run):
         spawn(run)
@@ -88,9 +78,9 @@ class TestSpawn:
 
     def test_an_item_can_be_picked_up(self, run):
         spawn(run, "second", "item:parcel", x=1.2)
-        log = run((0.0, send("pickup", {"target_name": "second"})))
+        log = run((0.0, send("pickup", target_name="second")))
 
-        assert "SUCCEEDED" == log.changes(GOAL)[-1][1]
+        assert "SUCCEEDED" == log.changes(A)[-1][1]
         assert 0.2 == run.simulator.items["second"].weight
 
     def test_items_can_be_spawned_inside_obstacles(self, run):
@@ -155,25 +145,25 @@ class TestSpawn:
 class TestDelete:
     def test_a_robot_is_gone_from_everything(self, run):
         run.ask("delete_entity", {"entity": "wall_e"})
-        run((0.0, go()), (0.0, Read(Topic.ODOM, "wall_e", reply_to="odom")))
+        run((0.0, go(9, 2)), (0.0, Read(Topic.ODOM, "wall_e", reply_to="odom")))
 
-        assert "unknown_robot" == run.log.answer(GOAL).reason
+        assert "unknown_robot" == run.log.answer(A).reason
         assert "no such robot or action: wall_e/" == run.log.answer("odom").message
         assert ["eve", "cart"] == [*run.simulator.robots]
         assert ["eve", "cart", "parcel", "anvil", "letter"] == run.ask("get_entities").entities
         assert (1, [(0.0, {"entity": "wall_e"})]) == (told(run), run.log.happened("deleted"))
 
     def test_its_goals_are_aborted_first(self, run):
-        run((0.0, go()), (0.0, GetResult("wall_e", "navigate_to_pose", GOAL, "result")), until=1.5)
+        run((0.0, go(9, 2)), (0.0, GetResult("wall_e", "navigate_to_pose", A, "result")), until=1.5)
         run.ask("delete_entity", {"entity": "wall_e"})
         run.simulator.run()
 
-        assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
+        assert (1.5, "ABORTED") == run.log.changes(A)[-1]
         assert GoalStatus.ABORTED == run.log.answer("result").status
         assert "the robot was deleted" == run.log.answer("result").result.error_msg
 
     def test_the_item_of_a_deleted_robot_stays_there(self, run):
-        run((0.0, send("pickup", {"target_name": "letter"})), (0.0, go(goal_id=NEXT)), until=2.0)
+        run((0.0, send("pickup", target_name="letter")), (0.0, go(9, 2, goal_id=B)), until=2.0)
         run.ask("delete_entity", {"entity": "wall_e"})
 
         letter = run.simulator.items["letter"]
@@ -181,24 +171,24 @@ class TestDelete:
         assert [(2.0, {"robot": "wall_e", "item": "letter", "at": [3.0, 2.0]})] == run.log.happened("placed")
 
     def test_a_new_robot_does_not_know_the_goals_of_its_namesake(self, run):
-        run((0.0, go()))
+        run((0.0, go(9, 2)))
         run.ask("delete_entity", {"entity": "wall_e"})
         spawn(run, "wall_e", "robot_type:carrier")
-        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", GOAL, "result"))
-        run((8.0, go()))
+        run.simulator.submit(GetResult("wall_e", "navigate_to_pose", A, "result"))
+        run((8.0, go(9, 2)))
 
         assert GoalStatus.UNKNOWN is run.log.answer("result").status
         assert "carrier" == run.simulator.robots["wall_e"].type
 
     def test_deleted_robots_are_freed(self, run):
-        run((0.0, go()))
+        run((0.0, go(9, 2)))
         run.ask("delete_entity", {"entity": "wall_e"})
 
         assert "wall_e" not in run.simulator.dispatcher._ended
         assert [] == [robot for robot, _ in run.simulator.dispatcher.servers._servers]
 
     def test_a_deleted_item_is_not_held(self, run):
-        run((0.0, send("pickup", {"target_name": "letter"})))
+        run((0.0, send("pickup", target_name="letter")))
         run.ask("delete_entity", {"entity": "letter"})
 
         assert run.simulator.robots["wall_e"].components["claw"].item is None
@@ -214,14 +204,14 @@ class TestDelete:
     def test_handling_a_deleted_item_fails(self, before, action, goal, code):
         run = simulate(SLOW_CLAW)
         if before:
-            run((0.0, send(*before, goal_id=NEXT)))
+            run((0.0, send(before[0], B, **before[1])))
         begin = run.simulator.now
-        run((begin, send(action, goal)), until=begin + 1.0)
+        run((begin, send(action, **goal)), until=begin + 1.0)
         run.ask("delete_entity", {"entity": "letter"})
         run.simulator.run()
 
-        assert (begin + 2.0, "ABORTED") == run.log.changes(GOAL)[-1]
-        assert code == run.log.result(GOAL).error_code.val
+        assert (begin + 2.0, "ABORTED") == run.log.changes(A)[-1]
+        assert code == run.log.result(A).error_code.val
 
 
 class TestMove:
@@ -231,20 +221,20 @@ class TestMove:
 
         assert (OK, (6.0, 2.0, 0.0)) == (result.result, moved)
         assert [(0.0, {"entity": "wall_e", "at": [6.0, 2.0], "yaw": 0.0})] == run.log.happened("teleported")
-        assert (3.0, "SUCCEEDED") == run((0.0, go())).changes(GOAL)[-1]
+        assert (3.0, "SUCCEEDED") == run((0.0, go(9, 2))).changes(A)[-1]
 
     def test_a_goal_that_drives_is_aborted_first(self, run):
-        run((0.0, go()), until=1.5)
+        run((0.0, go(9, 2)), until=1.5)
         put(run, "wall_e", 5.0, 3.0)
         run.simulator.run()
 
-        assert (1.5, "ABORTED") == run.log.changes(GOAL)[-1]
-        assert "moved by set_entity_state" == run.log.result(GOAL).error_msg
+        assert (1.5, "ABORTED") == run.log.changes(A)[-1]
+        assert "moved by set_entity_state" == run.log.result(A).error_msg
         assert (5.0, 3.0) == run.simulator.robots["wall_e"].pose().point
 
     @pytest.mark.parametrize(("entity", "item"), [("wall_e", "letter"), ("letter", None)])
     def test_a_held_item_moves_with_its_robot_but_not_the_other_way_around(self, run, entity, item):
-        run((0.0, send("pickup", {"target_name": "letter"})))
+        run((0.0, send("pickup", target_name="letter")))
         put(run, entity, 5.0, 3.0)
 
         held = run.simulator.robots["wall_e"].components["claw"].item
@@ -253,12 +243,12 @@ class TestMove:
 
     def test_an_item_that_is_moved_away_can_not_be_picked_up(self):
         run = simulate(SLOW_CLAW)
-        run((0.0, send("pickup", {"target_name": "letter"})), until=1.0)
+        run((0.0, send("pickup", target_name="letter")), until=1.0)
         put(run, "letter", 9.0, 9.0)
         run.simulator.run()
 
-        assert (2.0, "ABORTED") == run.log.changes(GOAL)[-1]
-        assert "'letter' is out of reach" in run.log.result(GOAL).error_code.message
+        assert (2.0, "ABORTED") == run.log.changes(A)[-1]
+        assert "'letter' is out of reach" in run.log.result(A).error_code.message
 
     @pytest.mark.parametrize(
         ("asked", "code", "why"),
@@ -271,13 +261,13 @@ class TestMove:
         ],
     )
     def test_a_robot_that_can_not_be_moved_keeps_its_pose_and_goal(self, run, asked, code, why):
-        run((0.0, go()), until=1.5)
+        run((0.0, go(9, 2)), until=1.5)
         result = put(run, "wall_e", **asked)
 
         assert code == result.result
         assert why in result.error_message
         assert (2.5, 2.0) == run.simulator.robots["wall_e"].pose().point
-        assert "EXECUTING" == run.log.changes(GOAL)[-1][1]
+        assert "EXECUTING" == run.log.changes(A)[-1][1]
 
 
 def test_several_entities_are_spawned_at_once():
