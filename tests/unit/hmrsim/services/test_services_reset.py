@@ -75,7 +75,7 @@ class TestGoals:
 
     def test_generated_ids_are_never_reused(self, run):
         """The result of an old goal is still kept under its id."""
-        run.simulator.submit(go(9, 2, None))
+        run.simulator.submit(go(9, 2, None, reply_to=A))
         reset(run)
         run.simulator.submit(go(9, 2, None, reply_to="second"))
 
