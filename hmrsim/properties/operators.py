@@ -7,16 +7,24 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from hmrsim.diagnostics import listed
+from hmrsim.events import EventPattern
 from hmrsim.events.simulation import RunReported
+from hmrsim.geometry import PlaceNames
+from hmrsim.history.timeline import GoalSeen
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.properties.model.conditions import RobotCondition
-from hmrsim.properties.signals import FAILS, HOLDS
+from hmrsim.properties.model.part import walk
+from hmrsim.properties.signals import FAILS, HOLDS, watch
 from hmrsim.properties.temporal import Above, And, Formula, Not, Or, Previous
 from hmrsim.properties.terms import Term
 from hmrsim.properties.watcher import Obligation, Obligations, Watcher, cut_off
 
 if TYPE_CHECKING:
+    from hmrsim.events import Event
     from hmrsim.properties.observations import Observations
     from hmrsim.properties.results import Ended, OnViolation, Verdict
+    from hmrsim.world.model import World
 
 _FAR: Final = 9.0
 """Radii of the circle around a place beyond which a robot is far from it."""
@@ -183,13 +191,43 @@ class Invariant(Temporal):
     def __init__(self, of: Instance, clauses: Iterable[Clause], *fields: str) -> None:
         super().__init__(of, *fields)
         self.clauses = Clauses(clauses, _OF_TERMS)
+        self._events: list[Event | GoalSeen] = []
+        self._events_at = 0
+        for _, part in walk(getattr(of.part, fields[0])):
+            if isinstance(part, EventPattern):
+                watch(self.timeline, part, self._note)
+
+    def _note(self, at: int, event: Event | GoalSeen) -> None:
+        if at > self._events_at:
+            self._events_at = at
+            self._events.clear()
+        self._events.append(event)
 
     def _step(self, at: int) -> None:
         first, second = self.terms[0], self.terms[-1]
         broken = self.clauses.broken((first.value, HOLDS if first.hits else FAILS, second.value))
         if broken is not None:
             reason = broken.reason.format(a=first.words, b=second.words)
-            self.violate(at, self.subject, reason, broken.text.format(a=first.text, b=second.text))
+            text = broken.text.format(a=first.text, b=second.text)
+            subject = self.subject
+            if self._events and self._events_at == at:
+                subject = subject or _subject_of(self._events[0])
+                events = [_described(event, self.observations.world) for event in self._events]
+                text = f"{text}, at {at / NANOSECONDS:g} s: {listed(events)}"
+            self.violate(at, subject, reason, text)
+
+
+def _subject_of(event: Event | GoalSeen) -> str:
+    return event.robot if isinstance(event, GoalSeen) else event.subject
+
+
+def _described(event: Event | GoalSeen, world: World) -> str:
+    """Return an event or the change of a goal as text, with the place if the event has one."""
+    if isinstance(event, GoalSeen):
+        return f"{event.action} of {event.robot}"
+    at = event.as_dict().get("at")
+    place = f" at {PlaceNames(world.points).of((at[0], at[1]))}" if isinstance(at, tuple) else ""
+    return f"{event.describe()}{place}"
 
 
 class Always(Invariant):

@@ -7,19 +7,21 @@ demands something has obligations. The published formulas are on http://roboticp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.model.part import BOUND, bound, bound_names
 from hmrsim.properties.operators import A, B, Clause, Demand, Instance, Invariant, Temporal, begins
-from hmrsim.properties.signals import watch
+from hmrsim.properties.signals import fields_of, watch
 from hmrsim.properties.temporal import And, Implies, Not, Once, Or, Previous
 from hmrsim.properties.terms import Term, prepare
 from hmrsim.properties.watcher import Obligation, cut_off
 
 if TYPE_CHECKING:
+    from hmrsim.events import Event
+    from hmrsim.history.timeline import GoalSeen
     from hmrsim.properties.model.conditions import Condition
     from hmrsim.properties.results import Ended, Verdict
 
@@ -162,9 +164,6 @@ class DelayedReaction(Demand):
         return self._is("holds", self.missing.least, f"{stimulus.times} times {stimulus.text}")
 
 
-_Fields = Callable[[], dict[str, Any]]
-
-
 class Whenever(Demand):
     """Each time that a trigger begins to hold, another condition has to hold then or later.
 
@@ -196,8 +195,8 @@ class Whenever(Demand):
         elif self._names:
             prepare(self._then, of.observations)
 
-    def _begin_at_event(self, at: int, fields: _Fields) -> None:
-        self._begin(at, fields() if self._names or not self.subject else {})
+    def _begin_at_event(self, at: int, event: Event | GoalSeen) -> None:
+        self._begin(at, fields_of(event) if self._names or not self.subject else {})
 
     def _begin(self, at: int, fields: Mapping[str, Any]) -> None:
         then = bound(self._then, fields) if self._names else self._then
@@ -209,10 +208,10 @@ class Whenever(Demand):
         self.missing.add(obligation)
         self.mark()
 
-    def _meet_at_event(self, at: int, fields: _Fields) -> None:
+    def _meet_at_event(self, at: int, event: Event | GoalSeen) -> None:
         if self._trigger is None and not self.missing:
             return
-        values = fields() if self._keys else {}
+        values = fields_of(event) if self._keys else {}
         key = tuple(_hashable(values.get(field)) for field, _ in self._keys)
         if self._trigger is not None:
             self._met[key] = at

@@ -48,9 +48,13 @@ class Signal:
         self._subscribers.remove(on_change)
 
 
-Fields = dict[str, Any]
-Matched = Callable[[int, Callable[[], Fields]], object]
-"""A function of a time, and of a function that returns the fields of the event as in JSON."""
+Matched = Callable[[int, "Event | GoalSeen"], object]
+"""A function of a time, and of the event or the change of a goal's status."""
+
+
+def fields_of(event: Event | GoalSeen) -> dict[str, Any]:
+    """Return the fields of an event or of the change of a goal's status, as in JSON."""
+    return event._asdict() if isinstance(event, GoalSeen) else event.to_json()
 
 
 def watch(timeline: Timeline, pattern: EventPattern, matched: Matched) -> None:
@@ -62,7 +66,7 @@ def watch(timeline: Timeline, pattern: EventPattern, matched: Matched) -> None:
 
     def look(at: int, event: Event) -> None:
         if pattern.matches(event):
-            matched(at, event.to_json)
+            matched(at, event)
 
     timeline.on(kind, look)
 
@@ -70,14 +74,14 @@ def watch(timeline: Timeline, pattern: EventPattern, matched: Matched) -> None:
 def _watch_goals(timeline: Timeline, pattern: EventPattern, matched: Matched) -> None:
     def reject(at: int, event: SendGoalRejected) -> None:
         if pattern.matches(event):
-            matched(at, event.to_json)
+            matched(at, event)
 
     # As `EventPattern.matches_goal`; this is called for each status of each goal.
     statuses, robot, action = STATUSES[pattern.goal or ""], pattern.robot, pattern.action
 
     def change(at: int, goal: GoalSeen) -> None:
         if goal.status in statuses and action in (None, goal.action):
-            matched(at, goal._asdict)
+            matched(at, goal)
 
     if pattern.goal == "rejected":
         timeline.on(SendGoalRejected, reject)
@@ -91,7 +95,7 @@ def pulse(timeline: Timeline, pattern: EventPattern) -> Signal:
     """Return a signal that holds at each instant with an event that matches a pattern."""
     signal = Signal()
 
-    def beat(at: int, _fields: Callable[[], Fields]) -> None:
+    def beat(at: int, _event: Event | GoalSeen) -> None:
         signal.set(HOLDS)
         timeline.alarm(at + 1, Phase.CHANGE, lambda _at: signal.set(FAILS))
 

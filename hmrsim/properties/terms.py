@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.model.conditions import (
@@ -28,6 +28,8 @@ from hmrsim.properties.signals import FAILS, HOLDS, watch
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from hmrsim.events import Event
+    from hmrsim.history.timeline import GoalSeen
     from hmrsim.properties.model.conditions import Condition
     from hmrsim.properties.observations import Observations
     from hmrsim.properties.signals import Signal
@@ -175,7 +177,7 @@ class Term:
         for signal in self._expression.signals if self._expression else ():
             signal.unsubscribe(self._changed)
 
-    def _come(self, _at: int, _fields: Callable[[], dict[str, Any]]) -> None:
+    def _come(self, _at: int, _event: Event | GoalSeen) -> None:
         self._came += 1
         self._changed()
 

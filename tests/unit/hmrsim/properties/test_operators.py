@@ -87,6 +87,16 @@ def test_never_is_violated_by_each_event():
     assert [3.0, 7.0] == [each[0] for each in feed.end(9).violations]
 
 
+def test_a_violation_by_an_event_names_its_robot_place_and_time():
+    feed = watched({"never": {"event": "battery_empty"}})
+    for robot, at in (("eve", (1.0, 2.0)), ("wall_e", (3.0, 4.0))):
+        feed.event(5, "battery_empty", robot=robot, at=at, charge=0.0, percentage=0.0)
+    violation = feed.end(9).monitor.violations[0]
+
+    events = "eve has an empty battery at (1, 2), wall_e has an empty battery at (3, 4)"
+    assert ("eve", f"battery_empty, at 5 s: {events}") == (violation.subject, violation.text)
+
+
 def test_eventually_within_some_time_is_violated_when_it_is_over():
     """It is violated even if the condition holds later."""
     feed = watched({"eventually": DOOR, "within": 10}).event(11, "door_opened", door="gate").end(20)
