@@ -490,8 +490,8 @@ class Run:
         return self.simulator.roster.admission.causes.chain(there)
 
     def story(self) -> list[str]:
-        """Return the events, one line each."""
-        return [f"{each.at:9.3f} s  {each.text}" for each in self.happened()]
+        """Return the events, one line each; ``print(run.story())`` prints them below each other."""
+        return _Lines(f"{each.at:9.3f} s  {each.text}" for each in self.happened())
 
     def _check_robot(self, robot: str) -> None:
         # A deleted robot may have had goals.
@@ -507,6 +507,14 @@ class Run:
             lines.append(f"{at:9.3f} s  play() canceled the controller, which had not returned within its duration")
             stuck = self._canceled.stuck if at == self.now else stuck
         return "".join(f"\n  {line}" for line in (*lines, *(f"{self.now:9.3f} s  {text}" for text in stuck.values())))
+
+
+class _Lines(list[str]):
+    """The lines of a story; as a string, one below the other."""
+
+    def __str__(self) -> str:
+        """Return the lines, joined."""
+        return "\n".join(self)
 
 
 def _first(texts: Iterable[str]) -> list[str]:

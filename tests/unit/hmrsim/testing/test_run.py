@@ -98,6 +98,15 @@ def test_a_failed_assertion_tells_the_story(simulation):
         run.check_visited("wall_e", "shelf")
 
 
+def test_a_story_is_printed_line_by_line(simulation):
+    with simulation("cafe") as run:
+        run.commander("mocha").navigate_to("table_1")
+        story = run.story()
+
+    assert isinstance(story, list)
+    assert story == str(story).splitlines()
+
+
 def test_wrong_questions(simulation):
     run = simulation(WORLD)
 
