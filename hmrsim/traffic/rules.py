@@ -271,7 +271,7 @@ class WaitTimeout:
         if self._seconds is None:
             return
         self._add(wait.since, wait)
-        if self._timeout is not None and self._waiting[0][2] is wait and self._timeout.callbacks is not None:
+        if self._timeout is not None and self._waiting[0][2] is wait:
             self._env.abandon(self._timeout)
             self._timeout = None
         if self._timeout is None:
@@ -280,19 +280,16 @@ class WaitTimeout:
     def stop(self) -> None:
         """Forget all waits, and remove the timeout, which would otherwise keep simulated time going."""
         if self._timeout is not None:
-            # It may be the event that is processed now.
-            if self._timeout.callbacks is not None:
-                self._env.abandon(self._timeout)
+            self._env.abandon(self._timeout)
             self._timeout = None
-            self._waiting.clear()
+        self._waiting.clear()
 
     def _add(self, since: float, wait: Wait) -> None:
         self._number += 1
         heapq.heappush(self._waiting, (since, self._number, wait))
 
     def _set_timeout(self) -> None:
-        """Set the timeout for the wait that may reach the limit next."""
-        self._timeout = None
+        """Set the timeout for the wait that may reach the limit next, if any."""
         while self._waiting and self._since(self._waiting[0][2]) is None:
             heapq.heappop(self._waiting)
         if self._waiting and self._seconds is not None:
@@ -301,6 +298,7 @@ class WaitTimeout:
             self._timeout.callbacks = [lambda _event: self._expire()]
 
     def _expire(self) -> None:
+        self._timeout = None
         looked, _, wait = heapq.heappop(self._waiting)
         since = self._since(wait)
         if since is not None:
@@ -309,4 +307,6 @@ class WaitTimeout:
             else:
                 # There was progress meanwhile: the time counts from when the last of these vehicles stopped.
                 self._add(min(since, self._env.now), wait)
-        self._set_timeout()
+        # A vehicle that gives up can make another one wait, which sets the timeout.
+        if self._timeout is None:
+            self._set_timeout()
