@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -122,6 +121,9 @@ def meant(name: str, known: Iterable[str]) -> str | None:
     """Return the most similar known name, or else the only one that begins with *name*; None if there is none."""
     if len(name) > _MAX_STEP:
         return None
+    # Takes 7 ms to load, and is only needed for errors.
+    import difflib  # noqa: PLC0415
+
     names = list(known)
     near = [other for other in names if abs(len(other) - len(name)) <= 3 and other[:1] == name[:1]]  # noqa: PLR2004
     similar = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1)

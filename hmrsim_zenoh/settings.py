@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from hmrsim.program.log_options import ServerLogOptions
-from hmrsim.settings.file import together
 from hmrsim.settings.option import Option
-from hmrsim.settings.run import RunSettings, Settings, TraceSettings, WorldSettings
+from hmrsim.settings.run import RunSettings, Settings, TraceSettings, WorldSettings, together
 from hmrsim_zenoh.ros2.keys import DOMAINS, MAX_DOMAIN
 from hmrsim_zenoh.view import DEFAULT_PORT
 from hmrsim_zenoh.wire.options import SessionOptions

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Final
 
 from bt_controller.cli import make_parser as make_bt_controller
-from hmrsim.cli.entry import make_parser as make_hmrsim
-from hmrsim.program.command_line import LazyParser
+from hmrsim.cli import make_parser as make_hmrsim
+from hmrsim.program.command_line import CommandParser
 
 _PAGE: Final = Path("docs/reference/cli.md")
 _EVERYWHERE: Final = "session"
@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _of(parser: argparse.ArgumentParser, level: int) -> Iterator[str]:
     """Yield the sections of a parser and of its commands."""
-    if isinstance(parser, LazyParser):
+    if isinstance(parser, CommandParser):
         parser.load()
     commands = _commands(parser)
     yield f"{'#' * min(level, 4)} {parser.prog}\n"
@@ -107,7 +107,7 @@ def _value(action: argparse.Action) -> str:
 def _session(program: argparse.ArgumentParser) -> Iterator[str]:
     """Yield the section about the options of sessions, from a command that has them."""
     command = _commands(program)["doctor"][0]
-    if isinstance(command, LazyParser):
+    if isinstance(command, CommandParser):
         command.load()
     yield "## Options of a session\n\n| option | |\n|---|---|"
     yield from _arguments(command, of=_EVERYWHERE)

@@ -11,7 +11,7 @@ from typing import Final
 from bt_controller.cli._options import EXAMPLES, EXIT_CODES, FAILED, exit_code
 from hmrsim import __version__
 from hmrsim.errors import printable
-from hmrsim.program.command_line import Later, LazyParser, add_commands, autocomplete, run_program
+from hmrsim.program.command_line import CommandParser, Later, add_commands, autocomplete, run_program
 
 _COMMANDS: Final = {
     "run": "run a tree for each robot",
@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str] | None) -> int:
     parser = make_parser()
-    autocomplete(parser, f"{__name__}._completers")
+    autocomplete(parser, f"{__name__}._options")
     args = parser.parse_args(argv)
     try:
         code: int = args.command(args)
@@ -48,7 +48,7 @@ def _main(argv: Sequence[str] | None) -> int:
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the program, whose commands have their arguments when they are asked for."""
-    parser = LazyParser(
+    parser = CommandParser(
         prog="bt-controller",
         description="Drive robots with behavior trees, as a client of a simulator.",
         epilog=f"{EXAMPLES}\n\n{EXIT_CODES}",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,6 +14,7 @@ from hmrsim.errors import HmrsimError, OutputError, printable
 
 if TYPE_CHECKING:
     from bt_controller.loading.trees import Plan
+    from hmrsim.program.command_line import Completer
 
 
 DONE: Final = 0
@@ -150,3 +152,23 @@ def tree_of(args: argparse.Namespace) -> Plan:
     for line in plan.doubts:
         print(f"bt-controller: warning: {printable(line)}", file=sys.stderr)
     return plan
+
+
+def _robots(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
+    from hmrsim_zenoh.client.completion import robots
+
+    return robots(parsed_args)
+
+
+def _selectors(parsed_args: argparse.Namespace, **_unused: object) -> list[str]:
+    from bt_controller.core.robots import Directory, completions
+    from hmrsim_zenoh.client.completion import running
+
+    return completions(Directory.from_info(running(parsed_args)))
+
+
+COMPLETERS: Final[Mapping[str, Completer]] = {
+    "bt-controller run NAME": _robots,
+    "bt-controller run SELECTOR": _selectors,
+}
+"""Shell completion with names of the running simulator."""

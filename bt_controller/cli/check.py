@@ -74,11 +74,7 @@ def check(args: argparse.Namespace) -> int:
 
 
 def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node, ...]]:
-    """Return the tree by its name or, if the trees of the robots differ, each tree by the robot's name.
-
-    Raises:
-        TreeError: A tree can't be built.
-    """
+    """Return the tree by its name or, if the trees of the robots differ, each tree by the robot's name."""
     if plan.takes_robots or len(robots) < 2:  # noqa: PLR2004 - a single tree can't differ from others
         return {name: _built(plan, robots)}
     trees = {}
@@ -92,11 +88,7 @@ def _trees(name: str, plan: Plan, robots: Sequence[str]) -> dict[str, tuple[Node
 
 
 def _built(plan: Plan, robots: Sequence[str]) -> tuple[Node, ...]:
-    """Return the nodes of the tree for some robots; without robots, for a single one named ``robot``.
-
-    Raises:
-        TreeError: The tree can't be built.
-    """
+    """Return the nodes of the tree for some robots; without robots, for a single one named ``robot``."""
     from bt_controller.running.mission import missions_for
 
     try:

@@ -118,7 +118,6 @@ def _count(count: int) -> Text:
 
 
 def _goal_end(end: str) -> str:
-    """Return the end of a goal as text."""
     from bt_controller.coverage.node_coverage import ABORTED
 
     code = end.removeprefix(ABORTED)

@@ -99,7 +99,6 @@ def _ports(node: type[Node]) -> list[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a default as a JSON value."""
     if isinstance(value, Enum):
         return value.value
     return value if isinstance(value, (str, int, float, bool, type(None))) else str(value)
@@ -110,7 +109,6 @@ def _described(node: type[Node]) -> dict[str, Any]:
 
 
 def _page(tag: str, node: type[Node]) -> str:
-    """Return a node's full description."""
     lines = [f"{tag} ({_kind(node)})", *(f"  {line}".rstrip() for line in (inspect.getdoc(node) or "").splitlines())]
     for port in _ports(node):
         needed = ", required" if port["required"] and port["direction"] == "input" else ""

@@ -7,6 +7,7 @@ import json
 import queue
 import re
 import sys
+import textwrap
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.connection import OPERATOR, connected, in_run
 from hmrsim.cli.options import ExitCode, Refused, UnknownName, WrongUse, add_connection_options, add_json
-from hmrsim.cli.output import indented, show, show_json, show_result, values, warn, yaml_flow, yaml_text
+from hmrsim.cli.output import show, show_json, show_result, warn, yaml_flow, yaml_text
 from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError
 from hmrsim.program.command_line import add_commands
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.connection import Info
     from hmrsim.cli.names import ActionName
     from hmrsim.interfaces.message import Message
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.client.goal_handle import GoalHandle
 
@@ -53,7 +54,6 @@ _CANCEL_WAIT: Final = 2.0
 
 
 def _configure_send_goal(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``hmrsim action send-goal``."""
     parser.description = (
         "Send a goal and follow it to its end; Ctrl-C cancels it. Empty fields are omitted; --json shows all."
     )
@@ -102,11 +102,7 @@ def _send_goal(args: argparse.Namespace) -> int:
 
 
 def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return the type and the goal; if only one is given, its form tells which it is.
-
-    Raises:
-        WrongUse: The shell has split the goal at its spaces.
-    """
+    """Return the type and the goal; if only one is given, its form tells which it is."""
     if args.type is None or _TYPE.fullmatch(args.type):
         return args.type, args.goal
     if args.goal is not None:
@@ -116,11 +112,7 @@ def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
 
 
 def _with_poses(client: Client, data: object, action: AnyAction) -> object:
-    """Return the plain values of a goal, with names of places and lists of coordinates replaced by poses.
-
-    Raises:
-        UnknownName: There is no such place.
-    """
+    """Return the plain values of a goal, with names of places and lists of coordinates replaced by poses."""
     from hmrsim_zenoh.client.places import with_poses
 
     try:
@@ -130,16 +122,7 @@ def _with_poses(client: Client, data: object, action: AnyAction) -> object:
 
 
 def _empty(client: Client, name: ActionName, text: str | None) -> dict[str, Any]:
-    """Return an empty goal, for an action that needs no fields.
-
-    Args:
-        client: The client.
-        name: The action.
-        text: The given goal, which is not a mapping; None if it is missing.
-
-    Raises:
-        WrongUse: The action needs fields, or the given goal is not a mapping.
-    """
+    """Return an empty goal for an action that needs no fields, or raise an error about the given *text*."""
     from hmrsim.cli.goal_text import example_of
 
     action = name.definition()
@@ -152,11 +135,7 @@ def _empty(client: Client, name: ActionName, text: str | None) -> dict[str, Any]
 
 
 def _check_that_time_moves(client: Client) -> None:
-    """Print which participants advance time in lockstep.
-
-    Raises:
-        Refused: There are none, so the goal would never end.
-    """
+    """Print which participants advance time in lockstep; raise an error if there are none."""
     participants = json.loads(client.get(client.keys.world("time/state")))["participants"]
     if not participants:
         raise Refused(
@@ -198,14 +177,14 @@ class _Report:
 
     def show_feedback(self, goal_id: str, message: Message) -> None:
         """Print feedback."""
-        from hmrsim.cli.goal_text import one_line, without_defaults
+        from hmrsim.cli.goal_text import one_line
 
         if self.as_json:
-            show_json({"goal_id": goal_id, "feedback": values(message)})
+            show_json({"goal_id": goal_id, "feedback": message.model_dump(mode="json")})
         elif self.brief:
             show(f"Feedback: {one_line(message)}")
         else:
-            show(f"Feedback:\n{indented(yaml_text(without_defaults(message)))}")
+            show(f"Feedback:\n{_indented(message)}")
 
     def reject(self, goal_id: str, error: GoalRejectedError) -> None:
         """Print that the goal was rejected."""
@@ -224,13 +203,10 @@ class _Report:
 
     def end(self, handle: GoalHandle[Any, Any]) -> None:
         """Print how the goal ended."""
-        from hmrsim.cli.goal_text import without_defaults
-
         if self.as_json:
             show_json(_outcome(handle))
         else:
-            result = indented(yaml_text(without_defaults(handle.result())))
-            show(f"Result:\n{result}\nGoal finished with status: {handle.status.name}")
+            show(f"Result:\n{_indented(handle.result())}\nGoal finished with status: {handle.status.name}")
         if handle.status is GoalStatus.ABORTED:
             code = getattr(handle.result(), "error_code", "")
             _refer_to(str(getattr(code, "val", code)))
@@ -241,6 +217,13 @@ class _Report:
             self.reject(handle.goal_id, handle.error)
         elif self.as_json:
             show_json(_outcome(handle))
+
+
+def _indented(message: Message) -> str:
+    """Return a message as ROS 2 prints feedback and results."""
+    from hmrsim.cli.goal_text import without_defaults
+
+    return textwrap.indent(yaml_text(without_defaults(message)), "    ")
 
 
 def _refer_to(code: str) -> None:
@@ -258,7 +241,7 @@ def _outcome(handle: GoalHandle[Any, Any]) -> dict[str, Any]:
         "goal_id": handle.goal_id,
         "status": int(handle.status),
         "status_name": handle.status.name,
-        "result": None if result is None else values(result),
+        "result": None if result is None else result.model_dump(mode="json"),
     }
 
 
@@ -328,7 +311,7 @@ def _cancel(handle: GoalHandle[Any, Any], signal: int, report: _Report) -> int:
     return exit_code_of(signal)
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim action``."""
     parser.description = "List actions and send goals, as with `ros2 action`."
     parser.epilog = """\
@@ -417,7 +400,6 @@ def _constants(message: type[Message]) -> Iterator[str]:
 
 
 def _ros_type(field: FieldInfo) -> str:
-    """Return the ROS type of a field, such as ``geometry_msgs/msg/PoseStamped[]``."""
     return _primitive(field.metadata) or _name_of(field.annotation)
 
 

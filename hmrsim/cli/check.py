@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.options import ExitCode, WrongUse, add_json, count, jobs
 from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.errors import CheckError, Problem, printable
-from hmrsim.program.command_line import Later
 from hmrsim.program.files import check_outputs, check_writable, write_text
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 _MAX_VIOLATIONS: Final = 50
 """Violations to print."""
-CONTROLLERS: Final = ("tree", "python", "command")
+_CONTROLLERS: Final = ("tree", "python", "command")
 """The options that name a controller, of which only one is given."""
 
 
@@ -102,9 +101,10 @@ def _check(args: argparse.Namespace) -> int:
     option = "--repro" if args.repro is not None else "--trace" if args.trace is not None else ""
     if option and args.world is not None:
         raise WrongUse(f"{args.world}: a world is of no use with {option}, whose file has it; leave one out")
-    controllers = [f"--{name}" for name in CONTROLLERS if getattr(args, name) is not None]
+    controllers = [name for name in _CONTROLLERS if getattr(args, name) is not None]
     if option and controllers:
-        raise WrongUse(f"{option}: its file says what was run; leave out {', '.join(controllers)}")
+        given = ", ".join(f"--{name}" for name in controllers)
+        raise WrongUse(f"{option}: its file says what was run; leave out {given}")
     if args.trace is not None:
         if args.page is not None:
             raise WrongUse(f"--page {args.page}: a trace has no run beside it; `hmrsim report` shows it as a page")
@@ -115,8 +115,9 @@ def _check(args: argparse.Namespace) -> int:
     from hmrsim.trials.batches import load_early
 
     load_early(args.executor, "hmrsim.fault_search.evaluator")
-    code: int = Later("hmrsim.cli.check_search", "search")(args)
-    return code
+    from hmrsim.cli.check_search import search
+
+    return search(args, controllers)
 
 
 def check_page(args: argparse.Namespace) -> None:
@@ -182,7 +183,6 @@ def _compared(check: Check) -> Check:
 
 
 def _trace_of(path: Path, folder: Path | None) -> str:
-    """Repeat a failure and return its trace."""
     from hmrsim.fault_search.reading import read_repro
     from hmrsim.fault_search.run import Wanted, run_case
 
@@ -290,7 +290,6 @@ def _trace_facts(checked: Checked) -> dict[str, Any]:
 
 
 def _verdict_lines(verdicts: Sequence[Verdict]) -> Iterator[str]:
-    """Return a line for each property."""
     rows = [("property", "verdict", "robustness", "")]
     for verdict in verdicts:
         robustness = f"{verdict.robustness:+.2f}" if verdict.state in {"holds", "violated"} else ""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.check import CONTROLLERS
 from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
 from hmrsim.documents.document import read_document
@@ -28,8 +27,6 @@ from hmrsim.trials.trial import DIED, TIMEOUT
 from hmrsim.world.overlays.overlay import setting
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.summary import Finding, Summary
@@ -42,10 +39,10 @@ _PERIOD: Final = 30.0
 """Wall seconds between two lines without a terminal."""
 
 
-def search(args: argparse.Namespace) -> int:
-    """Search for failures; return the exit code."""
+def search(args: argparse.Namespace, controllers: Sequence[str]) -> int:
+    """Search for failures, with the *controllers* that options name; return the exit code."""
     make, workers = factory_of(args.executor, args.jobs)
-    check = _check(args)
+    check = _check(args, controllers)
     for problem in check.warnings:
         warn(f"warning: {problem}")
     results = ResultsFolder(args.output or Path(f"{check.name}_check"))
@@ -69,10 +66,16 @@ def search(args: argparse.Namespace) -> int:
         evaluator.take(check, nominal)
         display = _Display(check, results, line, quiet=args.json)
         earlier = _earlier(results)
+
+        def set_aside(case: Case, why: str) -> None:
+            path = next(path for path, each, _ in earlier if each is case)
+            why = f"its world does not fit the controller any more; {why}"
+            warn(f"warning: set aside {path}: {why}. Delete it, or keep it")
+
         options = Options(
             first_only=args.first,
             earlier=[(case, failure) for _, case, failure in earlier],
-            set_aside=lambda case, why: _set_aside(earlier, case, why),
+            set_aside=set_aside,
             tell=display.update,
             on_finding=display.on_finding,
         )
@@ -82,10 +85,12 @@ def search(args: argparse.Namespace) -> int:
         warn("warning: nothing was tried: nothing of the space can happen in the run without faults")
     summary.files.update(display.files)
     results.finish(check, summary, evaluator.covered)
-    code = _conclude(args, summary, results)
+    show_result(summary.to_json(), _summary_lines(summary, results.folder), as_json=args.json)
     if args.page is not None:
         _write_page(args.page, check, summary)
-    return code
+    if not summary.complete:
+        return ExitCode.INTERRUPTED
+    return ExitCode.FAILED if summary.findings else ExitCode.DONE
 
 
 def _write_page(path: Path, check: Check, summary: Summary) -> None:
@@ -104,10 +109,7 @@ def _write_page(path: Path, check: Check, summary: Summary) -> None:
 
 
 def _warn_of(nominal: Outcome, check: Check) -> None:
-    """Warn if the controller does not succeed even without faults: there may be little to break.
-
-    One that need not end does not succeed.
-    """
+    """Warn if the controller does not succeed even without faults, unless it need not end."""
     if nominal.ending != "succeeded" and (nominal.ending != TIMEOUT or check.properties.built_in.mission_ends):
         cause = nominal.cause or nominal.output.rpartition("\n")[2]
         why = f": {cause.removeprefix(f'{nominal.ending}: ')}" if cause else ""
@@ -116,22 +118,16 @@ def _warn_of(nominal: Outcome, check: Check) -> None:
         warn(f"warning: without faults the run ends as {nominal.ending} at {nominal.at:.1f} s{why}")
 
 
-def _conclude(args: argparse.Namespace, summary: Summary, results: ResultsFolder) -> int:
-    show_result(summary.to_json(), _summary_lines(summary, results.folder), as_json=args.json)
-    if not summary.complete:
-        return ExitCode.INTERRUPTED
-    return ExitCode.FAILED if summary.findings else ExitCode.DONE
-
-
-def _check(args: argparse.Namespace) -> Check:
-    """Return the check from a file, or from the options."""
-    controllers = [name for name in CONTROLLERS if getattr(args, name) is not None]
+def _check(args: argparse.Namespace, controllers: Sequence[str]) -> Check:
     if args.world is None:
         raise WrongUse(
             "expected a world or the file of a check, --repro FILE or --trace TRACE; see hmrsim check --help"
         )
     if _is_check(args.world):
-        _reject_options_of_file(args)
+        given = [f"--{name}" for name in (*controllers, *_given(robots=args.robots, properties=args.properties))]
+        given += ["--set"] if args.changes else []
+        if given:
+            raise WrongUse(f"{args.world}: the file of a check says that itself; leave out {', '.join(given)}")
         return _overridden(read_check(args.world), args)
     if len(controllers) != 1:
         raise WrongUse(f"{args.world}: expected one of --tree, --python and --command, or the file of a check")
@@ -147,16 +143,7 @@ def _check(args: argparse.Namespace) -> Check:
     return check_at(file_of(values), Path.cwd())
 
 
-def _reject_options_of_file(args: argparse.Namespace) -> None:
-    """Raise WrongUse for an option that the file of a check sets itself."""
-    given = [f"--{name}" for name in (*CONTROLLERS, "robots", "properties") if getattr(args, name) is not None]
-    given += ["--set"] if args.changes else []
-    if given:
-        raise WrongUse(f"{args.world}: the file of a check says that itself; leave out {', '.join(given)}")
-
-
 def _is_check(source: str) -> bool:
-    """Return whether a file describes a check rather than a world."""
     path = Path(source)
     try:
         data = read_document(path, WorldError).data if path.suffix in {".yaml", ".yml", ".json"} else None
@@ -166,7 +153,6 @@ def _is_check(source: str) -> bool:
 
 
 def _overridden(check: Check, args: argparse.Namespace) -> Check:
-    """Return the check of a file, overridden by the command line."""
     values = check.file.model_dump(mode="json", by_alias=True, exclude_unset=True)
     options = _options(args, values)
     return check_at(file_of({**values, **options}), check.folder) if options else check
@@ -186,11 +172,6 @@ def _options(args: argparse.Namespace, values: dict[str, Any]) -> dict[str, Any]
 
 def _given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
-
-
-def _set_aside(earlier: Sequence[tuple[Path, Case, Failure]], case: Case, why: str) -> None:
-    path = next(path for path, each, _ in earlier if each is case)
-    warn(f"warning: set aside {path}: its world does not fit the controller any more; {why}. Delete it, or keep it")
 
 
 def _earlier(results: ResultsFolder) -> list[tuple[Path, Case, Failure]]:
@@ -233,7 +214,6 @@ class _Display:
 
 
 def _progress_text(progress: Progress) -> str:
-    """Return the progress of a search on one line."""
     tried = progress.search.tried
     pace = tried.runs / progress.seconds if progress.seconds else 0.0
     singles = tried.singles - tried.singles_left
@@ -248,7 +228,6 @@ def _progress_text(progress: Progress) -> str:
 
 
 def _summary_lines(summary: Summary, folder: Path) -> Iterator[str]:
-    """Yield the summary of a search."""
     tried = summary.tried
     failures = counted(len(summary.findings), "failures") if summary.findings else "no failure"
     pace = tried.runs / summary.seconds if summary.seconds else 0.0

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.options import ExitCode, add_json, number_in
 from hmrsim.cli.output import show, show_json, show_result, show_table, warn
-from hmrsim.errors import TraceError, printable, reason_of
+from hmrsim.errors import printable
 
 if TYPE_CHECKING:
     from hmrsim.experiments.contrast import Contrast
@@ -51,14 +51,14 @@ examples:
         help="treat differences of the means up to X as equal; repeatable (as the experiment says)",
     )
     parser.add_argument(
-        "--alpha", type=_alpha, default=0.05, metavar="P", help="probability that any verdict is false (0.05)"
+        "--alpha",
+        type=number_in(0.0, math.nextafter(1.0, 0.0), "a probability between 0 and 1"),
+        default=0.05,
+        metavar="P",
+        help="probability that any verdict is false (0.05)",
     )
     add_json(parser)
     parser.set_defaults(function=_compare)
-
-
-def _alpha(text: str) -> float:
-    return number_in(text, 0.0, math.nextafter(1.0, 0.0), otherwise="a probability between 0 and 1")
 
 
 def _margin(text: str) -> tuple[str, float]:
@@ -123,7 +123,7 @@ def _show(result: Contrast, alpha: float) -> None:
 def _compare_traces(args: argparse.Namespace) -> int:
     from hmrsim.trace.difference import compared
 
-    same, difference = compared(_lines(args.a), _lines(args.b))
+    same, difference = compared(_lines(Path(args.a)), _lines(Path(args.b)))
     if difference is None:
         facts: dict[str, Any] = {"identical": True, "line": None, "a": None, "b": None}
         show_result(facts, f"identical: {same} lines", as_json=args.json)
@@ -134,13 +134,11 @@ def _compare_traces(args: argparse.Namespace) -> int:
     return ExitCode.FAILED
 
 
-def _lines(path: str) -> Iterator[str]:
-    try:
-        with Path(path).open(encoding="utf-8") as file:
-            yield from (line.rstrip("\n") for line in file)
-    except (OSError, UnicodeDecodeError) as error:
-        why = reason_of(error) if isinstance(error, OSError) else "is not text"
-        raise TraceError(f"{path}: can't be read: {why}") from None
+def _lines(path: Path) -> Iterator[str]:
+    from hmrsim.cli.replay import errors_of, lines_of
+
+    with errors_of(path, no_text="can't be read: is not text"):
+        yield from (line.rstrip("\n") for line in lines_of(path))
 
 
 def _cut(line: str | None) -> str:

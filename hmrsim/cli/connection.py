@@ -6,10 +6,11 @@ import argparse
 import json
 import logging
 import os
+import queue
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.cli.options import Refused
 from hmrsim.program.log_options import logging_to_stderr
@@ -30,9 +31,13 @@ OPERATOR: Final = "operator"
 _RUN: Final = "HMRSIM_RUN"
 """The environment variable that is set in controllers that were started for a run."""
 _MIN_WAIT: Final = 0.1
+_LOOK: Final = 0.5
+"""Wall seconds between checks whether the simulator is still there."""
 _GRACE: Final = 3.0
 """Wall seconds that a simulator may be unreachable, as when a router is restarted."""
 _OK: Final = 1
+
+T = TypeVar("T")
 
 _log = logging.getLogger(__name__)
 
@@ -76,20 +81,26 @@ def in_run() -> bool:
     return _RUN in os.environ
 
 
-def look_for_simulator(client: Client) -> Callable[[], None]:
-    """Return a function to call periodically; it raises `SimulatorGone` if the simulator has been away for too long."""
+def received(client: Client, items: queue.SimpleQueue[T], period: float = _LOOK) -> Iterator[T | None]:
+    """Yield items as they arrive, and None after each *period* of wall seconds without one.
+
+    Raises:
+        SimulatorGone: The simulator has been away for too long.
+    """
     seen = time.monotonic()
-
-    def look() -> None:
-        nonlocal seen
-        if client.alive:
-            seen = time.monotonic()
-            return
-        _log.debug("the simulator's token has been away for %.1f s", time.monotonic() - seen)
-        if time.monotonic() - seen > _GRACE:
-            raise SimulatorGone("the simulator is gone")
-
-    return look
+    while True:
+        try:
+            item = items.get(timeout=period)
+        except queue.Empty:
+            if client.alive:
+                seen = time.monotonic()
+            elif (away := time.monotonic() - seen) > _GRACE:
+                raise SimulatorGone("the simulator is gone") from None
+            else:
+                _log.debug("the simulator's token has been away for %.1f s", away)
+            yield None
+        else:
+            yield item
 
 
 def call(client: Client, service: str, **request: Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from hmrsim.cli.connection import VIEWER
 from hmrsim.cli.options import ExitCode, add_json
 from hmrsim.cli.output import warn
 from hmrsim.errors import HmrsimError
-from hmrsim.program.files import check_outputs
+from hmrsim.program.files import check_outputs, check_writable
 from hmrsim.program.log_options import add_log_options, log_level
 from hmrsim.program.signals import exit_code_of, on_signals
 from hmrsim.settings.arguments import add_settings, read_settings
@@ -102,7 +102,6 @@ def _demo(args: argparse.Namespace) -> int:
 
 def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[str]:
     """Check the options, and return the command line of the simulator."""
-    from hmrsim.cli.replay import check_writable
     from hmrsim.cli.view import check_page, check_port
     from hmrsim.world.files import find
     from hmrsim.world.overlays.overlay import overlays_of
@@ -114,7 +113,8 @@ def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[st
     check_port(view)
     check_page(view, session)
     check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
-    check_writable(trace)
+    if trace is not None:
+        check_writable("--trace", trace)
     if overlays := overlays_of(changes.overlay, changes.set):
         load_world(_WORLD, overlays=overlays)
     arguments = ["run", _WORLD, "--listen", f"{'tls' if session.secure else 'tcp'}/127.0.0.1:0", "--json"]
@@ -220,7 +220,6 @@ class _Demo:
             self._show(time.monotonic())
 
     def _process(self, story: Story, item: Any) -> None:
-        """Process an event of the world, or a tree of the controller."""
         from hmrsim import events
         from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Time
 
@@ -241,11 +240,7 @@ class _Demo:
             self._screen.show(line)
 
     def _next(self, timeout: float | None) -> Any:
-        """Return the next message; None if none arrives within *timeout* wall seconds.
-
-        Raises:
-            _Interrupted: A signal arrived.
-        """
+        """Return the next message; None if none arrives within *timeout* wall seconds."""
         try:
             item = self.news.get(timeout=timeout)
         except queue.Empty:

@@ -10,19 +10,22 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
-from hmrsim.cli.options import ExitCode, add_connection_options, add_json, ros_domain_of_environment
+from hmrsim.cli.options import (
+    ExitCode,
+    add_connection_options,
+    add_json,
+    add_ros_domain,
+    ros_domain_of_environment,
+)
 from hmrsim.cli.output import show_json, show_result
 from hmrsim.errors import printable
-from hmrsim.program.command_line import Later
 from hmrsim.program.log_options import logging_to_stderr
-from hmrsim.settings.arguments import reader_of
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
 from hmrsim_zenoh.doctor.snapshot import OFFER, endpoints, first_few
 from hmrsim_zenoh.errors import BadOptions, ConnectionDenied, SimulatorNotFound
 from hmrsim_zenoh.ros2.keys import Kind
 from hmrsim_zenoh.ros2.type_compat import distros_of, ros_name
 from hmrsim_zenoh.server.tokens import MAX_TOKENS
-from hmrsim_zenoh.settings import Ros2Settings
 from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
@@ -30,8 +33,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Domain
     from hmrsim_zenoh.ros2.keys import Token
 
-ros_domain_id = reader_of(Ros2Settings, "ros_domain_id")
-"""Reads the value of ``--ros-domain-id``."""
 _KINDS: Final = {
     Kind.PUBLISHER: "publisher",
     Kind.SUBSCRIBER: "subscriber",
@@ -61,18 +62,12 @@ examples:
   hmrsim doctor --ros-domain-id 7 --connect tcp/10.0.0.7:7447
   hmrsim doctor --json | jq -r '.problems[].remedy'"""
     add_json(parser, "print one JSON object with everything")
-    parser.add_argument(
-        "--ros-domain-id",
-        type=Later("hmrsim.cli.doctor", "ros_domain_id"),
-        metavar="N",
-        help="the ROS domain to examine (default: the environment's ROS_DOMAIN_ID, else 0)",
-    )
+    add_ros_domain(parser, "the ROS domain to examine")
     parser.set_defaults(function=_examine)
     add_connection_options(parser)
 
 
 def _examine(args: argparse.Namespace) -> int:
-
     from hmrsim_zenoh.doctor import Problem, gather, problems, requested
 
     given, options = args.ros_domain_id, session_options(args, VIEWER)
@@ -278,7 +273,6 @@ def _offer_text(snapshot: Snapshot, domain: Domain) -> str:
 
 
 def _distros(domain: Domain) -> tuple[str, ...]:
-    """Return the ROS distributions whose types the simulator uses."""
     return distros_of({(endpoint.type, endpoint.hash) for _, endpoint in endpoints(domain.ours, *OFFER)})
 
 

@@ -233,13 +233,7 @@ def again(args: argparse.Namespace) -> int:
 
 
 def _beside(args: argparse.Namespace, plan: Plan, run: Run, results: Results) -> Run | None:
-    """Return the run to show beside another: of another treatment, in the same scenario and replication.
-
-    Without a choice of the user, it is of the first treatment whose run was a success, or of the first one.
-
-    Raises:
-        WrongUse: There is no such treatment.
-    """
+    """Return the run of another treatment to show beside a run: the chosen one, else the first success, else any."""
     if args.beside is None:
         others = [plan.run(run.scenario, name, run.replication) for name in plan.treatments if name != run.treatment]
         known = {row["number"] for row in results.rows(["number"], {"success": 1})}
@@ -269,7 +263,6 @@ def _kept(folder: Path, number: int) -> str:
 
 
 def _trace_of(folder: Path, number: int) -> str:
-    """Repeat a run and return its trace."""
     with Results(folder) as results:
         plan = _plan(results, folder)
     run = plan.run_of(number)
@@ -277,7 +270,6 @@ def _trace_of(folder: Path, number: int) -> str:
 
 
 def _traced(plan: Plan) -> Plan:
-    """Return the plan with all traces kept."""
     keep = plan.file.keep.model_copy(update={"traces": "all"})
     file = plan.file.model_copy(update={"keep": keep})
     return replace(plan, file=file)

@@ -14,10 +14,10 @@ from hmrsim.diagnostics import instead, shown
 from hmrsim.program.command_line import add_commands
 
 if TYPE_CHECKING:
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim fault``."""
     parser.description = "Inject faults into a running simulation, list them, and clear them."
     parser.epilog = """\

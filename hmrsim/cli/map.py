@@ -5,22 +5,37 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.cli.options import ExitCode, add_json, add_world_options, positive
-from hmrsim.cli.output import counted, show_result
+from hmrsim.cli.options import ExitCode, WrongUse, add_json, add_world_options, number_in, positive, whole_in
+from hmrsim.cli.output import check_target, columns, counted, show, show_result, warn, write_whole
 from hmrsim.errors import WorldError
 from hmrsim.program.command_line import Later, add_commands
+from hmrsim.settings.option import MAX_COUNT
 
 if TYPE_CHECKING:
     from hmrsim.errors import Problem
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
 
 
-_NEW: Final = "hmrsim.cli.map_new"
+_SCHEMA: Final = "world.schema.json"
+"""The name of the schema's file beside a world."""
+_TEMPLATE: Final = Path(__file__).with_name("map_new.yaml")
+_FEWEST: Final = 2
+_MOST: Final = 30
+"""Limits of the number of robots in a random fleet."""
+_SEEDS: Final = 25
+"""Number of seeds that --solvable tries."""
+_SEED: Final = whole_in(0, MAX_COUNT, f"a seed; expected a whole number from 0 to {MAX_COUNT}")
+_ROBOTS: Final = whole_in(_FEWEST, _MOST, f"a number of robots; expected a whole number from {_FEWEST} to {_MOST}")
+_MIN_WIDTH: Final = 100
+_MAX_WIDTH: Final = 20_000
+"""Limits of the width of a picture in pixels."""
+_MAX_SCALE: Final = 8.0
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim map``."""
     parser.description = "List, create, check, inspect, convert and draw worlds; plan routes on them."
     parser.epilog = """\
@@ -35,10 +50,10 @@ examples:
     add_commands(
         parser,
         {
-            "list": ("list the shipped worlds", Later(_NEW, "configure_list")),
-            "new": ("write a commented starter world", Later(_NEW, "configure_new")),
-            "generate": ("write a small random fleet with orders", Later(_NEW, "configure_generate")),
-            "schema": ("print the schema of world files, for editors", Later(_NEW, "configure_schema")),
+            "list": ("list the shipped worlds", _configure_list),
+            "new": ("write a commented starter world", _configure_new),
+            "generate": ("write a small random fleet with orders", _configure_generate),
+            "schema": ("print the schema of world files, for editors", _configure_schema),
             "validate": ("list all errors in a world file", _configure_validate),
             "info": ("show the contents of a world file", _configure_info),
             "plan": ("print the route between two points, and its travel time", _configure_plan),
@@ -46,6 +61,158 @@ examples:
             "render": ("draw a world as SVG or PNG", _configure_render),
         },
     )
+
+
+def _configure_list(parser: argparse.ArgumentParser) -> None:
+    parser.description = "List the shipped worlds, whose names can be used for WORLD in every command."
+    parser.epilog = "examples:\n  hmrsim map list\n  hmrsim map list --json | jq -r '.cafe.file'"
+    add_json(parser, "print one JSON object: a world's text and file, by name")
+    parser.set_defaults(function=_list)
+
+
+def _list(args: argparse.Namespace) -> int:
+    from hmrsim.world.files import shipped_maps
+
+    worlds = {name: {"text": _first_sentence(path), "file": str(path)} for name, path in shipped_maps().items()}
+    show_result(worlds, columns([(name, world["text"]) for name, world in worlds.items()]), as_json=args.json)
+    return ExitCode.DONE
+
+
+def _first_sentence(path: Path) -> str:
+    """Return the first sentence of the comment at the beginning of a world file, without the dot."""
+    lines = [line.removeprefix("#").strip() for line in path.read_text(encoding="utf-8").splitlines()[1:]]
+    comment = lines[: next(number for number, line in enumerate(lines) if line.startswith("name:"))]
+    return " ".join(comment).strip().partition(". ")[0].removesuffix(".")
+
+
+def _configure_new(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Write a starter world: two rooms, a robot that carries things, and a comment on each part. The schema "
+        f"is written beside it, as {_SCHEMA}, so that editors complete keys and mark errors."
+    )
+    parser.epilog = """\
+examples:
+  hmrsim map new my_world.yaml
+  hmrsim map validate my_world.yaml && hmrsim run my_world.yaml --view"""
+    parser.add_argument("file", metavar="FILE", type=_world_file, help="the file to write")
+    parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    parser.set_defaults(function=_new)
+
+
+def _world_file(text: str) -> Path:
+    path = Path(text)
+    if path.suffix not in (".yaml", ".yml"):
+        raise argparse.ArgumentTypeError(f"{text}: a world is YAML; expected a name that ends in .yaml")
+    return path
+
+
+def _new(args: argparse.Namespace) -> int:
+    check_target(args.file, force=args.force)
+    write_whole(args.file, _TEMPLATE.read_bytes().replace(b"NAME", args.file.stem.encode()))
+    _write_schema(args.file)
+    show(f"{args.file}: a world to begin with; `hmrsim run {args.file} --view` shows it")
+    return ExitCode.DONE
+
+
+def _write_schema(file: Path) -> None:
+    """Write the schema beside a world, unless it is already there."""
+    schema = file.with_name(_SCHEMA)
+    if not schema.exists():
+        write_whole(schema, _shipped_schema().read_bytes())
+
+
+def _shipped_schema() -> Path:
+    from hmrsim.world.files import folder
+
+    return folder("schemas") / _SCHEMA
+
+
+def _configure_schema(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Print the JSON Schema of world files. An editor with support for YAML finds it by the first line of a world: "
+        "# yaml-language-server: $schema=world.schema.json"
+    )
+    parser.epilog = "examples:\n  hmrsim map schema > world.schema.json"
+    parser.set_defaults(function=_schema)
+
+
+def _schema(_args: argparse.Namespace) -> int:
+    show(_shipped_schema().read_text(encoding="utf-8").rstrip("\n"))
+    return ExitCode.DONE
+
+
+def _configure_generate(parser: argparse.ArgumentParser) -> None:
+    parser.description = (
+        "Write a small random fleet with orders to deliver, to try a dispatcher on: single tracks, rings, dead ends, "
+        "doors or a lift, robots of several types that start anywhere. With FILE, the schema is written beside it, "
+        f"as {_SCHEMA}."
+    )
+    parser.epilog = """\
+The same seed and number of robots give the same world in this version of hmrsim; another version may draw another one.
+
+examples:
+  hmrsim map generate fleet.yaml --seed 7 --solvable && hmrsim run fleet.yaml --view
+  hmrsim map generate --seed 3 --robots 6 | less"""
+    parser.add_argument("file", metavar="FILE", nargs="?", type=_world_file, help="the file to write (default: stdout)")
+    parser.add_argument("--seed", metavar="N", type=_SEED, default=0, help="the seed of all random choices (0)")
+    parser.add_argument(
+        "--robots", metavar="N", type=_ROBOTS, help=f"number of robots, {_FEWEST} to {_MOST} (5 to 12 at random)"
+    )
+    parser.add_argument(
+        "--solvable",
+        action="store_true",
+        help=f"use the first of {_SEEDS} seeds from N for which a search can deliver all orders",
+    )
+    parser.add_argument("--force", action="store_true", help="overwrite FILE")
+    parser.set_defaults(function=_generate)
+
+
+def _generate(args: argparse.Namespace) -> int:
+    from hmrsim.random_fleets.generator import header, random_fleet, to_text
+
+    if args.file is not None:
+        check_target(args.file, force=args.force)
+    elif args.force:
+        raise WrongUse("--force overwrites a file; name FILE, or leave --force out")
+    seed, robots = args.seed, args.robots
+    if args.solvable:
+        seed = _solvable_seed(seed, robots)
+    data = random_fleet(seed, robots)
+    text = to_text(data, header(seed, robots), schema=_SCHEMA if args.file is not None else None)
+    if args.file is None:
+        show(text.rstrip("\n"))
+        return ExitCode.DONE
+    write_whole(args.file, text.encode())
+    _write_schema(args.file)
+    orders = sum(demand["count"] for demand in data["demand"])
+    show(f"{args.file}: {len(data['robots'])} robots, {orders} orders, seed {seed}; `hmrsim run {args.file} --view`")
+    return ExitCode.DONE
+
+
+def _solvable_seed(first: int, robots: int | None) -> int:
+    """Return the first seed, from *first* on, whose fleet is known to be able to deliver its orders."""
+    from hmrsim.random_fleets.generator import random_fleet
+    from hmrsim.random_fleets.oracle import solve
+    from hmrsim.world.model import World
+
+    answers: list[str] = []
+    for seed in range(first, first + _SEEDS):
+        answer = solve(World.model_validate(random_fleet(seed, robots)), any_robot=False).answer
+        if answer == "solvable":
+            if answers:
+                warn(f"{_named(first, seed)} not known to be solvable; using seed {seed}")
+            return seed
+        answers.append(answer)
+    unknown = answers.count("unknown")
+    raise WrongUse(
+        f"--solvable: {_named(first, first + _SEEDS)} not known to be solvable: {_SEEDS - unknown} unsolvable, "
+        f"{unknown} where the search was given up; try another --seed or fewer --robots"
+    )
+
+
+def _named(first: int, end: int) -> str:
+    """Return the subject of a sentence about the seeds from *first* to before *end*."""
+    return f"seed {first} is" if end == first + 1 else f"seeds {first} to {end - 1} are"
 
 
 def _configure_validate(parser: argparse.ArgumentParser) -> None:
@@ -153,14 +320,14 @@ examples:
     parser.add_argument("--theme", choices=("light", "dark"), default="light", help="colors (light)")
     parser.add_argument(
         "--width",
-        type=Later("hmrsim.cli.map_export", "width"),
+        type=whole_in(_MIN_WIDTH, _MAX_WIDTH, f"a whole number from {_MIN_WIDTH} to {_MAX_WIDTH}"),
         default=1200,
         metavar="N",
         help="width in pixels (1200)",
     )
     parser.add_argument(
         "--scale",
-        type=Later("hmrsim.cli.map_export", "scale"),
+        type=number_in(0.0, _MAX_SCALE, f"a number above 0, up to {_MAX_SCALE:g}"),
         default=2.0,
         metavar="N",
         help="pixels of a PNG per pixel of the drawing, in each direction (2)",

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from hmrsim.cli.options import ExitCode, WrongUse, number_in
+from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import check_target, show, show_result, warn, write_whole
 from hmrsim.cli.worlds import read_world, show_warnings
 from hmrsim.drawing import Drawing, Overlay, Weak
@@ -27,8 +27,6 @@ _SCHEMA: Final = Path("schemas", "world.schema.json")
 _IN_GEOJSON: Final = ("name", "units", "include", "waypoints", "lanes")
 """The keys of a world that a route graph contains, or that mean nothing without the others."""
 
-_MIN_WIDTH, _MAX_WIDTH = 100, 20_000
-_MAX_SCALE: Final = 8.0
 _MAX_PIXELS: Final = 200e6
 
 
@@ -60,7 +58,6 @@ def convert(args: argparse.Namespace) -> int:
 
 
 def _format(out: str) -> str:
-    """Return the format of a file, by its name."""
     suffix = Path(out).suffix.lower().removeprefix(".").replace("yml", "yaml")
     kind = choose(Path(out).name, "")
     if out == STDOUT:
@@ -102,18 +99,6 @@ _WRITERS: Final[Mapping[str, Callable[[World, Path], str]]] = {
 }
 
 
-def width(text: str) -> int:
-    """Return the width of a picture in pixels."""
-    if not text.isdecimal() or not _MIN_WIDTH <= int(text) <= _MAX_WIDTH:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {_MIN_WIDTH} to {_MAX_WIDTH}")
-    return int(text)
-
-
-def scale(text: str) -> float:
-    """Return the pixels of a PNG per pixel of the drawing."""
-    return number_in(text, 0.0, _MAX_SCALE, otherwise=f"a number above 0, up to {_MAX_SCALE:g}")
-
-
 def render(args: argparse.Namespace) -> int:
     """Draw a world; return the exit code."""
     out, to = Path(args.output), _picture_format(args.output)
@@ -141,7 +126,6 @@ def render(args: argparse.Namespace) -> int:
 
 
 def _picture_format(out: str) -> str:
-    """Return the format of a file, by its name."""
     suffix = Path(out).suffix.lower()
     if out != STDOUT and suffix not in (".svg", ".png"):
         raise WrongUse(f"{out}: unknown picture format; expected one of .svg, .png")
@@ -149,11 +133,6 @@ def _picture_format(out: str) -> str:
 
 
 def _png(svg: str, drawing: Drawing, scale: float) -> bytes:
-    """Return a picture as pixels.
-
-    Raises:
-        WrongUse: There are too many pixels, or the package that renders them is not installed.
-    """
     width, height = drawing.size
     if width * height * scale * scale > _MAX_PIXELS:
         raise WrongUse(

@@ -31,11 +31,6 @@ _MAX_LINES: Final = 10
 _MAX_NAMES: Final = 4
 
 
-def lines(values: dict[str, Any], policy: str) -> Iterator[str]:
-    """Yield the lines about a world; *policy* is the line about its traffic policy."""
-    return map(printable, _lines(values, policy))
-
-
 def _lines(values: dict[str, Any], policy: str) -> Iterator[str]:
     units = values["units"]
     yield f"{values['name']} ({values['file']}, {values['format']})"
@@ -157,7 +152,6 @@ def _trip_lines(values: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _is_redundant(trips: dict[str, Any], kind: str) -> bool:
-    """Return whether another table shows the same trips."""
     if kind.endswith("length") and trips[kind] == trips[kind.replace("length", "time")]:
         return True
     return kind.startswith("shortest") and trips[kind] == trips[kind.replace("shortest", "longest")][::-1]
@@ -180,7 +174,6 @@ def _traffic_lines(values: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _table(rows: Sequence[tuple[str, ...]], *, right: Container[int] = ()) -> Iterator[str]:
-    """Yield rows as indented lines of aligned columns."""
     return (f"  {line}" for line in columns(rows, right=right))
 
 
@@ -197,7 +190,7 @@ _COUNTED: Final = (
     "robots",
     "faults",
 )
-MAX_LISTED: Final = 1_000
+_MAX_LISTED: Final = 1_000
 """Entries of a list in the JSON."""
 _MAX_TRIPS: Final = 5
 """Trips of each kind."""
@@ -206,13 +199,12 @@ _MAX_TRIPS: Final = 5
 def info(args: argparse.Namespace) -> int:
     """Print the contents of a world file; return the exit code."""
     loaded = read_world(args, argument="file")
-    values = facts(loaded)
-    show_result(values, lines(values, policy_line(loaded.world)), as_json=args.json)
+    values = _facts(loaded)
+    show_result(values, map(printable, _lines(values, policy_line(loaded.world))), as_json=args.json)
     return ExitCode.DONE
 
 
-def facts(loaded: LoadedWorld) -> dict[str, Any]:
-    """Return the contents and statistics of a world, as plain values."""
+def _facts(loaded: LoadedWorld) -> dict[str, Any]:
     world = loaded.world
     network = _lane_facts(world)
     kind = choose(loaded.path.name, read_text(loaded.path, str(loaded.path)))
@@ -259,7 +251,7 @@ def _robot(world: World, name: str) -> dict[str, Any]:
 
 
 def _lane_facts(world: World) -> dict[str, Any]:
-    """Return the analysis of a map's lanes as plain values, with lists of at most `MAX_LISTED` entries."""
+    """Return the analysis of a map's lanes as plain values, with lists of at most `_MAX_LISTED` entries."""
     graph, speeds = world.graph, speeds_of(world)
     speed = next(iter(speeds))
     weak, reached, traffic = bottlenecks(graph), reach(graph), concentration(graph, speed)
@@ -269,10 +261,10 @@ def _lane_facts(world: World) -> dict[str, Any]:
     return {
         "speeds": [{"speed": speed, "types": types} for speed, types in speeds.items()],
         "parts": parts(graph),
-        "strong_parts": reached.strong[:MAX_LISTED],
+        "strong_parts": reached.strong[:_MAX_LISTED],
         "unreachable": {
             "pairs": len(gaps),
-            "listed": [{"from": start, "to": goal, "why": why} for start, goal, why in gaps[:MAX_LISTED]],
+            "listed": [{"from": start, "to": goal, "why": why} for start, goal, why in gaps[:_MAX_LISTED]],
         },
         "bottlenecks": {
             "waypoints": weak.waypoints,
@@ -291,7 +283,7 @@ def _lane_facts(world: World) -> dict[str, Any]:
             "starts": traffic.starts,
             "of": traffic.of,
             "speed": speed,
-            "shares": [{"lane": lane, "share": share} for lane, share in islice(traffic.shares.items(), MAX_LISTED)],
+            "shares": [{"lane": lane, "share": share} for lane, share in islice(traffic.shares.items(), _MAX_LISTED)],
         },
     }
 

@@ -90,12 +90,6 @@ def _trip(route: Route, base: Base, yaw: float | None) -> Trip:
 
 
 def _ends(world: World, texts: Sequence[str], driver: str | None) -> list[Point]:
-    """Return the points that the arguments name.
-
-    Raises:
-        UnknownName: A name is unknown; the text has one line for each.
-        WrongUse: A coordinate is not finite.
-    """
     points = [_point(world, text) for text in texts]
     named = [*world.places, *world.docks, *world.waypoints, *world.robots, *world.items]
     lines = [

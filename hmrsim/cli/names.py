@@ -144,6 +144,11 @@ def services(info: Info) -> Iterator[Service]:
             yield Service(f"{action.name}/_action/{verb.value}", ros_type, hidden=True)
 
 
+def service_types(info: Info) -> dict[str, str]:
+    """Return the type of each service, by its name."""
+    return {service.name: service.ros_type for service in services(info)}
+
+
 _WORLD_TOPICS: Final = {
     "clock": ("rosgraph_msgs/msg/Clock", True),
     "events": ("hmrsim/Event", False),

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 import os
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Final
 
+from hmrsim.diagnostics import shortened
 from hmrsim.errors import (
     CheckError,
     ExperimentError,
@@ -21,8 +23,7 @@ from hmrsim.errors import (
     WorldError,
     printable,
 )
-from hmrsim.settings import option
-from hmrsim.settings.option import MAX_SECONDS, shortened
+from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -73,6 +74,7 @@ _WRONG_USE: Final = (
     PrefixTaken,
 )
 _NO_SIMULATOR: Final = (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)
+_MAX_DIGITS: Final = 100
 _WITH_PLACE: Final = (WorldError, SettingsError, ExperimentError, CheckError, PropertyError, WrongUse)
 """Errors whose text begins with a file or a field."""
 
@@ -125,6 +127,21 @@ def add_world_argument(parser: argparse.ArgumentParser, *, argument: str = "worl
     )
 
 
+def add_ros_domain(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add ``--ros-domain-id``, with its help."""
+    help_text = f"{what} (default: the environment's ROS_DOMAIN_ID, else 0)"
+    parser.add_argument("--ros-domain-id", type=_ros_domain, metavar="N", help=help_text)
+
+
+def _ros_domain(text: str) -> int:
+    from hmrsim_zenoh.settings import domain_id
+
+    try:
+        return domain_id(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def ros_domain_of_environment() -> int:
     """Return the ROS domain of the environment; 0 if it is not set.
 
@@ -154,31 +171,34 @@ def positive(text: str) -> float:
     return value
 
 
-def count(text: str) -> int:
-    """Return a whole number greater than 0."""
-    try:
-        return option.count(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+def number_in(low: float, high: float, expected: str) -> Callable[[str], float]:
+    """Return a reader of numbers greater than *low* and at most *high*; its error names what was *expected*."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low < value <= high:
+            raise argparse.ArgumentTypeError(f"{shortened(text)!r} is not {expected}")
+        return value
+
+    return read
 
 
-def jobs(text: str) -> int:
-    """Return a number of processes."""
-    if not text.isdecimal() or not 0 < int(text) <= 10_000:  # noqa: PLR2004
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of processes")
-    return int(text)
+def whole_in(low: int, high: int, expected: str) -> Callable[[str], int]:
+    """Return a reader of whole numbers from *low* to *high*; its error names what was *expected*."""
+
+    def read(text: str) -> int:
+        if not text.isdecimal() or len(text) > _MAX_DIGITS or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"{shortened(text)!r} is not {expected}")
+        return int(text)
+
+    return read
 
 
-def number_in(text: str, low: float, high: float, *, otherwise: str) -> float:
-    """Return a number greater than *low* and at most *high*.
+count: Final = whole_in(1, MAX_COUNT, f"a whole number greater than 0, up to {MAX_COUNT}")
+"""Reads a whole number greater than 0."""
 
-    Raises:
-        ArgumentTypeError: It is not such a number; the text is *otherwise*.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not low < value <= high:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {otherwise}")
-    return value
+jobs: Final = whole_in(1, 10_000, "a number of processes")
+"""Reads a number of processes."""

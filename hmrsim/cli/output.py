@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     import yaml
     from rich.text import Text
 
-    from hmrsim.interfaces.message import Message
 
 _DIGITS: Final = 9
 """Significant digits of numbers in YAML, which hide the rounding errors of binary arithmetic."""
@@ -88,16 +86,6 @@ def counted(number: int, nouns: str) -> str:
     return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"
 
 
-def indented(text: str) -> str:
-    """Return a text indented by four spaces, as ROS 2 prints feedback and results."""
-    return textwrap.indent(text, "    ")
-
-
-def values(message: Message) -> dict[str, Any]:
-    """Return a message as plain values."""
-    return message.model_dump(mode="json")
-
-
 def yaml_text(data: object) -> str:
     """Return plain values as YAML with one field per line, ending in a line break."""
     return _yaml(data, default_flow_style=False, width=120)
@@ -117,7 +105,6 @@ def _yaml(data: object, **options: Any) -> str:
 
 @cache
 def _dumper() -> type[yaml.SafeDumper]:
-    """Return a dumper that rounds numbers, and writes equal values in full rather than as aliases."""
     import yaml
 
     class Dumper(yaml.SafeDumper):

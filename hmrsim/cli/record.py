@@ -90,11 +90,7 @@ def _record(args: argparse.Namespace) -> int:
 def _follow(
     client: Client, listener: Listener, recorder: Recorder, signals: list[int], args: argparse.Namespace
 ) -> None:
-    """Record until a signal arrives, the duration is over, or the simulator is gone.
-
-    Raises:
-        Unreachable: The simulator does not describe its world.
-    """
+    """Record until a signal arrives, the duration is over, or the simulator is gone."""
     began = looked = seen = time.monotonic()
     announced = False
     while not signals:

@@ -35,16 +35,6 @@ _MAX_CHARACTERS: Final = 64 * 1024 * 1024
 """Maximum length of a line; worlds are shorter, and all other lines are much shorter."""
 
 
-def check_writable(path: Path | None) -> None:
-    """Check that a trace can be written to *path*, unless it is None.
-
-    Raises:
-        OutputError: It can't be written.
-    """
-    if path is not None:
-        TextOutput(_OPTION, path).close()
-
-
 @contextmanager
 def errors_of(path: Path, *, no_text: str) -> Iterator[None]:
     """Add the path to errors of reading a file within the context.

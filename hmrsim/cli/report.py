@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.cli.options import ExitCode, WrongUse, add_json, count
 from hmrsim.cli.output import show, show_table, warn
 from hmrsim.errors import TraceError, printable
-from hmrsim.program.files import STDOUT, check_outputs, unwritable, write_text
+from hmrsim.program.files import STDOUT, check_outputs, check_writable, unwritable, write_text
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def _report(args: argparse.Namespace) -> int:
     tables = [args.csv / name for name in table_names()] if args.csv is not None else []
     check_outputs([("-o", args.output), *(("--csv", table) for table in tables)], [args.file])
     if args.output not in (None, STDOUT):
-        _check_writable(Path(args.output))
+        check_writable("-o", Path(args.output))
     if args.csv is not None:
         _check_folder(args.csv)
     collect_rarely()
@@ -114,11 +114,7 @@ def _show_json(sections: list[Section]) -> None:
 
 
 def _check_folder(directory: Path) -> None:
-    """Check that a folder exists or can be created, and that files can be written in it.
-
-    Raises:
-        OutputError: They can't.
-    """
+    """Check that a folder exists or can be created, and that files can be written in it."""
     nearest = next(each for each in (directory, *directory.parents) if each.exists())
     if not nearest.is_dir():
         raise unwritable(f"--csv {directory}", NotADirectoryError(errno.ENOTDIR, "not a directory"))
@@ -126,27 +122,8 @@ def _check_folder(directory: Path) -> None:
         raise unwritable(f"--csv {directory}", PermissionError(errno.EACCES, "permission denied"))
 
 
-def _check_writable(output: Path) -> None:
-    """Check, before a long run is replayed, that a page can be written there.
-
-    Raises:
-        OutputError: It can't.
-    """
-    try:
-        existed = output.exists()
-        output.open("ab").close()
-    except OSError as error:
-        raise unwritable(f"-o {output}", error) from None
-    if not existed:
-        output.unlink()
-
-
 def _read(path: Path, section: int | None) -> list[ReportInput]:
-    """Return the content of each section of a trace, or of one, or the content of a recording.
-
-    Raises:
-        TraceError: It can't be read, is neither a trace nor a recording, or has no such section.
-    """
+    """Return the content of each section of a trace, or of one, or the content of a recording."""
     from hmrsim.cli.replay import errors_of, is_recording, lines_of
     from hmrsim.report import of_recording, of_trace
     from hmrsim_zenoh.recording import open_recording
@@ -220,7 +197,6 @@ def _listed(section: Section) -> str:
 
 
 def _show_summary(report: Report) -> None:
-    """Print the summary of a run."""
     for line in _lines(report):
         show(line)
     if report.robots:

@@ -18,7 +18,7 @@ from hmrsim.traffic.causes import Chain, Link, chain_of
 from hmrsim.traffic.rules import Activity
 
 if TYPE_CHECKING:
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
 
 _EXAMPLES: Final = """\
@@ -31,7 +31,7 @@ _VISIBLE: Final = ("idle", "drives")
 """The activities of a robot without a goal that its other states do not tell."""
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim robot``."""
     parser.description = "List the robots of a running simulation."
     parser.epilog = _EXAMPLES

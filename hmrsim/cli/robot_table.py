@@ -242,13 +242,11 @@ class TableDisplay:
 
 
 def _verdict(event: GoalChanged) -> Text:
-    """Return how a goal ended, and why if it failed."""
     why = error_of(event.result) if event.status is GoalStatus.ABORTED and event.result is not None else ""
     text = f"{event.status.name}: {printable(why)}" if why else f"{event.status.name} {event.action}"
     return Text(text, style=_STYLES.get(event.status, ""))
 
 
 def _carried(robot: Robot) -> str:
-    """Return the names of the items that a robot holds."""
     items = [getattr(component, "item", None) for component in robot.components.values()]
     return ", ".join(item.name for item in items if item is not None)

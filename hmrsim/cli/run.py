@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
     from hmrsim.cli.robot_table import TableDisplay
     from hmrsim.cli.view import View
+    from hmrsim.diagnostics import Finding
     from hmrsim.program.command_line import CommandParser
     from hmrsim.properties import MonitorSink, Violation
     from hmrsim.simulation.simulator import Simulator
@@ -94,7 +95,7 @@ class _Resolved:
     """Run settings, merged from options, environment, settings file and defaults."""
 
     def __init__(self, args: argparse.Namespace) -> None:
-        from hmrsim.settings.file import read_file
+        from hmrsim.settings.run import read_file
 
         self.below = read_file(args.settings, SERVED) if args.settings else {}
         read = partial(read_settings, args, below=self.below)
@@ -112,7 +113,7 @@ def _run(args: argparse.Namespace) -> int:
     from hmrsim import plugins
     from hmrsim.cli.replay import TraceFile
     from hmrsim.cli.view import check_page, check_port, viewed
-    from hmrsim.cli.worlds import FirstFindings, read_world, show_warnings
+    from hmrsim.cli.worlds import read_world, show_warnings
     from hmrsim.program.memory import Heap
     from hmrsim.world_checks.obstructions import check_obstructions
     from hmrsim_zenoh.hosting.host import Host
@@ -122,15 +123,20 @@ def _run(args: argparse.Namespace) -> int:
     run, wires = settings.run, ros2_wires(settings.ros2)
     check_port(settings.view)
     check_page(settings.view, settings.session)
-    obstructions = FirstFindings(check_obstructions, _MAX_WARNINGS)
-    loaded = read_world(args, below=settings.below, further=[obstructions])
+    obstructions: list[Finding] = []
+
+    def first_obstructions(world: World) -> list[Finding]:
+        obstructions[:] = check_obstructions(world)
+        return obstructions[:_MAX_WARNINGS]
+
+    loaded = read_world(args, below=settings.below, further=[first_obstructions])
     check_outputs(
         [("--trace", settings.trace), ("--record", settings.record)],
         [*loaded.files, args.settings, settings.monitor, settings.session.zenoh_config],
     )
     show_warnings(loaded)
-    if obstructions.left_out:
-        warn(f"and {obstructions.left_out} more traffic warnings; `hmrsim map validate --traffic WORLD` lists all")
+    if (more := len(obstructions) - _MAX_WARNINGS) > 0:
+        warn(f"and {more} more traffic warnings; `hmrsim map validate --traffic WORLD` lists all")
     monitor = None if settings.monitor is None else RunMonitor(settings.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.connection import OPERATOR, connected, look_for_simulator
+from hmrsim.cli.connection import OPERATOR, connected, received
 from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import show, show_result, yaml_text
 from hmrsim.diagnostics import instead, shown
@@ -23,19 +23,17 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from hmrsim.cli.connection import Info
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
 
 _TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
 _ACTION: Final = "/_action/"
-_CHECK_SECONDS: Final = 0.5
-"""Wall seconds after which a waiting command checks that the simulator is still running."""
 _NO_TIMEOUT: Final = 1e6
 """Wall seconds that no call takes."""
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim service``."""
     parser.description = "Call the simulator's services, as with `ros2 service`."
     parser.epilog = """\
@@ -107,17 +105,12 @@ def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
             yield {"name": service.name, "type": service.ros_type, "hidden": service.hidden}
 
 
-def _types(info: Info) -> dict[str, str]:
-    """Return the type of each service."""
-    from hmrsim.cli.names import services
-
-    return {service.name: service.ros_type for service in services(info)}
-
-
 def _type(args: argparse.Namespace) -> int:
+    from hmrsim.cli.names import service_types
+
     name = f"/{args.name.removeprefix('/')}"
     with connected(args) as (_, info):
-        known = _types(info)
+        known = service_types(info)
         if name not in known:
             raise _unknown(name, known, info)
     show(known[name] or "unknown")
@@ -126,6 +119,7 @@ def _type(args: argparse.Namespace) -> int:
 
 def _call(args: argparse.Namespace) -> int:
     from hmrsim.cli.goal_text import errors_of_reply, read_yaml
+    from hmrsim.cli.names import service_types
     from hmrsim_zenoh.wire.descriptions import plain_values
 
     ros_type, request = args.type, args.request
@@ -137,7 +131,7 @@ def _call(args: argparse.Namespace) -> int:
     data = {} if request is None else read_yaml(request, "request")
     payload = _payload(data)
     with connected(args, OPERATOR) as (client, info):
-        known = _types(info)
+        known = service_types(info)
         if ros_type is not None and known.get(name, ros_type) != ros_type:
             raise WrongUse(f"{name} is a {known[name]}, not a {ros_type}")
         try:
@@ -175,11 +169,7 @@ def _payload(data: object) -> bytes:
 
 
 def _query(client: Client, key: str, payload: bytes) -> bytes:
-    """Return the response of a service, no matter how long it takes.
-
-    Raises:
-        SimulatorGone: The simulator has been unreachable for too long.
-    """
+    """Return the response of a service, no matter how long it takes."""
     answers: queue.SimpleQueue[bytes | Exception] = queue.SimpleQueue()
 
     def ask() -> None:
@@ -189,16 +179,10 @@ def _query(client: Client, key: str, payload: bytes) -> bytes:
             answers.put(error)
 
     threading.Thread(target=ask, name="hmrsim call", daemon=True).start()
-    check_simulator = look_for_simulator(client)
-    while True:
-        try:
-            answer = answers.get(timeout=_CHECK_SECONDS)
-        except queue.Empty:
-            check_simulator()
-            continue
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
+    answer = next(answer for answer in received(client, answers) if answer is not None)
+    if isinstance(answer, Exception):
+        raise answer
+    return answer
 
 
 def _request_type(name: str, info: Info) -> type[BaseModel] | None:

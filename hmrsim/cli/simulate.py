@@ -94,7 +94,6 @@ def _simulate(args: argparse.Namespace) -> int:
 
 
 def _show_summary(summary: dict[str, Any], scripts: list[Script]) -> None:
-    """Print a line for each robot, and the totals."""
     from rich.text import Text
 
     if scripts:

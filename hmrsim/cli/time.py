@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import OPERATOR, call, connected
-from hmrsim.cli.options import ExitCode, add_connection_options, add_json
+from hmrsim.cli.options import ExitCode, add_connection_options, add_json, number_in, whole_in
 from hmrsim.cli.output import show_result
 from hmrsim.program.command_line import add_commands
 
 if TYPE_CHECKING:
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
 
 _EXAMPLES: Final = """\
@@ -26,10 +27,11 @@ examples:
 
 _PLAYING: Final = {"state": 1}
 _PAUSED: Final = {"state": 2}
-_MAX_FACTOR: Final = 1e6
+_STEPS: Final = whole_in(1, 2**64 - 1, "a number of steps; expected a whole number from 1")
+_FACTOR: Final = number_in(-math.ulp(0.0), 1e6, "a speed; expected a number of at least 0, such as 2")
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim time``."""
     parser.description = "Show the time of a running simulation, pause it, step it, change its speed."
     parser.epilog = _EXAMPLES
@@ -59,12 +61,12 @@ def _configure_resume(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_step(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("steps", metavar="STEPS", nargs="?", type=_whole, default=1, help="how many (default: 1)")
+    parser.add_argument("steps", metavar="STEPS", nargs="?", type=_STEPS, default=1, help="how many (default: 1)")
     _add(parser, "step", lambda client, args: call(client, "step_simulation", steps=args.steps))
 
 
 def _configure_speed(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("factor", metavar="FACTOR", type=_factor, help="such as 2; 0 is as fast as possible")
+    parser.add_argument("factor", metavar="FACTOR", type=_FACTOR, help="such as 2; 0 is as fast as possible")
     _add(
         parser,
         "speed",
@@ -80,23 +82,6 @@ def _add(parser: argparse.ArgumentParser, name: str, do: Callable[[Client, argpa
     parser.epilog = "\n".join(["examples:", *lines])
     parser.set_defaults(function=lambda args: _do(args, do))
     add_connection_options(parser)
-
-
-def _whole(text: str) -> int:
-    number = int(text) if text.isascii() and text.isdigit() else 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number of steps; expected a whole number from 1")
-    return number
-
-
-def _factor(text: str) -> float:
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = -1.0
-    if not 0 <= factor <= _MAX_FACTOR:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a speed; expected a number of at least 0, such as 2")
-    return factor
 
 
 def _do(args: argparse.Namespace, do: Callable[[Client, argparse.Namespace], object]) -> int:

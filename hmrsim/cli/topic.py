@@ -13,7 +13,7 @@ from contextlib import suppress
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.connection import connected, look_for_simulator
+from hmrsim.cli.connection import connected, received
 from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json, count
 from hmrsim.cli.output import show, show_json, show_result, warn, yaml_text
 from hmrsim.diagnostics import instead
@@ -24,13 +24,11 @@ from hmrsim_zenoh.wire.options import session_options
 
 if TYPE_CHECKING:
     from hmrsim.cli.names import Topic
-    from hmrsim.program.command_line import LazyParser
+    from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
 
 _END: Final = "...\n"
 """The end that YAML writes after a value that is neither a mapping nor a list."""
-_LOOK: Final = 0.5
-"""Wall seconds between checks whether the simulator is still there."""
 _PERIOD: Final = 1.0
 """Wall seconds between two lines of ``hz``."""
 
@@ -38,7 +36,7 @@ _STEP: Final = re.compile(r"(?P<name>\w+)|\[(?P<index>-?\d+)\]")
 _FIELD: Final = re.compile(r"\w+(\[-?\d+\])*(\.\w+(\[-?\d+\])*)*")
 
 
-def configure(parser: LazyParser) -> None:
+def configure(parser: CommandParser) -> None:
     """Add the commands of ``hmrsim topic``."""
     parser.description = "Show the published topics, as `ros2 topic` does."
     parser.epilog = """\
@@ -174,11 +172,7 @@ def _echo(args: argparse.Namespace) -> int:
 def _payloads(
     client: Client, topic: Topic, samples: queue.SimpleQueue[bytes | int], *, timeout: float
 ) -> Iterator[bytes]:
-    """Yield the messages of a topic as they are published, until a signal arrives; a latched one first if there is one.
-
-    Raises:
-        SimulatorGone: The simulator has been unreachable for too long.
-    """
+    """Yield the messages of a topic as they are published, until a signal arrives; a latched one first."""
     latest = None
     if topic.latched:
         # The publisher may be a controller that is not running.
@@ -186,19 +180,14 @@ def _payloads(
             latest = client.get(topic.key(client.keys), timeout)
     if latest is not None:
         yield latest
-    look = look_for_simulator(client)
-    while True:
-        try:
-            sample = samples.get(timeout=_LOOK)
-        except queue.Empty:
-            look()
-            continue
+    for sample in received(client, samples):
         if isinstance(sample, int):
             return
-        # A message published between the subscription and the query arrives twice.
-        if sample != latest:
-            yield sample
-        latest = None
+        if sample is not None:
+            # A message published between the subscription and the query arrives twice.
+            if sample != latest:
+                yield sample
+            latest = None
 
 
 def _print(payload: bytes, field: tuple[str | int, ...], *, as_json: bool) -> None:
@@ -218,17 +207,13 @@ def _hz(args: argparse.Namespace) -> int:
     arrivals: deque[float] = deque(maxlen=args.window + 1)
     with on_signals(signals.put), connected(args) as (client, info):
         topic = find_topic(info, args.name)
-        look = look_for_simulator(client)
         with client.subscribe(topic.key(client.keys), lambda _key, _payload: arrivals.append(time.monotonic())):
             last = 0.0
-            while True:
-                try:
-                    signals.get(timeout=_PERIOD)
-                except queue.Empty:
-                    look()
-                else:
-                    return ExitCode.DONE
+            for signal in received(client, signals, _PERIOD):
+                if signal is not None:
+                    break
                 last = _show_rate(list(arrivals), last, as_json=args.json)
+    return ExitCode.DONE
 
 
 def _show_rate(arrivals: Sequence[float], last: float, *, as_json: bool) -> float:

@@ -110,11 +110,7 @@ def _recorded(path: Path) -> Source:
 
 
 def _server_enclave(options: SessionOptions) -> Enclave | None:
-    """Return the enclave whose certificate the page is served with; None for HTTP.
-
-    Raises:
-        BadOptions: The certificate is for clients only.
-    """
+    """Return the enclave whose certificate the page is served with; None for HTTP."""
     from hmrsim_zenoh.wire.session import enclave_of
 
     enclave = enclave_of(options)
@@ -124,11 +120,7 @@ def _server_enclave(options: SessionOptions) -> Enclave | None:
 
 
 def _simulator(options: SessionOptions, enclave: Enclave | None, stack: ExitStack) -> Source:
-    """Connect to the running simulator and return it as a source.
-
-    Raises:
-        SimulatorNotFound: No simulator answers.
-    """
+    """Connect to the running simulator and return it as a source."""
     from hmrsim_zenoh.client.client import Client
     from hmrsim_zenoh.view.access import VisitorRights
     from hmrsim_zenoh.view.sources import Live

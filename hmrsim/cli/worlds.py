@@ -57,25 +57,6 @@ def read_world(
     )
 
 
-class FirstFindings:
-    """A check of worlds that yields only the first findings of another check.
-
-    Attributes:
-        left_out: The number of findings that the last check did not yield.
-    """
-
-    def __init__(self, check: Callable[[World], Iterable[Finding]], most: int) -> None:
-        self._check = check
-        self._most = most
-        self.left_out = 0
-
-    def __call__(self, world: World) -> Iterable[Finding]:
-        """Return the first findings for a world."""
-        findings = [*self._check(world)]
-        self.left_out = max(0, len(findings) - self._most)
-        return findings[: self._most]
-
-
 def show_warnings(loaded: LoadedWorld) -> None:
     """Print the warnings of a world, one per line."""
     for problem in loaded.warnings:

@@ -1,6 +1,6 @@
 """Command-line parsers whose options can also be set with environment variables.
 
-This module loads quickly. A command loads in two steps: its options with `LazyParser`, then its work when it runs.
+This module loads quickly. A command loads in two steps: its options with `CommandParser`, then its work when it runs.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
+from hmrsim.diagnostics import meant
 from hmrsim.errors import printable, reason_of
 from hmrsim.program.files import NO_SPACE
 
 if TYPE_CHECKING:
     Completer = Callable[..., Iterable[str]]
-    Configure = Callable[["LazyParser"], None]
+    Configure = Callable[["CommandParser"], None]
 
 ENVIRONMENT: Final = """\
 environment:
@@ -49,15 +50,25 @@ class CommandParser(argparse.ArgumentParser):
     """A parser that also reads options with a value from ``HMRSIM_<OPTION>``.
 
     The command line overrides the environment, which overrides the default. Empty variables are ignored.
+
+    Args:
+        configure: Adds the arguments to the parser when its command is used; None for none. Many commands load pydantic
+            for their options, which would slow down ``--help`` of the program.
+        options: As for argparse.
     """
 
-    def __init__(self, **options: Any) -> None:
-        options.setdefault("formatter_class", _Formatter)
-        options.setdefault("allow_abbrev", False)
-        super().__init__(**options)
+    def __init__(self, *, configure: Configure | None = None, **options: Any) -> None:
+        super().__init__(formatter_class=_Formatter, allow_abbrev=False, **options)
+        self._configure = configure
         self._instead: Mapping[str, str] = {}
         # Points such as -3,4 are not options.
         self._negative_number_matcher = re.compile(r"-\.?\d.*", re.DOTALL)
+
+    def load(self) -> None:
+        """Add the arguments of the command, once."""
+        if (configure := self._configure) is not None:
+            self._configure = None
+            configure(self)
 
     def suggest(self, instead: Mapping[str, str]) -> None:
         """Suggest these texts for options that the parser does not have, by the names that people try."""
@@ -73,6 +84,7 @@ class CommandParser(argparse.ArgumentParser):
 
         argparse would leave unknown arguments to the main parser, whose help does not list the command's options.
         """
+        self.load()
         given = sys.argv[1:] if args is None else list(args)
         if _HELP.isdisjoint(given):
             self._read_environment(given)
@@ -97,23 +109,15 @@ class CommandParser(argparse.ArgumentParser):
             text = os.environ.get(variable, "") if variable else ""
             if not text or any(word.partition("=")[0] in action.option_strings for word in given):
                 continue
+            repeatable = isinstance(action, argparse._AppendAction) or action.nargs in ("*", "+")  # noqa: SLF001
             try:
-                value = self._value(action, text)
+                values = [self._get_value(action, word) for word in (words_of(text) if repeatable else [text])]
+                for value in values:
+                    self._check_value(action, value)
             except argparse.ArgumentError as error:
                 self.exit(2, f"{self._program}: {variable}: {printable(error.message)}\n")
             action.required = False
-            self.set_defaults(**{action.dest: value})
-
-    def _value(self, action: argparse.Action, text: str) -> Any:
-        """Return the value of a variable's text; a list, split at commas, for an option that can be repeated."""
-        if isinstance(action, argparse._AppendAction) or action.nargs in ("*", "+"):  # noqa: SLF001
-            return [self._one_value(action, part) for part in words_of(text)]
-        return self._one_value(action, text)
-
-    def _one_value(self, action: argparse.Action, text: str) -> Any:
-        value = self._get_value(action, text)
-        self._check_value(action, value)
-        return value
+            self.set_defaults(**{action.dest: values if repeatable else values[0]})
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
         """Return the value of an argument; raise our own error if it is not a number."""
@@ -129,7 +133,7 @@ class CommandParser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             noun = (action.option_strings[-1].lstrip("-") if action.option_strings else str(action.metavar)).lower()
             choices = ", ".join(str(choice) for choice in action.choices)
-            suggestion = _suggestion(str(value), map(str, action.choices))
+            suggestion = meant(str(value), map(str, action.choices))
             rest = f"did you mean {suggestion!r}?" if suggestion else f"there are {choices}"
             raise argparse.ArgumentError(action, f"no {noun} {value!r}; {rest}")
 
@@ -138,22 +142,21 @@ class CommandParser(argparse.ArgumentParser):
         if unknown[-1].endswith("}"):
             return "; quote YAML, as in '{pose: counter}'"
         option = next((word.partition("=")[0] for word in unknown if word.startswith("--")), "")
-        suggestion = self._instead.get(option) or _suggestion(
-            option, (name for action in self._actions for name in action.option_strings)
-        )
+        known = [name for action in self._actions for name in action.option_strings]
+        suggestion = self._instead.get(option) or meant(option, known)
         return f"; did you mean {suggestion}?" if option and suggestion else ""
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print the help, and raise the error that argparse would swallow if stdout can't be written."""
+        if file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
 
 
 def words_of(text: str) -> list[str]:
     """Return the comma-separated values of a variable."""
     return [part.strip() for part in text.split(",") if part.strip()]
-
-
-def _suggestion(word: str, known: Iterable[str]) -> str | None:
-    # Loads difflib, which is slow and only needed for errors.
-    from hmrsim.diagnostics import meant  # noqa: PLC0415
-
-    return meant(word, known)
 
 
 def variable_of(action: argparse.Action) -> str:
@@ -181,38 +184,6 @@ class Later:
         return self.loaded()(*args)
 
 
-class LazyParser(CommandParser):
-    """A parser whose arguments are added only when its command is used.
-
-    Many commands load pydantic for their options, which would slow down ``--help`` of the program.
-
-    Args:
-        configure: Adds the arguments to the parser; None for none.
-    """
-
-    def __init__(self, *, configure: Configure | None = None, **options: Any) -> None:
-        super().__init__(**options)
-        self._configure = configure
-
-    def load(self) -> None:
-        """Add the arguments of the command, once."""
-        if (configure := self._configure) is not None:
-            self._configure = None
-            configure(self)
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """Parse the command line, after adding the arguments of the command."""
-        self.load()
-        return super().parse_known_args(args, namespace)
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        """Print the help, and raise the error that argparse would swallow if stdout can't be written."""
-        if file is sys.stdout:
-            file.write(message)
-        else:
-            super()._print_message(message, file)
-
-
 class _Formatter(argparse.RawDescriptionHelpFormatter):
     """Shows subcommands below the headings of their groups."""
 
@@ -226,11 +197,7 @@ class _Formatter(argparse.RawDescriptionHelpFormatter):
 
 
 class _GroupedCommands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: SLF001
-    """Subcommands that the help lists in groups.
-
-    Args:
-        groups: The names of the subcommands below each heading.
-    """
+    """Subcommands that the help lists in groups."""
 
     def __init__(self, *, groups: Mapping[str, Iterable[str]], **options: Any) -> None:
         super().__init__(**options)
@@ -258,7 +225,7 @@ class _Heading(argparse.Action):
 
 
 def add_commands(
-    parser: LazyParser,
+    parser: CommandParser,
     commands: Mapping[str, tuple[str, Configure]],
     groups: Mapping[str, Iterable[str]] | None = None,
     *,

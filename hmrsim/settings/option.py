@@ -14,6 +14,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union, get_args, get_origin, get_type_hints
 
+from hmrsim.diagnostics import shortened
+
 if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic.json_schema import JsonSchemaValue
@@ -29,16 +31,10 @@ MAX_SECONDS: Final = 1e9
 MAX_COUNT: Final = 1_000_000_000
 """Maximum count that an option accepts."""
 
-_SHOWN: Final = 60
 _MAX_DIGITS: Final = 100
 
 FOR_EVER: Final = -1
 """The value of a timeout that never ends."""
-
-
-def shortened(text: str) -> str:
-    """Return a text for an error message, truncated if it is long."""
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}…"
 
 
 def count(text: str) -> int:

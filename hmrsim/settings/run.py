@@ -1,16 +1,18 @@
-"""The settings of a run: its world, seed, time, sampling, server and trace."""
+"""The settings of a run: its world, seed, time, sampling, server and trace; and the files that have them."""
 
 from __future__ import annotations
 
 import math
 import re
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, create_model
 
+from hmrsim.errors import SettingsError
 from hmrsim.interfaces.quantities import REAL_TIME_FACTOR
-from hmrsim.settings.option import MAX_COUNT, MAX_PAYLOAD, MAX_SECONDS, Option, count
+from hmrsim.settings.option import MAX_COUNT, MAX_PAYLOAD, MAX_SECONDS, Option, count, hints, settings_of
 
 TIME_STANDS: Final = "time advances only while robots are active"
 
@@ -263,3 +265,34 @@ class TraceSettings(Settings):
     trace: Annotated[Path | None, Option("write a trace of the run as lines of JSON, for `hmrsim replay`", "FILE")] = (
         None
     )
+
+
+@cache
+def together(models: tuple[type, ...]) -> type[BaseModel]:
+    """Return one model with the settings of several."""
+    # Some models are dataclasses, so that tools need not load pydantic.
+    fields: dict[str, Any] = {}
+    for model in models:
+        for name, setting in settings_of(model).items():
+            fields[name] = (hints(model)[name], setting.default)
+    config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    return create_model("Settings", __config__=config, __doc__="Settings of `hmrsim run`.", **fields)
+
+
+def read_file(path: Path, models: tuple[type, ...]) -> dict[str, Any]:
+    """Return the settings of a file, YAML or JSON, by name.
+
+    *models* declare the settings that the file may have.
+
+    Raises:
+        SettingsError: The file can't be read, or a setting is invalid; it has all problems.
+    """
+    # Loads yaml, which the options of commands don't need.
+    from hmrsim.documents.document import read_document  # noqa: PLC0415
+
+    document = read_document(path, SettingsError)
+    if document.data is None:
+        return {}
+    document.check_mapping("a mapping with settings such as clock: lockstep")
+    settings = document.validated(together(models))
+    return {name: getattr(settings, name) for name in document.data}

@@ -103,7 +103,6 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
 
 
 def _robots(store: Keystore, members: Sequence[Member], keys: Keys, options: SessionOptions) -> list[str]:
-    """Return the names of the simulator's robots."""
     with open_client(replace(options, secure=store.enclave(members[0].name).folder)) as session:
         for reply in session.get(keys.world("info"), timeout=options.timeout):
             if reply.ok is not None:

@@ -134,7 +134,6 @@ class Rights:
         yield Rule("controllers are asked for trees", ("query",), "egress", trees)
 
     def _planning(self) -> Iterator[Rule]:
-        """Yield the rules of external planners, which choose the paths of any robot."""
         key = (self._key("_planner/**"),)
         yield Rule("planners plan", ("declare_queryable", "reply"), "ingress", key)
         yield Rule("planners are asked", ("query",), "egress", key)

@@ -17,10 +17,11 @@ from functools import partial
 from pathlib import Path  # noqa: TC003 - settings are read at run time
 from typing import Annotated, Any, Final, Literal
 
+from hmrsim.diagnostics import shortened
 from hmrsim.errors import reason_of
 from hmrsim.program.command_line import words_of
 from hmrsim.settings.arguments import add_settings, read_settings, reader_of
-from hmrsim.settings.option import MAX_SECONDS, Option, settings_of, shortened
+from hmrsim.settings.option import MAX_SECONDS, Option, settings_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
 

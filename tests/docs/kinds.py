@@ -13,7 +13,7 @@ from hmrsim.experiments.reading import read_plan
 from hmrsim.fault_search.reading import read_check
 from hmrsim.fault_search.schedule import read_injections
 from hmrsim.properties import check_properties, read_properties
-from hmrsim.settings.file import read_file
+from hmrsim.settings.run import read_file
 from hmrsim.testing import simulation
 from hmrsim.world.overlays.overlay import overlays_of
 from hmrsim.world_checks import load_world

@@ -35,7 +35,7 @@ from hmrsim.cli.replay import lines_of
 from hmrsim.cli.worlds import show_findings
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.properties import Monitor, check_properties, check_recording, check_trace, properties_of, read_properties
-from hmrsim.settings.file import read_file
+from hmrsim.settings.run import read_file
 from hmrsim.world_checks import load_world
 from hmrsim_zenoh.recording import open_recording
 from hmrsim_zenoh.settings import SERVED

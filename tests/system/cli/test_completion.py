@@ -21,9 +21,9 @@ NOBODY = "tcp/127.0.0.1:1"
 
 SERVER = """
 import json, os, sys
-import bt_controller.__main__, bt_controller.cli, hmrsim.cli.completion, hmrsim.cli.entry
+import bt_controller.__main__, bt_controller.cli, hmrsim.cli.completion, hmrsim.cli
 
-PROGRAMS = {"hmrsim": hmrsim.cli.entry.main, "bt-controller": bt_controller.__main__.main}
+PROGRAMS = {"hmrsim": hmrsim.cli.main, "bt-controller": bt_controller.__main__.main}
 for line in sys.stdin:
     asked = json.loads(line)
     reader, writer = os.pipe()

@@ -11,9 +11,9 @@ from functools import cache
 import pytest
 import yaml
 
+from hmrsim.cli import main
 from hmrsim.cli.check import check_trace
 from hmrsim.cli.check_search import _write_page
-from hmrsim.cli.entry import main
 from hmrsim.testing import simulation
 from tests.porters import HERE, WORLD
 

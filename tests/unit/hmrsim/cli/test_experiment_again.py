@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from hmrsim.cli.entry import main
+from hmrsim.cli import main
 from tests.porters import HERE, WORLD
 
 SERIAL = ("--executor", "hmrsim.trials.batches:Serial")

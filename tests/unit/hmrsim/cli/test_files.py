@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 import bt_controller.cli
-from hmrsim.cli import entry, main
+from hmrsim.cli import main, make_parser
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.store import Results
-from hmrsim.program.command_line import LazyParser
+from hmrsim.program.command_line import CommandParser
 
 COMMANDS = [
     "hmrsim simulate {}",
@@ -260,7 +260,7 @@ def test_two_outputs_may_both_be_dev_null(said):
 
 
 def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
-    if isinstance(parser, LazyParser):
+    if isinstance(parser, CommandParser):
         parser.load()
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -295,7 +295,7 @@ def test_each_output_is_tried():
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
         (command, option)
-        for parser in (entry.make_parser(), bt_controller.cli.make_parser())
+        for parser in (make_parser(), bt_controller.cli.make_parser())
         for command, option in _files_of(parser)
         if option not in INPUTS and not command.startswith("hmrsim security ")
     }

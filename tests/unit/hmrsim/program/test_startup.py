@@ -10,7 +10,7 @@ from functools import partial
 import pytest
 
 import bt_controller.cli
-import hmrsim.cli.entry
+import hmrsim.cli
 from hmrsim.program.command_line import Later
 
 HELP_OF_ALL = """
@@ -41,7 +41,7 @@ def postponed(parser):
 @pytest.mark.parametrize(
     ("package", "heavy"),
     [
-        ("hmrsim.cli.entry", {"mcap", "networkx", "py_trees", "rich", "simpy", "starlette"}),
+        ("hmrsim.cli", {"mcap", "networkx", "py_trees", "rich", "simpy", "starlette"}),
         ("bt_controller.cli", {"networkx", "py_trees", "pydantic", "rich", "simpy", "yaml", "zenoh"}),
     ],
 )
@@ -60,7 +60,7 @@ def test_commands_for_a_running_simulator_import_no_simulation(module):
     assert "False\n" == done.stdout
 
 
-@pytest.mark.parametrize("program", [hmrsim.cli.entry, bt_controller.cli], ids=lambda module: module.__name__)
+@pytest.mark.parametrize("program", [hmrsim.cli, bt_controller.cli], ids=lambda module: module.__name__)
 def test_late_imports_exist(program):
     later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
 

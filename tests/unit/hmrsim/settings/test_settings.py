@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from hmrsim.errors import SettingsError
-from hmrsim.settings.file import read_file
 from hmrsim.settings.option import settings_of
-from hmrsim.settings.run import DemoSettings, RunSettings, SimulateSettings
+from hmrsim.settings.run import DemoSettings, RunSettings, SimulateSettings, read_file
 from hmrsim_zenoh.settings import SERVED
 
 
