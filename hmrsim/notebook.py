@@ -22,7 +22,7 @@ from typing import Literal
 
 from hmrsim.drawing import Drawing
 from hmrsim.report import of_trace, section_of
-from hmrsim.report.page import page_of, page_of_sections
+from hmrsim.report.page import page_of_sections
 from hmrsim.world.model import World
 from hmrsim.world_checks import load_world
 
@@ -93,7 +93,4 @@ def report(trace: str | Path, *, height: int = 700) -> Page:
     text = trace.read_text(encoding="utf-8") if isinstance(trace, Path) else trace
     sources = of_trace(lambda: text.splitlines(keepends=True))
     sections = [section_of(source) for source in sources]
-    definitions = [source.definition for source in sources]
-    one = len(sections) == 1
-    page = page_of(sections[0].report, definitions[0]) if one else page_of_sections(sections, definitions)
-    return Page(page, height)
+    return Page(page_of_sections(sections, [source.definition for source in sources]), height)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import errno
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext
@@ -14,7 +12,7 @@ from typing import TYPE_CHECKING
 from bt_controller.watching.display import JsonDisplay, PlainDisplay, Transitions
 from bt_controller.watching.publishing import Publisher
 from bt_controller.watching.renders import check_graphviz, dot, svg
-from hmrsim.program.files import STDOUT, TextOutput, check_outputs, unwritable
+from hmrsim.program.files import STDOUT, TextOutput, check_outputs, check_writable, write_text
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -42,13 +40,12 @@ def check_pictures(args: argparse.Namespace) -> None:
     """Check that pictures can be drawn, before the trees run.
 
     Raises:
-        OutputError: There is no folder for a file.
+        OutputError: A file can't be written.
         BadOptions: Graphviz is missing.
     """
     for option, name in (("--dot", args.dot), ("--svg", args.svg)):
-        if name and name != STDOUT and (Path(name).is_dir() or not Path(name).parent.is_dir()):
-            wrong = errno.EISDIR if Path(name).is_dir() else errno.ENOENT
-            raise unwritable(f"{option} {name}", OSError(wrong, os.strerror(wrong)))
+        if name and name != STDOUT:
+            check_writable(option, Path(name))
     if args.svg:
         check_graphviz()
 
@@ -66,9 +63,9 @@ def draw(args: argparse.Namespace, trees: Mapping[str, Sequence[Node]], *, statu
         if args.dot == STDOUT:
             sys.stdout.write(graph)
         elif args.dot:
-            _write("--dot", args.dot, graph)
+            write_text("--dot", Path(args.dot), graph)
         if args.svg:
-            _write("--svg", args.svg, svg(graph))
+            write_text("--svg", Path(args.svg), svg(graph))
 
 
 def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
@@ -127,9 +124,8 @@ def watching(
         if shown is not None:
             watchers.insert(0, shown)
         if args.transitions or Transitions.wanted():
-            out = (
-                ending.enter_context(TextOutput("--transitions", Path(args.transitions))) if args.transitions else None
-            )
+            file = TextOutput("--transitions", Path(args.transitions)) if args.transitions else None
+            out = file and ending.enter_context(file)
             transitions = Transitions(out, missions)
             ending.callback(lambda: transitions.flush(clock.now))
             watchers.append(transitions)
@@ -148,8 +144,3 @@ def watching(
                 watcher.ticked(mission, now)
 
         yield ticked
-
-
-def _write(option: str, path: str, text: str) -> None:
-    with TextOutput(option, Path(path)) as file:
-        file.write(text)

@@ -17,7 +17,7 @@ from hmrsim.cli.options import (
     add_ros_domain,
     ros_domain_of_environment,
 )
-from hmrsim.cli.output import show_json, show_result
+from hmrsim.cli.output import counted, show_json, show_result
 from hmrsim.errors import printable
 from hmrsim.program.log_options import logging_to_stderr
 from hmrsim_zenoh.doctor.ros2_checks import incomplete_actions, later_actions
@@ -219,8 +219,7 @@ def _groups(simulator: Simulator) -> Iterator[str]:
     for robot, actions in simulator.robots.items():
         groups[tuple(actions)].append(robot)
     for served, names in groups.items():
-        plural, each = "s" * (len(served) != 1), " each" * (len(names) > 1)
-        yield f"{first_few(names)} ({len(served)} action{plural}{each})"
+        yield f"{first_few(names)} ({counted(len(served), 'actions')}{' each' * (len(names) > 1)})"
 
 
 def _liveliness(simulator: Simulator) -> Iterator[str]:
@@ -282,10 +281,8 @@ def _nodes_text(tokens: Iterable[Token]) -> str:
         counts = kinds[token.node.full_name]
         if token.endpoint is not None:
             counts[_KINDS[token.endpoint.kind]] += 1
-    nodes = first_few(f"{node}{_counts_text(counts)}" for node, counts in sorted(kinds.items()))
-    return f"{len(kinds)} node{'s' if len(kinds) > 1 else ''} of others: {nodes}"
-
-
-def _counts_text(counts: Counter[str]) -> str:
-    words = [f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in sorted(counts.items())]
-    return f" ({', '.join(words)})" if words else ""
+    nodes = []
+    for node, counts in sorted(kinds.items()):
+        words = ", ".join(counted(count, f"{kind}s") for kind, count in sorted(counts.items()))
+        nodes.append(f"{node} ({words})" if words else node)
+    return f"{counted(len(kinds), 'nodes')} of others: {first_few(nodes)}"

@@ -78,13 +78,15 @@ def actions(info: Info) -> Iterator[ActionName]:
 
 
 def find_action(info: Info, name: str) -> ActionName:
-    """Return the action that a name or an alias stands for.
+    """Return the action that a name or an alias stands for; its first slash is optional.
 
     Raises:
         WrongUse: *name* is not of the form ``/ROBOT/ACTION``.
         UnknownName: There is no such robot or action.
     """
-    first, second = split(name)
+    first, slash, second = name.removeprefix("/").partition("/")
+    if not (first and slash and second) or "/" in second:
+        raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /mocha/navigate_to_pose")
     robot, _, action = aliases(info).get(f"{first}/{second}", f"{first}/{second}").partition("/")
     owners = _owners(info)
     if robot not in owners:
@@ -95,18 +97,6 @@ def find_action(info: Info, name: str) -> ActionName:
             raise UnknownName(f"{robot} has no action {action!r}, which needs the component {known.component!r}")
         raise UnknownName(f"{robot} has no action {action!r}{instead(action, owners[robot], verb='it has:')}")
     return ActionName(f"/{first}/{second}", robot, action)
-
-
-def split(name: str) -> tuple[str, str]:
-    """Return the robot and the action of a name; its first slash is optional.
-
-    Raises:
-        WrongUse: *name* is not of the form ``/ROBOT/ACTION``.
-    """
-    first, slash, second = name.removeprefix("/").partition("/")
-    if not (first and slash and second) or "/" in second:
-        raise WrongUse(f"{name!r} is not an action's name; expected /ROBOT/ACTION, such as /mocha/navigate_to_pose")
-    return first, second
 
 
 _WORLD_SERVICES: Final = {"info": "hmrsim/WorldInfo", "route_graph": "hmrsim/RouteGraph"}
@@ -204,7 +194,9 @@ def topics(info: Info) -> Iterator[Topic]:
             if topic not in _NEEDED_COMPONENTS or not _NEEDED_COMPONENTS[topic].isdisjoint(carried[robot]):
                 yield Topic(f"/{robot}/{topic}", ros_type, latched)
         for action in actions:
-            yield from _topics_of(robot, action)
+            ros_type = ActionName("", robot, action).ros_type
+            for verb, (pattern, latched) in _TOPICS_OF_ACTIONS.items():
+                yield Topic(f"/{robot}/{action}/_action/{verb.value}", pattern.format(action=ros_type), latched)
     for topic, (ros_type, latched) in _WORLD_TOPICS.items():
         yield Topic(f"/{WORLD}/{topic}", ros_type, latched)
 
@@ -234,12 +226,6 @@ def find_topic(info: Info, name: str) -> Topic:
     names = [topic.removeprefix(f"/{owner}/") for topic in known if topic.startswith(f"/{owner}/")]
     rest = instead("/".join(words[1:]), names, verb=f"{owner} has:")
     raise UnknownName(f"no topic {name!r}{rest}")
-
-
-def _topics_of(robot: str, action: str) -> Iterator[Topic]:
-    ros_type = ActionName("", robot, action).ros_type
-    for verb, (pattern, latched) in _TOPICS_OF_ACTIONS.items():
-        yield Topic(f"/{robot}/{action}/_action/{verb.value}", pattern.format(action=ros_type), latched)
 
 
 def add_list_arguments(

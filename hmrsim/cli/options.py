@@ -11,16 +11,12 @@ from typing import Final
 
 from hmrsim.diagnostics import shortened
 from hmrsim.errors import (
-    CheckError,
-    ExperimentError,
+    DocumentError,
     HmrsimError,
     OutputError,
-    PropertyError,
     RecordingError,
     ResultsError,
-    SettingsError,
     TraceError,
-    WorldError,
     printable,
 )
 from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS
@@ -60,11 +56,7 @@ class Refused(HmrsimError):
 
 _WRONG_USE: Final = (
     WrongUse,
-    WorldError,
-    SettingsError,
-    ExperimentError,
-    CheckError,
-    PropertyError,
+    DocumentError,
     ResultsError,
     TraceError,
     OutputError,
@@ -75,7 +67,7 @@ _WRONG_USE: Final = (
 )
 _NO_SIMULATOR: Final = (SimulatorNotFound, SimulatorGone, Unreachable, RequestTimeout)
 _MAX_DIGITS: Final = 100
-_WITH_PLACE: Final = (WorldError, SettingsError, ExperimentError, CheckError, PropertyError, WrongUse)
+_WITH_PLACE: Final = (DocumentError, WrongUse)
 """Errors whose text begins with a file or a field."""
 
 

@@ -137,11 +137,9 @@ def _read(path: Path, section: int | None) -> list[ReportInput]:
 
 
 def _write_page(output: str, sections: list[Section], sources: list[ReportInput]) -> None:
-    from hmrsim.report.page import page_of, page_of_sections
+    from hmrsim.report.page import page_of_sections
 
-    definitions = [source.definition for source in sources]
-    several = len(sections) > 1
-    page = page_of_sections(sections, definitions) if several else page_of(sections[0].report, definitions[0])
+    page = page_of_sections(sections, [source.definition for source in sources])
     if output == STDOUT:
         show(page)
     else:

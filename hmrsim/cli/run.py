@@ -38,7 +38,6 @@ from hmrsim_zenoh.wire.options import SessionOptions
 if TYPE_CHECKING:
     from hmrsim.cli.event_log import LogDisplay
     from hmrsim.cli.robot_table import TableDisplay
-    from hmrsim.cli.view import View
     from hmrsim.diagnostics import Finding
     from hmrsim.program.command_line import CommandParser
     from hmrsim.properties import MonitorSink, Violation
@@ -162,12 +161,8 @@ def _run(args: argparse.Namespace) -> int:
         with host, trace.opened(host.simulator), screen.shown(host) as refresh:
             if run.strict:
                 plugins.check()
-            with viewed(settings.view, host.endpoints or host.options.connect, host.options) as view:
-                _serve(
-                    host,
-                    [refresh, heap.trim],
-                    lambda: _show_ready(loaded, host, view, as_json=args.json),
-                )
+            with viewed(settings.view, host.endpoints or host.options.connect, host.options) as url:
+                _serve(host, [refresh, heap.trim], lambda: _show_ready(loaded, host, url(), as_json=args.json))
             if monitor is not None:
                 monitor.end(host.simulator.now)
             if isinstance(host.error, HmrsimError) and not isinstance(host.error, ParticipantLost):
@@ -220,9 +215,8 @@ def _serve(host: Host, periodic_tasks: Iterable[Callable[[], None]], on_ready: C
         host.stop()
 
 
-def _show_ready(loaded: LoadedWorld, host: Host, view: View | None, *, as_json: bool) -> None:
+def _show_ready(loaded: LoadedWorld, host: Host, url: str, *, as_json: bool) -> None:
     world, options = loaded.world, host.options
-    url = view.url() if view else None
     ready: dict[str, Any] = {
         "ready": True,
         "endpoints": list(host.endpoints),

@@ -8,7 +8,7 @@ import json
 import logging
 import queue
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -24,6 +24,7 @@ from hmrsim_zenoh.view import DEFAULT_HOST, DEFAULT_PORT
 from hmrsim_zenoh.wire.options import add_session_options, session_options
 
 if TYPE_CHECKING:
+    from hmrsim.cli.child import Child
     from hmrsim_zenoh.view.server import Source
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.options import SessionOptions
@@ -159,52 +160,40 @@ def check_port(view: int | None) -> None:
         raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
 
 
-class View:
-    """A child process that serves the page of a run."""
-
-    def __init__(self, arguments: Sequence[str]) -> None:
-        from hmrsim.cli.child import Child
-
-        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._child = Child("view", "hmrsim.cli:main", ["view", *arguments, "--json"], self._lines.put)
-
-    def url(self) -> str:
-        """Wait until the page can be opened, and return its URL.
-
-        Raises:
-            BadOptions: The page can't be served; the text says why.
-        """
-        try:
-            line = self._lines.get(timeout=_START_SECONDS)
-        except queue.Empty:
-            line = None
-        if line is None:
-            self._child.code(_EXIT_TIMEOUT)
-            # The option of the run has another name than the option of `hmrsim view`.
-            why = self._child.errors.rpartition("\n")[2].replace("--port", "--view")
-            raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
-        ready: dict[str, Any] = json.loads(line)
-        _log.info("the live picture is at %s", ready["url"])
-        return str(ready["url"])
-
-    def stop(self) -> None:
-        """Stop the process."""
-        self._child.stop()
+def _url(server: Child, lines: queue.SimpleQueue[str | None]) -> str:
+    """Wait until the page of a server can be opened, and return its URL."""
+    try:
+        line = lines.get(timeout=_START_SECONDS)
+    except queue.Empty:
+        line = None
+    if line is None:
+        server.code(_EXIT_TIMEOUT)
+        # The option of the run has another name than the option of `hmrsim view`.
+        why = server.errors.rpartition("\n")[2].replace("--port", "--view")
+        raise BadOptions(f"--view: {why or 'the server of the page does not start'}")
+    ready: dict[str, Any] = json.loads(line)
+    _log.info("the live picture is at %s", ready["url"])
+    return str(ready["url"])
 
 
 @contextmanager
-def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) -> Iterator[View | None]:
-    """Serve the page of a simulator within the context.
+def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) -> Iterator[Callable[[], str]]:
+    """Serve the page of a simulator in another process within the context.
 
     Args:
         view: The port; None for no page.
         endpoints: The endpoints of the simulator.
         options: The options of the simulator's session.
+
+    Yields:
+        A function that waits until the page can be opened and returns its URL, or raises `BadOptions`; without a page
+        it returns an empty text.
     """
+    from hmrsim.cli.child import Child
     from hmrsim_zenoh.wire.options import from_here
 
     if view is None:
-        yield None
+        yield lambda: ""
         return
     words = [word for endpoint in endpoints for word in ("--connect", from_here(endpoint))]
     if options.secure:
@@ -212,8 +201,7 @@ def viewed(view: int | None, endpoints: Sequence[str], options: SessionOptions) 
     if options.zenoh_config:
         # The configuration may have certificates. A client does not listen.
         words += ["--zenoh-config", str(options.zenoh_config), "--mode", "client"]
-    server = View([*words, "--prefix", options.prefix, "--port", str(view), "--timeout", str(_START_SECONDS)])
-    try:
-        yield server
-    finally:
-        server.stop()
+    words += ["--prefix", options.prefix, "--port", str(view), "--timeout", str(_START_SECONDS)]
+    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+    with Child("view", "hmrsim.cli:main", ["view", *words, "--json"], lines.put) as server:
+        yield lambda: _url(server, lines)

@@ -40,10 +40,12 @@ def page_of(report: Report, definition: Mapping[str, Any]) -> str:
 
 
 def page_of_sections(sections: Sequence[Section], definitions: Sequence[Mapping[str, Any]]) -> str:
-    """Return the page of a trace with several sections: a list of them, then the report of each.
+    """Return the page of a trace: the report of its only section, or a list of its sections and the report of each.
 
     *definitions* are the worlds of the sections, as in native files.
     """
+    if len(sections) == 1:
+        return page_of(sections[0].report, definitions[0])
     bodies = []
     for section, definition in zip(sections, definitions, strict=True):
         why = f": {restart_text(section.cause)}" if section.cause else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.doctor.snapshot import Problem
     from hmrsim_zenoh.ros2.keys import Token
     from hmrsim_zenoh.wire.options import SessionOptions
-
-    Check = Callable[[Snapshot], Iterator[Problem]]
 
 
 _WATCH: Final = 0.5
@@ -178,14 +176,8 @@ def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, 
     return {domain: tuple(tokens) for domain, tokens in found.items()}, tuple(unreadable)
 
 
-_CHECKS: Final[tuple[Check, ...]] = (
-    *network_checks.CHECKS,
-    *ros2_checks.CHECKS,
-)
-"""All checks, in the order in which problems should be solved."""
-
-
 def problems(snapshot: Snapshot) -> list[Problem]:
-    """Return the problems of a snapshot; errors first."""
-    found = chain.from_iterable(check(snapshot) for check in _CHECKS)
+    """Return the problems of a snapshot in the order in which they should be solved; errors first."""
+    checks = (*network_checks.CHECKS, *ros2_checks.CHECKS)
+    found = chain.from_iterable(check(snapshot) for check in checks)
     return sorted(found, key=lambda problem: problem.severity != "error")

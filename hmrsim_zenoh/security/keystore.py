@@ -25,12 +25,12 @@ import shutil
 import socket
 import tempfile
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from hmrsim.diagnostics import shown
 from hmrsim.errors import HmrsimError, printable, reason_of
@@ -53,8 +53,6 @@ from hmrsim_zenoh.wire.enclave import (
     parsed,
 )
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
-
-_T = TypeVar("_T")
 
 DEFAULT_DAYS: Final = 365.0
 """How long certificates are valid, in days."""
@@ -191,12 +189,9 @@ class Keystore:
         Raises:
             BadOptions: The member is invalid or known already, or the keystore can't be written.
         """
-
-        def add() -> None:
+        with self._changing():
             _check_members([member], [*self.members, *self.revoked])
             self._issue(self._authority(), [member], days)
-
-        self._change(add)
 
     def revoke(self, name: str) -> None:
         """Revoke all rights of a member; simulators that start afterwards enforce this.
@@ -204,8 +199,7 @@ class Keystore:
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
         """
-
-        def revoke() -> None:
+        with self._changing():
             self._check_known([name])
             if self.members[name].role == SIMULATOR:
                 raise BadOptions(f"{name!r} is the simulator, which all clients trust; make a new keystore instead")
@@ -215,22 +209,17 @@ class Keystore:
             self._save()
             _remove(self._folder(name))
 
-        self._change(revoke)
-
     def renew(self, names: Sequence[str], days: float = DEFAULT_DAYS) -> list[str]:
         """Issue new certificates to some members, or to all if none is named; return their names.
 
         Raises:
             BadOptions: There is no such member, or the keystore can't be written.
         """
-
-        def renew() -> list[str]:
+        with self._changing():
             self._check_known(names)
             renewed = [self.members[name] for name in names or self.members]
             self._issue(self._authority(), renewed, days)
-            return [member.name for member in renewed]
-
-        return self._change(renew)
+        return [member.name for member in renewed]
 
     def enclave(self, name: str) -> Enclave:
         """Return the enclave of a member."""
@@ -273,14 +262,15 @@ class Keystore:
             if name not in self.members:
                 raise BadOptions(f"{self.path} has no {name!r}; there are: {', '.join(self.members)}")
 
-    def _change(self, change: Callable[[], _T]) -> _T:
-        """Run a change on the current files, while no other process changes them."""
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Read the current files for a change, and keep other processes from changing them meanwhile."""
         try:
             folder = os.open(self.path, os.O_RDONLY)
             try:
                 fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 self._load()
-                return change()
+                yield
             finally:
                 os.close(folder)
         except BlockingIOError:
