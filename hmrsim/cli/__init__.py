@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 from hmrsim.program.signals import INTERRUPTED, leave, must_leave, on_signals
 
 if TYPE_CHECKING:
-    import argparse
+    from hmrsim.program.command_line import CommandParser
 
 _SERVING: Final = ("run", "view", "record")
 """Commands that a signal ends successfully, whenever it arrives."""
@@ -102,7 +102,7 @@ def _end(_number: int) -> None:
     os._exit(_DONE)
 
 
-def make_parser() -> argparse.ArgumentParser:
+def make_parser() -> CommandParser:
     """Return the parser of the program; each command adds its arguments when it is used."""
     from hmrsim import __version__
     from hmrsim.program.command_line import ENVIRONMENT, CommandParser, Later, add_commands

@@ -124,6 +124,7 @@ def _configure_renew(parser: argparse.ArgumentParser) -> None:
     parser.description = (
         "Create new certificates and keys before the old ones expire. The old ones stay valid until then."
     )
+    parser.epilog = "examples:\n  hmrsim security renew keys\n  hmrsim security renew keys nurses --days 30"
     _add_keystore(parser)
     parser.add_argument("names", nargs="*", metavar="NAME", help="the enclaves to renew (default: all)")
     _add_days(parser)
@@ -136,6 +137,7 @@ def _configure_revoke(parser: argparse.ArgumentParser) -> None:
         "Revoke all rights of an enclave, for example when its key is lost. Restart running simulators and pages,\n"
         "which still use the old policy."
     )
+    parser.epilog = "examples:\n  hmrsim security revoke keys porters"
     _add_keystore(parser)
     parser.add_argument("name", metavar="NAME", help="the enclave")
     add_json(parser)

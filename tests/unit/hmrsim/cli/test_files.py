@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ import bt_controller.cli
 from hmrsim.cli import main, make_parser
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.store import Results
-from hmrsim.program.command_line import CommandParser
+from tests.parsers import parsers_of
 
 COMMANDS = [
     "hmrsim simulate {}",
@@ -259,17 +258,6 @@ def test_two_outputs_may_both_be_dev_null(said):
     assert (3, False) == (code, "name two files" in lines[0])
 
 
-def _files_of(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
-    if isinstance(parser, CommandParser):
-        parser.load()
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for command in action.choices.values():
-                yield from _files_of(command)
-        elif any(word in str(action.metavar) for word in ("FILE", "DIR", "OUT", "MCAP", "mcap")):
-            yield parser.prog, action.option_strings[-1] if action.option_strings else str(action.metavar)
-
-
 INPUTS = {
     "--allow-files",
     "--folder",
@@ -294,10 +282,13 @@ def test_each_output_is_tried():
     """
     lines = [*(line for line, _ in CASES), *TWICE]
     outputs = {
-        (command, option)
-        for parser in (make_parser(), bt_controller.cli.make_parser())
-        for command, option in _files_of(parser)
-        if option not in INPUTS and not command.startswith("hmrsim security ")
+        (parser.prog, option)
+        for program in (make_parser(), bt_controller.cli.make_parser())
+        for parser in parsers_of(program)
+        for action in parser._actions
+        if any(word in str(action.metavar) for word in ("FILE", "DIR", "OUT", "MCAP", "mcap"))
+        for option in [action.option_strings[-1] if action.option_strings else str(action.metavar)]
+        if option not in INPUTS and not parser.prog.startswith("hmrsim security ")
     }
 
     folders = {("hmrsim experiment run", "--output"), ("hmrsim check", "--output")}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 from functools import partial
@@ -12,6 +11,7 @@ import pytest
 import bt_controller.cli
 import hmrsim.cli
 from hmrsim.program.command_line import Later
+from tests.parsers import parsers_of
 
 HELP_OF_ALL = """
 import contextlib, io, sys
@@ -22,20 +22,6 @@ with contextlib.redirect_stdout(io.StringIO()):
             main([*command, "--help"])
 print(sorted({heavy} & {{*sys.modules}}))
 """
-
-
-def postponed(parser):
-    if hasattr(parser, "load"):
-        parser.load()
-    yield from parser._defaults.values()
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for command in action.choices.values():
-                yield from postponed(command)
-        elif isinstance(action.type, partial):
-            yield from action.type.args
-        else:
-            yield action.type
 
 
 @pytest.mark.parametrize(
@@ -62,7 +48,12 @@ def test_commands_for_a_running_simulator_import_no_simulation(module):
 
 @pytest.mark.parametrize("program", [hmrsim.cli, bt_controller.cli], ids=lambda module: module.__name__)
 def test_late_imports_exist(program):
-    later = [found for found in postponed(program.make_parser()) if isinstance(found, Later)]
+    values = []
+    for parser in parsers_of(program.make_parser()):
+        values += parser._defaults.values()
+        for action in parser._actions:
+            values += action.type.args if isinstance(action.type, partial) else [action.type]
+    later = [value for value in values if isinstance(value, Later)]
 
     assert len(later) > 1
     assert all(callable(found.loaded()) for found in later)
