@@ -70,8 +70,8 @@ def check_writable(option: str, path: Path) -> None:
         OutputError: The file can't be written.
         WriteError: The disk is full.
     """
-    is_new = not path.exists()
     try:
+        is_new = not path.exists()
         path.open("a").close()
         if is_new:
             path.unlink()

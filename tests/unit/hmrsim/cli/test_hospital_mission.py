@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
-
 import pytest
 
 from bt_controller.behaviours.robot_actions import GoTo
@@ -22,34 +20,6 @@ def test_missions_use_known_places(hospital):
 
     assert 13 == len(visited)
     assert visited <= {f"Go to {place}" for place in hospital.places}
-
-
-def test_every_robot_has_a_mission(hospital):
-    names = [mission(robot).name for robot in hospital.robots]
-
-    assert [f"Mission of {robot}" for robot in hospital.robots] == names
-
-
-def test_eight_robots_of_seven_types(hospital):
-    bases = [kind.base for kind in hospital.robot_types.values()]
-
-    assert (8, 7) == (len(hospital.robots), len({robot.type for robot in hospital.robots.values()}))
-    assert all(a != b for a, b in combinations(bases, 2))
-
-
-def test_the_fleet_has_fetchers_carriers_a_drone_and_a_cleaner(hospital):
-    kinds = {name: hospital.robot_type(robot) for name, robot in hospital.robots.items()}
-
-    assert ["wall_e", "eve", "burn_e", "nan_e", "d_fib"] == [
-        n for n, kind in kinds.items() if "claw" in kind.components
-    ]
-    assert ["d_fib"] == [name for name, kind in kinds.items() if kind.base.flies]
-    assert "m_o" == min(kinds, key=lambda name: kinds[name].base.speed)
-
-
-def test_each_robot_begins_at_its_own_charger(hospital):
-    assert [f"charger_{i}" for i in range(1, 9)] == [robot.at for robot in hospital.robots.values()]
-    assert all("battery" in hospital.robot_type(robot).components for robot in hospital.robots.values())
 
 
 def test_the_pharmacy_opens_for_robots_with_a_mission_there(hospital):
@@ -71,12 +41,6 @@ def test_a_route_leads_around_the_visitors(hospital):
     assert all(graph.plan(places["kitchen"], point, 1.0).legs for name, point in places.items() if name != "kitchen")
 
 
-def test_no_two_robots_have_the_same_mission(hospital):
-    errands = {tuple(node.name for node in mission(robot).children) for robot in hospital.robots}
-
-    assert len(hospital.robots) == len(errands)
-
-
 def test_fetched_items_can_be_carried(hospital):
     fetched = {
         node.name.removeprefix("Fetch "): hospital.robot_type(spec).components["claw"]["max_weight"]
@@ -95,6 +59,7 @@ def test_no_robot_has_a_script(hospital):
 
 
 def test_names_of_behaviors_differ(hospital):
+    """The demo tells behaviors of a robot apart by their names."""
     for robot in hospital.robots:
         names = [node.name for node in mission(robot).iterate()]
         assert len(set(names)) == len(names)

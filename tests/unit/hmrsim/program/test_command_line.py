@@ -10,6 +10,8 @@ import pytest
 from hmrsim.program.command_line import CommandParser, variable_of
 from hmrsim.program.log_options import LineFormatter, add_log_options, log_level, logging_to_stderr
 
+NEEDED = ["--names", "a"]
+
 
 @pytest.fixture
 def parser():
@@ -25,44 +27,25 @@ def parser():
     return made
 
 
-NEEDED = ["--names", "a"]
+@pytest.mark.parametrize(
+    ("variable", "text", "words", "value"),
+    [
+        ("REAL_TIME_FACTOR", "2.5", NEEDED, 2.5),
+        ("SEED", "many", [*NEEDED, "--seed", "3"], 3),
+        ("SEED", "many", [*NEEDED, "--seed=3"], 3),
+        ("SEED", "", NEEDED, 7),
+        ("CONNECT", "tcp/a:1, tcp/b:2,", NEEDED, ["tcp/a:1", "tcp/b:2"]),
+        ("CONNECT", "tcp/a:1", [*NEEDED, "--connect", "tcp/b:2"], ["tcp/b:2"]),
+        ("NAMES", "a,b", [], ["a", "b"]),
+    ],
+)
+def test_the_command_line_overrides_the_environment_which_overrides_the_default(
+    parser, monkeypatch, variable, text, words, value
+):
+    """A variable lists values with commas, and can set a required option; an empty one is ignored."""
+    monkeypatch.setenv(f"HMRSIM_{variable}", text)
 
-
-def test_a_variable_overrides_the_default(parser, monkeypatch):
-    monkeypatch.setenv("HMRSIM_REAL_TIME_FACTOR", "2.5")
-
-    assert 2.5 == parser.parse_args(NEEDED).real_time_factor
-
-
-@pytest.mark.parametrize("words", [["--seed", "3"], ["--seed=3"]], ids=" ".join)
-def test_the_command_line_overrides_the_environment(parser, monkeypatch, words):
-    monkeypatch.setenv("HMRSIM_SEED", "many")
-
-    assert 3 == parser.parse_args([*NEEDED, *words]).seed
-
-
-def test_an_empty_variable_leaves_the_default(parser, monkeypatch):
-    monkeypatch.setenv("HMRSIM_SEED", "")
-
-    assert 7 == parser.parse_args(NEEDED).seed
-
-
-def test_a_variable_lists_values_with_commas(parser, monkeypatch):
-    monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1, tcp/b:2,")
-
-    assert ["tcp/a:1", "tcp/b:2"] == parser.parse_args(NEEDED).connect
-
-
-def test_a_repeatable_option_replaces_the_variable(parser, monkeypatch):
-    monkeypatch.setenv("HMRSIM_CONNECT", "tcp/a:1")
-
-    assert ["tcp/b:2"] == parser.parse_args([*NEEDED, "--connect", "tcp/b:2"]).connect
-
-
-def test_a_variable_can_set_a_required_option(parser, monkeypatch):
-    monkeypatch.setenv("HMRSIM_NAMES", "a,b")
-
-    assert ["a", "b"] == parser.parse_args([]).names
+    assert value == getattr(parser.parse_args(words), variable.lower())
 
 
 @pytest.mark.parametrize(
