@@ -87,24 +87,8 @@ def time_schema() -> dict[str, Any]:
     return _together("Requests below _world/time", parts)
 
 
-def tree_schema() -> dict[str, Any]:
-    """Return the schema of the tree states that controllers publish."""
-    return {"$schema": _DIALECT, **TreeState.model_json_schema(mode="serialization")}
-
-
-def report_schema() -> dict[str, Any]:
-    """Return the schema of the output of ``hmrsim report --json``."""
-    return {"$schema": _DIALECT, **Report.model_json_schema(mode="serialization")}
-
-
-def report_sections_schema() -> dict[str, Any]:
-    """Return the schema of the same for a trace with several sections."""
-    return {"$schema": _DIALECT, **Sections.model_json_schema(mode="serialization")}
-
-
-def properties_schema() -> dict[str, Any]:
-    """Return the schema of files of properties, by the names that the files use."""
-    return {"$schema": _DIALECT, **Properties.model_json_schema(by_alias=True)}
+def _schema(model: type[BaseModel], **options: Any) -> dict[str, Any]:
+    return {"$schema": _DIALECT, **model.model_json_schema(**options)}
 
 
 def event_schema() -> dict[str, Any]:
@@ -137,10 +121,16 @@ def all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
     asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
-    shared = {"envelopes.schema.json": envelope_schema(), "time.schema.json": time_schema()}
-    shared |= {"tree.schema.json": tree_schema(), "report.schema.json": report_schema()}
-    shared |= {"report_sections.schema.json": report_sections_schema(), "properties.schema.json": properties_schema()}
-    shared |= {"events.schema.json": event_schema(), "settings.schema.json": {"$schema": _DIALECT, **settings_schema()}}
+    shared = {
+        "envelopes.schema.json": envelope_schema(),
+        "time.schema.json": time_schema(),
+        "tree.schema.json": _schema(TreeState, mode="serialization"),
+        "report.schema.json": _schema(Report, mode="serialization"),
+        "report_sections.schema.json": _schema(Sections, mode="serialization"),
+        "properties.schema.json": _schema(Properties, by_alias=True),
+        "events.schema.json": event_schema(),
+        "settings.schema.json": {"$schema": _DIALECT, **settings_schema()},
+    }
     return {"world.schema.json": world_schema(), **shared, **actions, **asked}
 
 

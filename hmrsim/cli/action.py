@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
     from hmrsim.actions import AnyAction
-    from hmrsim.cli.connection import Info
     from hmrsim.cli.names import ActionName
     from hmrsim.interfaces.message import Message
     from hmrsim.program.command_line import CommandParser
@@ -330,21 +329,14 @@ examples:
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
-    from hmrsim.cli.names import add_list_arguments
+    from hmrsim.cli.names import actions, add_list_arguments
 
     parser.epilog = """\
 examples:
   hmrsim action list
   hmrsim action list --show-types --connect tcp/10.0.0.7:7447
   hmrsim action list --json | jq -r '.[].name'"""
-    add_list_arguments(parser, _names)
-
-
-def _names(_args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
-    from hmrsim.cli.names import actions
-
-    for name in actions(info):
-        yield {"name": name.name, "type": name.ros_type, "robot": name.robot, "action": name.action}
+    add_list_arguments(parser, actions)
 
 
 def _configure_info(parser: argparse.ArgumentParser) -> None:

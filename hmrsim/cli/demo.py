@@ -102,7 +102,7 @@ def _demo(args: argparse.Namespace) -> int:
 
 def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[str]:
     """Check the options, and return the command line of the simulator."""
-    from hmrsim.cli.view import check_page, check_port
+    from hmrsim.cli.view import check_page
     from hmrsim.world.files import find
     from hmrsim.world.overlays.overlay import overlays_of
     from hmrsim.world_checks import load_world
@@ -110,7 +110,6 @@ def _run_arguments(args: argparse.Namespace, session: SessionOptions) -> list[st
     settings, changes = read_settings(args, DemoSettings), read_settings(args, WorldSettings)
     trace, record = read_settings(args, TraceSettings).trace, read_settings(args, RecordSettings).record
     view = read_settings(args, ViewSettings).view
-    check_port(view)
     check_page(view, session)
     check_outputs([("--trace", trace), ("--record", record)], [find(_WORLD)] if trace or record else ())
     if trace is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from hmrsim.actions import registry
 from hmrsim.cli.connection import Info, connected
@@ -31,6 +31,12 @@ class ActionName:
     name: str
     robot: str
     action: str
+    hidden: ClassVar[bool] = False
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The name in the JSON of lists."""
+        return {"name": self.name, "type": self.ros_type, "robot": self.robot, "action": self.action}
 
     @property
     def ros_type(self) -> str:
@@ -122,6 +128,11 @@ class Service:
     ros_type: str
     hidden: bool = False
 
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The service in the JSON of lists."""
+        return {"name": self.name, "type": self.ros_type, "hidden": self.hidden}
+
 
 def services(info: Info) -> Iterator[Service]:
     """Yield all services: the world's, then those of actions under all their names."""
@@ -181,6 +192,11 @@ class Topic:
         """True if the topic belongs to an action; ROS 2 lists such topics only on request."""
         return "/_action/" in self.name
 
+    @property
+    def entry(self) -> dict[str, Any]:
+        """The topic in the JSON of lists."""
+        return {"name": self.name, "type": self.ros_type, "latched": self.latched, "hidden": self.hidden}
+
     def key(self, keys: Keys) -> str:
         """Return the Zenoh key."""
         return f"{keys.prefix}{self.name}"
@@ -229,25 +245,31 @@ def find_topic(info: Info, name: str) -> Topic:
 
 
 def add_list_arguments(
-    parser: argparse.ArgumentParser, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]
+    parser: argparse.ArgumentParser,
+    names: Callable[[Info], Iterable[ActionName | Service | Topic]],
+    *,
+    of_actions: str = "",
 ) -> None:
     """Add the arguments of a command that lists names, one per line or with their ROS types.
 
     Args:
         parser: The parser of the command.
-        find: Returns the entries for ``--json`` of a running simulator, with at least ``name`` and ``type``.
+        names: Returns the names of a running simulator.
+        of_actions: What actions have that is listed only on request, in the plural; empty for nothing.
     """
+    parser.set_defaults(hidden=False)
+    if of_actions:
+        help_text = f"list the {of_actions} of actions, too"
+        parser.add_argument("-a", f"--include-hidden-{of_actions}", dest="hidden", action="store_true", help=help_text)
     parser.add_argument("-t", "--show-types", action="store_true", help="show the ROS type after each name")
     add_json(parser, "print one JSON list")
-    parser.set_defaults(function=lambda args: _print_names(args, find))
+    parser.set_defaults(function=lambda args: _print_names(args, names))
     add_connection_options(parser)
 
 
-def _print_names(
-    args: argparse.Namespace, find: Callable[[argparse.Namespace, Info], Iterable[Mapping[str, Any]]]
-) -> int:
+def _print_names(args: argparse.Namespace, names: Callable[[Info], Iterable[ActionName | Service | Topic]]) -> int:
     with connected(args) as (_, info):
-        entries = [dict(entry) for entry in find(args, info)]
-    names = (f"{entry['name']} [{entry['type']}]" if args.show_types else entry["name"] for entry in entries)
-    show_result(entries, names, as_json=args.json)
+        listed = [name for name in names(info) if args.hidden or not name.hidden]
+    lines = (f"{name.name} [{name.ros_type}]" if args.show_types else name.name for name in listed)
+    show_result([name.entry for name in listed], lines, as_json=args.json)
     return ExitCode.DONE

@@ -19,7 +19,8 @@ from hmrsim.errors import (
     TraceError,
     printable,
 )
-from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS
+from hmrsim.settings.arguments import reader
+from hmrsim.settings.option import MAX_COUNT, MAX_SECONDS, Option
 from hmrsim_zenoh.errors import (
     BadOptions,
     ConnectionDenied,
@@ -148,21 +149,6 @@ def ros_domain_of_environment() -> int:
         raise BadOptions(f"{ROS_DOMAIN_ID}: {error}; correct it, or give --ros-domain-id") from None
 
 
-def positive(text: str) -> float:
-    """Return a finite number greater than 0, such as a duration in seconds."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{shortened(text)!r} is not a finite number")
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"{text} is not greater than 0")
-    if value > MAX_SECONDS:
-        raise argparse.ArgumentTypeError(f"{shortened(text)} is greater than {MAX_SECONDS:g}")
-    return value
-
-
 def number_in(low: float, high: float, expected: str) -> Callable[[str], float]:
     """Return a reader of numbers greater than *low* and at most *high*; its error names what was *expected*."""
 
@@ -188,6 +174,9 @@ def whole_in(low: int, high: int, expected: str) -> Callable[[str], int]:
 
     return read
 
+
+positive: Final = reader(float, Option("", more_than=0, at_most=MAX_SECONDS))
+"""Reads a finite number greater than 0, such as a duration in seconds."""
 
 count: Final = whole_in(1, MAX_COUNT, f"a whole number greater than 0, up to {MAX_COUNT}")
 """Reads a whole number greater than 0."""

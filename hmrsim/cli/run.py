@@ -111,7 +111,7 @@ class _Resolved:
 def _run(args: argparse.Namespace) -> int:
     from hmrsim import plugins
     from hmrsim.cli.replay import TraceFile
-    from hmrsim.cli.view import check_page, check_port, viewed
+    from hmrsim.cli.view import check_page, viewed
     from hmrsim.cli.worlds import read_world, show_warnings
     from hmrsim.program.memory import Heap
     from hmrsim.world_checks.obstructions import check_obstructions
@@ -120,7 +120,6 @@ def _run(args: argparse.Namespace) -> int:
 
     settings = _Resolved(args)
     run, wires = settings.run, ros2_wires(settings.ros2)
-    check_port(settings.view)
     check_page(settings.view, settings.session)
     obstructions: list[Finding] = []
 

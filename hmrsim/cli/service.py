@@ -7,8 +7,8 @@ import json
 import queue
 import re
 import threading
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Final
 
 from hmrsim.cli.connection import OPERATOR, connected, received
 from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options, add_json
@@ -51,17 +51,14 @@ examples:
 
 
 def _configure_list(parser: argparse.ArgumentParser) -> None:
-    from hmrsim.cli.names import add_list_arguments
+    from hmrsim.cli.names import add_list_arguments, services
 
     parser.epilog = """\
 examples:
   hmrsim service list
   hmrsim service list --show-types --include-hidden-services
   hmrsim service list --json | jq -r '.[].name'"""
-    parser.add_argument(
-        "-a", "--include-hidden-services", action="store_true", help="list the services of actions, too"
-    )
-    add_list_arguments(parser, _names)
+    add_list_arguments(parser, services, of_actions="services")
 
 
 def _configure_call(parser: argparse.ArgumentParser) -> None:
@@ -95,14 +92,6 @@ examples:
     parser.add_argument("name", metavar="NAME", help="such as /_world/info")
     parser.set_defaults(function=_type)
     add_connection_options(parser)
-
-
-def _names(args: argparse.Namespace, info: Info) -> Iterator[dict[str, Any]]:
-    from hmrsim.cli.names import services
-
-    for service in services(info):
-        if args.include_hidden_services or not service.hidden:
-            yield {"name": service.name, "type": service.ros_type, "hidden": service.hidden}
 
 
 def _type(args: argparse.Namespace) -> int:

@@ -62,11 +62,7 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
 examples:
   hmrsim topic list
   hmrsim topic list --json | jq -r '.[] | select(.latched).name'"""
-    parser.add_argument("-a", "--include-hidden-topics", action="store_true", help="list the topics of actions, too")
-    add_list_arguments(
-        parser,
-        lambda args, info: (_entry(topic) for topic in topics(info) if args.include_hidden_topics or not topic.hidden),
-    )
+    add_list_arguments(parser, topics, of_actions="topics")
 
 
 def _configure_echo(parser: argparse.ArgumentParser) -> None:
@@ -129,17 +125,13 @@ def _add_name(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="such as /mocha/odom")
 
 
-def _entry(topic: Topic) -> dict[str, Any]:
-    return {"name": topic.name, "type": topic.ros_type, "latched": topic.latched, "hidden": topic.hidden}
-
-
 def _info(args: argparse.Namespace) -> int:
     topic = _find(args)
     lines = (
         f"Topic: {topic.name}\nType: {topic.ros_type}\nPublisher count: 1",
         f"Latched: {'yes, the latest message is there at once' if topic.latched else 'no'}",
     )
-    show_result(_entry(topic), lines, as_json=args.json)
+    show_result(topic.entry, lines, as_json=args.json)
     return ExitCode.DONE
 
 

@@ -132,32 +132,27 @@ def _simulator(options: SessionOptions, enclave: Enclave | None, stack: ExitStac
 
 
 def check_page(view: int | None, options: SessionOptions) -> None:
-    """Check that a page can be served with the session options of a simulator, unless *view* is None.
+    """Check that a page can be served on port *view* with a simulator's session options, unless the port is None.
+
+    Call it before anything is started or overwritten.
 
     Raises:
-        BadOptions: The page has no enclave.
+        BadOptions: The port is not available, or the page has no enclave.
     """
     from hmrsim_zenoh.wire.enclave import SIMULATOR, find_enclave
 
-    if view is not None and options.secure and find_enclave(options.secure, "viewer").member.role == SIMULATOR:
+    if view is None:
+        return
+    try:
+        socket.create_server((DEFAULT_HOST, view)).close()
+    except OSError as error:
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({reason_of(error)})"
+        raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
+    if options.secure and find_enclave(options.secure, "viewer").member.role == SIMULATOR:
         raise BadOptions(
             f"--view: {str(options.secure)!r} is the simulator's enclave; the page needs a viewer's: name the keystore "
             "with --secure, or run `hmrsim view --secure` with another enclave"
         )
-
-
-def check_port(view: int | None) -> None:
-    """Check that a page can be served on port *view*, unless it is None, before anything is started or overwritten.
-
-    Raises:
-        BadOptions: The port is not available.
-    """
-    try:
-        if view is not None:
-            socket.create_server((DEFAULT_HOST, view)).close()
-    except OSError as error:
-        why = "is taken" if error.errno == errno.EADDRINUSE else f"is not available ({reason_of(error)})"
-        raise BadOptions(f"--view: {DEFAULT_HOST}:{view} {why}; name another with --view, 0 for a free one") from None
 
 
 def _url(server: Child, lines: queue.SimpleQueue[str | None]) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from hmrsim.diagnostics import shortened
 from hmrsim.settings.option import settings_of
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def _argument(setting: Setting) -> dict[str, Any]:
         common["action"] = "append"
     if kind.choices:
         return {**common, "choices": kind.choices, "type": kind.type}
-    return {**common, "type": _reader(kind.type, option)}
+    return {**common, "type": reader(kind.type, option)}
 
 
 def help_of(setting: Setting) -> str:
@@ -93,20 +94,21 @@ def default_text(setting: Setting) -> str:
 def reader_of(model: type, name: str) -> Callable[[str], Any]:
     """Return the function that reads the text of a setting, for an option of another name."""
     setting = settings_of(model)[name]
-    return _reader(setting.kind.type, setting.option)
+    return reader(setting.kind.type, setting.option)
 
 
-def _reader(kind: type, option: Option) -> Callable[[str], Any]:
+def reader(kind: type, option: Option) -> Callable[[str], Any]:
+    """Return the function that reads the text of a value within the bounds of an option."""
     read = option.read or _READERS.get(kind, kind)
 
-    def reader(text: str) -> Any:
+    def checked(text: str) -> Any:
         try:
             value = read(text)
             return option.checked(value, text if isinstance(value, (int, float)) else "")
         except ValueError as error:
             raise argparse.ArgumentTypeError(str(error)) from None
 
-    return reader
+    return checked
 
 
 def _number(text: str) -> float:
@@ -115,7 +117,7 @@ def _number(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise ValueError(f"{text!r} is not a finite number")
+        raise ValueError(f"{shortened(text)!r} is not a finite number")
     return value
 
 

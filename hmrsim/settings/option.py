@@ -93,7 +93,7 @@ class Option:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             if value == FOR_EVER and self.for_ever is not None:
                 return self.for_ever
-            self._check_bounds(value, text or f"{value:g}")
+            self._check_bounds(value, shortened(text) or f"{value:g}")
         return value if self.check is None else self.check(value)
 
     def _check_bounds(self, value: float, shown: str) -> None:
