@@ -20,7 +20,7 @@ from hmrsim.cli.options import ExitCode, add_json, add_world_argument, ros_domai
 from hmrsim.cli.output import show_result, warn
 from hmrsim.errors import HmrsimError, printable
 from hmrsim.program.files import check_outputs
-from hmrsim.program.log_options import ServerLogOptions
+from hmrsim.program.log_options import ServerLogOptions, log_level
 from hmrsim.program.signals import on_signals
 from hmrsim.protocol.time import REALTIME
 from hmrsim.settings.arguments import add_settings, read_settings
@@ -105,7 +105,7 @@ class _Resolved:
         self.record = read(RecordSettings).record
         self.monitor = read(MonitorSettings).monitor
         self.view = read(ViewSettings).view
-        self.log_level = read(ServerLogOptions).number
+        self.log_level = log_level(read(ServerLogOptions))
 
 
 def _run(args: argparse.Namespace) -> int:

@@ -30,11 +30,6 @@ class LogOptions:
 
     log_level: _Level = "warning"
 
-    @property
-    def number(self) -> int:
-        """The level as a number of :mod:`logging`."""
-        return logging.getLevelNamesMapping()[self.log_level.upper()]
-
 
 @dataclass(frozen=True)
 class ServerLogOptions(LogOptions):
@@ -48,8 +43,8 @@ def add_log_options(parser: argparse.ArgumentParser, *, default: str = "warning"
     add_settings(parser, LogOptions, defaults={"log_level": default})
 
 
-def log_level(args: argparse.Namespace) -> int:
-    """Return the level of a command line as a number of :mod:`logging`."""
+def log_level(args: argparse.Namespace | LogOptions) -> int:
+    """Return the level of a command as a number of :mod:`logging`."""
     return logging.getLevelNamesMapping()[args.log_level.upper()]
 
 

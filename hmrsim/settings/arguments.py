@@ -24,7 +24,7 @@ def add_settings(
     only: Collection[str] | None = None,
     defaults: Mapping[str, Any] | None = None,
 ) -> None:
-    """Add an option for each setting of a model; `given` and `read_settings` read them.
+    """Add an option for each setting of a model; `read_settings` reads them.
 
     *only* are the names of the settings that the command has, None for all; *defaults* override the model's, and are
     always in the result.
@@ -43,26 +43,20 @@ def add_settings(
             groups[title].add_argument(setting.flag, **_argument(setting))
 
 
-def given(args: argparse.Namespace, model: type) -> dict[str, Any]:
-    """Return the settings of a model that the command line and the environment set, by name."""
-    found = {name: getattr(args, name) for name in settings_of(model) if name in args}
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in found.items()}
-
-
 def read_settings(args: argparse.Namespace, model: type[M], below: Mapping[str, Any] | None = None) -> M:
     """Return the settings that the command line and the environment set, with defaults for others.
 
     *below* are settings, of this and other models, that override the defaults.
     """
-    settings = settings_of(model)  # type: ignore[arg-type]  # a type is hashable
-    known = {name: value for name, value in (below or {}).items() if name in settings}
-    return model(**{**known, **given(args, model)})
+    given = {**(below or {}), **vars(args)}
+    known = {name: given[name] for name in settings_of(model) if name in given}  # type: ignore[arg-type]  # a type is hashable
+    return model(**{name: tuple(value) if isinstance(value, list) else value for name, value in known.items()})
 
 
 def _argument(setting: Setting) -> dict[str, Any]:
     """Return the parameters of `add_argument` for a setting; without a default, so that only given options are set."""
     option, kind = setting.option, setting.kind
-    common: dict[str, Any] = {"default": argparse.SUPPRESS, "help": help_of(setting)}
+    common: dict[str, Any] = {"default": argparse.SUPPRESS, "help": _help_of(setting)}
     if kind.type is bool:
         return {**common, "action": "store_true"}
     if option.metavar is not None:
@@ -76,8 +70,7 @@ def _argument(setting: Setting) -> dict[str, Any]:
     return {**common, "type": reader(kind.type, option)}
 
 
-def help_of(setting: Setting) -> str:
-    """Return the line of ``--help`` of a setting."""
+def _help_of(setting: Setting) -> str:
     option = setting.option
     default = default_text(setting) if option.default_text is None else option.default_text
     return f"{option.help}{f' (default: {default})' if default else ''}".replace("%", "%%")

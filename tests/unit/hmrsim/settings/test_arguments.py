@@ -8,7 +8,7 @@ import pytest
 
 from hmrsim.cli import main
 from hmrsim.program.command_line import CommandParser
-from hmrsim.settings.arguments import add_settings, given, read_settings
+from hmrsim.settings.arguments import add_settings, read_settings
 from hmrsim.settings.run import RunSettings
 from tools.settings import strangers
 
@@ -33,13 +33,6 @@ def test_sources_have_a_precedence(read, monkeypatch):
     settings = read("--seed", "1", below={"seed": 3, "step_size": 0.3, "duration": 30.0})
 
     assert (1, 0.2, 30.0, 1.0) == (settings.seed, settings.step_size, settings.duration, settings.real_time_factor)
-
-
-def test_only_given_settings_are_returned():
-    parser = CommandParser()
-    add_settings(parser, RunSettings)
-
-    assert {"seed": 0} == given(parser.parse_args(["--seed", "0"]), RunSettings)
 
 
 @pytest.mark.parametrize(
