@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+from hmrsim.cli import main
 from tests import processes
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
@@ -25,3 +26,14 @@ def endpoint():
     with processes.start("hmrsim", *words, stderr=subprocess.DEVNULL) as process:
         yield process.stdout.readline().split()[1]
         process.kill()
+
+
+@pytest.fixture
+def run(endpoint, capsys):
+    """Return the function that runs a command at the simulator and returns exit code, output and errors."""
+
+    def run(*words):
+        code = main([*words, "--connect", endpoint])
+        return code, *capsys.readouterr()
+
+    return run

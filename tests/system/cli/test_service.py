@@ -21,32 +21,23 @@ NO_TEXT = "request: goal_id: expected a string (quote it if it looks like a numb
 
 
 @pytest.fixture
-def call(endpoint, capsys):
+def call(run):
     """Return the function that calls a service and returns exit code, output and errors."""
-
-    def run(*words):
-        code = main(["service", "call", *words, "--connect", endpoint])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
+    return lambda *words: run("service", "call", *words)
 
 
-def test_services_are_listed_without_those_of_actions(endpoint, capsys):
-    code = main(["service", "list", "-t", "--connect", endpoint])
+def test_services_are_listed_without_those_of_actions(run):
+    code, out, _ = run("service", "list", "-t")
 
-    lines = capsys.readouterr().out.splitlines()
     assert 0 == code
-    assert "/_world/info [hmrsim/WorldInfo]" in lines
-    assert not any("/_action/" in line for line in lines)
+    assert "/_world/info [hmrsim/WorldInfo]" in out.splitlines()
+    assert "/_action/" not in out
 
 
-def test_hidden_services_are_marked_in_json(endpoint, capsys):
-    main(["service", "list", "--include-hidden-services", "--json", "--connect", endpoint])
+def test_hidden_services_are_marked_in_json(run):
+    entry = {"name": SEND_GOAL, "type": "nav2_msgs/action/Wait_SendGoal", "hidden": True}
 
-    assert {"name": SEND_GOAL, "type": "nav2_msgs/action/Wait_SendGoal", "hidden": True} in json.loads(
-        capsys.readouterr().out
-    )
+    assert entry in json.loads(run("service", "list", "--include-hidden-services", "--json")[1])
 
 
 def test_an_answer_as_yaml(call):

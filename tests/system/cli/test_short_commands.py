@@ -10,19 +10,6 @@ import pytest
 from hmrsim.cli import main
 
 
-@pytest.fixture
-def run(endpoint, capsys):
-    """Return the function that runs a command and returns exit code, output and errors."""
-
-    def run(*words):
-        """Return the function that runs a command and returns exit code, output and errors."""
-        code = main([*words, "--connect", endpoint])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
-
-
 def test_robots_are_listed_with_place_and_state(run):
     code, out, _ = run("robot", "list")
 

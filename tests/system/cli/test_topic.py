@@ -11,54 +11,43 @@ from hmrsim.cli import connection, main, topic
 from hmrsim_zenoh.wire.session import SessionOptions, open_client
 
 
-def test_topics_are_listed_with_those_of_the_world_last(endpoint, capsys):
-    code = main(["topic", "list", "--show-types", "--connect", endpoint])
+def test_topics_are_listed_with_those_of_the_world_last(run):
+    code, out, _ = run("topic", "list", "--show-types")
 
-    lines = capsys.readouterr().out.splitlines()
-    assert 0 == code
-    assert "/wall_e/odom [nav_msgs/msg/Odometry]" == lines[0]
-    assert "/_world/clock [rosgraph_msgs/msg/Clock]" in lines
+    assert (0, "/wall_e/odom [nav_msgs/msg/Odometry]") == (code, out.splitlines()[0])
+    assert "/_world/clock [rosgraph_msgs/msg/Clock]" in out.splitlines()
 
 
-def test_json_marks_latched_topics(endpoint, capsys):
-    main(["topic", "list", "--json", "--connect", endpoint])
+def test_json_marks_latched_topics(run):
+    latched = {one["name"]: one["latched"] for one in json.loads(run("topic", "list", "--json")[1])}
 
-    latched = {one["name"]: one["latched"] for one in json.loads(capsys.readouterr().out)}
     assert (True, False) == (latched["/_world/info"], latched["/_world/events"])
 
 
-def test_echo_prints_the_latest_message_of_a_latched_topic_at_once(endpoint, capsys):
-    code = main(["topic", "echo", "/wall_e/wait/_action/status", "--once", "--connect", endpoint])
-
-    assert 0 == code
-    assert "status_list: []\n---\n" == capsys.readouterr().out
+def test_echo_prints_the_latest_message_of_a_latched_topic_at_once(run):
+    assert (0, "status_list: []\n---\n") == run("topic", "echo", "/wall_e/wait/_action/status", "--once")[:2]
 
 
-def test_echo_prints_one_field(endpoint, capsys):
-    for words in ([], ["--json"]):
-        main(["topic", "echo", "/wall_e/odom", "--once", "--field", "header.frame_id", "--connect", endpoint, *words])
+def test_echo_prints_one_field(run):
+    words = ("topic", "echo", "/wall_e/odom", "--once", "--field", "header.frame_id")
 
-    assert 'map\n---\n"map"\n' == capsys.readouterr().out
+    assert ["map\n---\n", '"map"\n'] == [run(*words)[1], run(*words, "--json")[1]]
 
 
-def test_echo_prints_the_current_tree_of_a_controller(endpoint, capsys):
+def test_echo_prints_the_current_tree_of_a_controller(endpoint, run):
     key = "hmrsim/wall_e/_tree"
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         session.declare_queryable(key, lambda query: query.reply(key, '{"status": "RUNNING"}'))
-        code = main(["topic", "echo", "/wall_e/_tree", "--once", "--connect", endpoint])
 
-    assert 0 == code
-    assert "status: RUNNING\n---\n" == capsys.readouterr().out
+        assert (0, "status: RUNNING\n---\n") == run("topic", "echo", "/wall_e/_tree", "--once")[:2]
 
 
-def test_echo_shows_a_controller_that_starts_later(endpoint, capsys):
+def test_echo_shows_a_controller_that_starts_later(endpoint, run):
     with open_client(SessionOptions(connect=(endpoint,))) as session:
         publisher = session.declare_publisher("hmrsim/wall_e/_tree")
         publisher.declare_matching_listener(lambda _status: publisher.put('{"status": "RUNNING"}'))
-        code = main(["topic", "echo", "/wall_e/_tree", "--once", "--connect", endpoint])
 
-    assert 0 == code
-    assert "status: RUNNING\n---\n" == capsys.readouterr().out
+        assert (0, "status: RUNNING\n---\n") == run("topic", "echo", "/wall_e/_tree", "--once")[:2]
 
 
 @pytest.mark.parametrize("command", ["echo", "hz"])

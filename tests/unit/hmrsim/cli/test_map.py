@@ -6,8 +6,6 @@ import json
 
 import pytest
 
-from hmrsim.cli import main
-
 BROKEN = """\
 waypoints: {a: [0, 0], b: [1, 0]}
 lanes: [[a, b], [a, c]]
@@ -22,21 +20,17 @@ def broken(tmp_path):
     return path
 
 
-def test_a_valid_world_exits_with_0(capsys):
-    code = main(["map", "validate", "hospital"])
-
-    assert 0 == code
-    assert capsys.readouterr().out.endswith("0 errors, 0 warnings\n")
+def test_a_valid_world_exits_with_0(hmrsim):
+    assert (0, "0 errors, 0 warnings\n") == hmrsim("map validate scenario1")[:2]
 
 
-def test_every_error_is_listed_with_file_and_line(broken, capsys):
-    code = main(["map", "validate", str(broken)])
+def test_every_error_is_listed_with_file_and_line(broken, hmrsim):
+    code, out, _ = hmrsim("map validate", broken)
 
-    lines = capsys.readouterr().out.splitlines()
-    assert 1 == code
-    assert lines[0].startswith(f"{broken}:2: lanes.1.to: ")
-    assert lines[1].startswith(f"{broken}:3: robots.wall_e.at: ")
-    assert "2 errors, 0 warnings" == lines[2]
+    first, second, total = out.splitlines()
+    assert (1, "2 errors, 0 warnings") == (code, total)
+    assert first.startswith(f"{broken}:2: lanes.1.to: ")
+    assert second.startswith(f"{broken}:3: robots.wall_e.at: ")
 
 
 POINTS = (
@@ -56,55 +50,42 @@ POINTS = (
     ],
     ids=["bodies", "points"],
 )
-def test_the_default_policy_is_named_with_its_reason(robots, line, tmp_path, capsys):
+def test_the_default_policy_is_named_with_its_reason(robots, line, tmp_path, hmrsim):
     path = tmp_path / "pair.yaml"
     path.write_text(f"waypoints: {{a: [0, 0], b: [9, 0]}}\nlanes: [[a, b]]\nrobots: {robots}\n")
-    code = main(["map", "validate", str(path)])
 
-    assert 0 == code
-    assert [line, "0 errors, 0 warnings"] == capsys.readouterr().out.splitlines()
+    assert (0, f"{line}\n0 errors, 0 warnings\n", "") == hmrsim("map validate", path)
 
 
-def test_no_policy_is_named_for_a_single_robot(capsys):
-    main(["map", "validate", "scenario1"])
+def test_json_lists_the_errors(broken, hmrsim):
+    code, out, _ = hmrsim("map validate --json", broken)
 
-    assert "traffic policy" not in capsys.readouterr().out
-
-
-def test_json_lists_the_errors(broken, capsys):
-    code = main(["map", "validate", str(broken), "--json"])
-
-    problems = json.loads(capsys.readouterr().out)
-    assert 1 == code
-    assert [(2, "lanes.1.to", "error"), (3, "robots.wall_e.at", "error")] == [
-        (one["line"], one["path"], one["severity"]) for one in problems
-    ]
+    problems = [(one["line"], one["path"], one["severity"]) for one in json.loads(out)]
+    assert (1, [(2, "lanes.1.to", "error"), (3, "robots.wall_e.at", "error")]) == (code, problems)
 
 
-def test_warnings_have_their_place(tmp_path, capsys):
+def test_warnings_have_their_place(tmp_path, hmrsim):
     path = tmp_path / "odd.yaml"
     path.write_text("waypoints: {a: [0, 0], b: [1, 0], c: [2, 0]}\nlanes: [[a, b]]\n")
 
-    code = main(["map", "validate", str(path)])
+    code, out, _ = hmrsim("map validate", path)
 
-    lines = capsys.readouterr().out.splitlines()
-    assert 0 == code
+    lines = out.splitlines()
+    assert (0, "0 errors, 1 warning") == (code, lines[-1])
     assert lines[0].startswith(f"{path}:1: warning: waypoints.c: ")
-    assert "0 errors, 1 warning" == lines[-1]
 
 
 @pytest.mark.parametrize(
     "content", [None, "", "{", "just words", "\xff"], ids=["missing", "empty", "cut", "text", "bytes"]
 )
-def test_an_unreadable_file_exits_with_2(content, tmp_path, capsys):
+def test_an_unreadable_file_exits_with_2(content, tmp_path, hmrsim):
     path = tmp_path / "world.yaml"
     if content is not None:
         path.write_bytes(content.encode("latin-1"))
 
-    code = main(["map", "validate", str(path)])
+    code, out, _ = hmrsim("map validate", path)
 
-    assert 2 == code
-    assert capsys.readouterr().out.startswith(str(path))
+    assert (2, True) == (code, out.startswith(str(path)))
 
 
 @pytest.mark.parametrize(
@@ -118,14 +99,14 @@ def test_an_unreadable_file_exits_with_2(content, tmp_path, capsys):
         (("hospital", "--rename", "x"), 2, "--rename x: expected "),
     ],
 )
-def test_invalid_names_and_options_are_errors(words, code, message, capsys):
-    assert code == main(["map", "validate", *words])
-    assert message in capsys.readouterr().out
+def test_invalid_names_and_options_are_errors(words, code, message, hmrsim):
+    found, out, _ = hmrsim("map validate", *words)
+
+    assert (code, True) == (found, message in out)
 
 
-def test_run_rejects_a_broken_world(broken, capsys):
-    code = main(["run", str(broken)])
+def test_run_rejects_a_broken_world(broken, hmrsim):
+    code, out, err = hmrsim("run", broken)
 
-    captured = capsys.readouterr()
-    assert (2, "") == (code, captured.out)
-    assert captured.err.startswith(f"{broken}:2: lanes.1.to: ")
+    assert (2, "") == (code, out)
+    assert err.startswith(f"{broken}:2: lanes.1.to: ")

@@ -6,8 +6,6 @@ import json
 
 import pytest
 
-from hmrsim.cli import main
-
 WORLD = """\
 bounds: [-5, -5, 20, 10]
 waypoints: {home: [0, 0], corner: [4, 0], shelf: [4, 3], far: [15, 9]}
@@ -29,10 +27,10 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def plan(path, capsys):
+def plan(path, hmrsim):
     def run(*words):
-        code = main(["map", "plan", path, *words, "--json"])
-        return code, json.loads(capsys.readouterr().out)
+        code, out, _ = hmrsim("map plan", path, *words, "--json")
+        return code, json.loads(out)
 
     return run
 
@@ -73,52 +71,42 @@ def test_points_have_names_or_coordinates(plan, words, length):
     assert (0, length) == (code, trip["length"])
 
 
-def test_text_has_a_line_for_each_leg_and_the_total(path, capsys):
-    main(["map", "plan", path, "home", "shelf"])
-
+def test_text_has_a_line_for_each_leg_and_the_total(path, hmrsim):
     assert [
         "home (0, 0)                start",
         "corner (4, 0)  4 m  4.0 s",
         "shelf (4, 3)   3 m  6.0 s  at most 0.5 m/s",
         "7 m in 10.0 s at up to 1 m/s",
-    ] == capsys.readouterr().out.splitlines()
-
-
-@pytest.mark.parametrize(("goal", "code"), [("far", 208), ("30,0", 204), ("6.5,5.5", 206)])
-def test_no_route_exits_with_1(path, capsys, goal, code):
-    assert 1 == main(["map", "plan", path, "home", goal])
-
-    assert capsys.readouterr().err.endswith(f"(error_code {code})\n")
+    ] == hmrsim("map plan", path, "home", "shelf")[1].splitlines()
 
 
 @pytest.mark.parametrize(
-    ("start", "error"),
+    ("ends", "code", "error"),
     [
-        ("30,0", "start (30, 0) is outside the map, which spans (-5, -5) to (20, 10) (error_code 203)"),
-        ("-1e308,0", "start (-1e+308, 0) is outside any map: coordinates end at 1e+07 (error_code 203)"),
-        ("6.5,5.5", "start (6.5, 5.5) is inside an obstacle (error_code 205)"),
+        (("home", "far"), 1, "(error_code 208)"),
+        (("home", "30,0"), 1, "(error_code 204)"),
+        (("home", "6.5,5.5"), 1, "(error_code 206)"),
+        (("30,0", "home"), 1, "start (30, 0) is outside the map, which spans (-5, -5) to (20, 10) (error_code 203)"),
+        (("-1e308,0", "home"), 1, "start (-1e+308, 0) is outside any map: coordinates end at 1e+07 (error_code 203)"),
+        (("6.5,5.5", "home"), 1, "start (6.5, 5.5) is inside an obstacle (error_code 205)"),
+        (("1e400,1", "home"), 2, "'1e400,1' is not a point; expected X,Y of finite numbers, such as 1.5,-2"),
+        (("home", "1,-1e400"), 2, "'1,-1e400' is not a point; expected X,Y of finite numbers, such as 1.5,-2"),
+        (("nan,1", "home"), 2, "'nan,1' is not a point; expected X,Y of finite numbers, such as 1.5,-2"),
+        (("home", "Infinity,1"), 2, "'Infinity,1' is not a point; expected X,Y of finite numbers, such as 1.5,-2"),
     ],
 )
-def test_an_impossible_start_exits_with_1(path, capsys, start, error):
-    assert 1 == main(["map", "plan", path, start, start])
+def test_impossible_ends_exit_with_1_and_infinite_ones_with_2(path, hmrsim, ends, code, error):
+    found, out, err = hmrsim("map plan", path, *ends)
 
-    assert f"hmrsim: {error}\n" == capsys.readouterr().err
-
-
-@pytest.mark.parametrize("ends", [("1e400,1", "home"), ("home", "1,-1e400"), ("nan,1", "home"), ("home", "Infinity,1")])
-def test_an_infinite_coordinate_exits_with_2(path, capsys, ends):
-    assert 2 == main(["map", "plan", path, *ends])
-
-    assert capsys.readouterr().err.endswith(" is not a point; expected X,Y of finite numbers, such as 1.5,-2\n")
+    assert (code, "", True) == (found, out, err.endswith(f"{error}\n"))
 
 
-def test_each_unknown_name_is_a_line(path, capsys):
-    code = main(["map", "plan", path, "hom", "shel", "--for", "ev"])
+def test_each_unknown_name_is_a_line(path, hmrsim):
+    code, out, err = hmrsim("map plan", path, "hom", "shel", "--for", "ev")
 
-    captured = capsys.readouterr()
-    assert (1, "") == (code, captured.out)
-    assert (
-        "hmrsim: no point, place or thing 'hom'; did you mean 'home'?\n"
-        "hmrsim: no point, place or thing 'shel'; did you mean 'shelf'?\n"
-        "hmrsim: no robot 'ev'; did you mean 'eve'?\n"
-    ) == captured.err
+    assert (1, "") == (code, out)
+    assert [
+        "hmrsim: no point, place or thing 'hom'; did you mean 'home'?",
+        "hmrsim: no point, place or thing 'shel'; did you mean 'shelf'?",
+        "hmrsim: no robot 'ev'; did you mean 'eve'?",
+    ] == err.splitlines()
