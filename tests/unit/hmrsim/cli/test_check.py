@@ -138,20 +138,6 @@ def test_missions_that_give_up_are_counted_but_no_failures(capsys):
     assert re.search(r"gave up in \d+ of \d+ schedules with transient faults only, first: the ", out)
 
 
-def test_a_controller_that_fails_before_its_first_goal_is_an_error(folder, capsys):
-    assert check("world.yaml", "--python", "porters.py:broken", *SERIAL) == 2
-    reported = "controller: without any fault the run ends as crashed at 0.0 s, before a goal is sent"
-    assert reported in capsys.readouterr().err
-    assert not (folder / "porters_check").exists()
-
-
-@pytest.mark.usefixtures("folder")
-def test_a_run_that_takes_longer_than_the_budget_is_an_error(capsys):
-    """The run is not reported as hung, since the search did not wait that long."""
-    assert check("world.yaml", "--python", "porters.py:sleepy", "--budget", "0.01s", *SERIAL) == 2
-    assert "budget: the run without faults is not over after 0.01 s; give more time" in capsys.readouterr().err
-
-
 def test_options_override_the_file_of_a_check(folder, capsys):
     file = {"world": "world.yaml", "controller": {"python": "porters.py:vain"}, "budget": {"runs": 40}}
     (folder / "check.yaml").write_text(yaml.safe_dump(file), encoding="utf-8")
@@ -187,10 +173,22 @@ def test_options_override_the_file_of_a_check(folder, capsys):
         (("world.yaml", "--command", "./nothing"), "command line: controller: ./nothing: No such file or directory"),
         (("nowhere.yaml", "--python", "porters.py:vain"), "nowhere.yaml: no such file"),
         (("--repro", "nowhere.yaml"), "nowhere.yaml: no such file"),
+        (
+            ("world.yaml", "--python", "porters.py:broken"),
+            "controller: without any fault the run ends as crashed at 0.0 s, before a goal is sent",
+        ),
+        (
+            ("world.yaml", "--python", "porters.py:sleepy", "--budget", "0.01s"),
+            "budget: the run without faults is not over after 0.01 s; give more time",
+        ),
+        (
+            ("--trace", "run.jsonl", "--page", "a.html"),
+            "--page a.html: a trace has no run beside it; `hmrsim report` shows it",
+        ),
     ],
 )
 def test_wrong_use_is_one_line(folder, capsys, words, message):
-    assert check(*words) == 2
+    assert check(*words, *SERIAL) == 2
     err = capsys.readouterr().err
     assert message in err
     assert "Traceback" not in err
@@ -358,13 +356,6 @@ def test_a_page_must_not_replace_what_is_read(found, capsys):
     assert check("--repro", str(found), "--page", str(found)) == 2
 
     assert "this command reads that file" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("folder")
-def test_a_trace_has_no_such_page(capsys):
-    assert check("--trace", "run.jsonl", "--page", "a.html") == 2
-
-    assert "--page a.html: a trace has no run beside it; `hmrsim report` shows it" in capsys.readouterr().err
 
 
 def test_a_run_that_kills_its_process_has_no_page(folder, capsys):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
 
-from hmrsim.cli import main
 from hmrsim.experiments.reading import read_plan
 from hmrsim.experiments.store import Results, Row
 
@@ -22,20 +22,14 @@ measures: {time: end.at}
 
 
 @pytest.fixture
-def said(tmp_path, monkeypatch, capsys):
+def said(tmp_path, monkeypatch, hmrsim):
     monkeypatch.chdir(tmp_path)
     Path("e.yaml").write_text(EXPERIMENT, encoding="utf-8")
     plan = read_plan("e.yaml")
     with Results.create(Path("my results"), plan) as results:
         runs = [plan.run_of(number) for number in range(8)]
         results.add(plan, [Row(run, "failed", measures={"time": 1.0 + run.number}) for run in runs])
-
-    def told(*arguments):
-        code = main(["experiment", "report", *arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return told
+    return partial(hmrsim, "experiment report")
 
 
 def test_the_page_is_written_to_the_folder(said):

@@ -6,8 +6,6 @@ import json
 
 import pytest
 
-from hmrsim.cli import main
-
 WORLD = """\
 name: two islands
 bounds: [0, 0, 20, 10]
@@ -28,14 +26,17 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def info(path, capsys):
-    code = main(["map", "info", str(path), "--json"])
+def info(hmrsim):
+    def run(path, *options):
+        code, out, _ = hmrsim("map info --json", path, *options)
+        assert 0 == code
+        return json.loads(out)
 
-    assert 0 == code
-    return json.loads(capsys.readouterr().out)
+    return run
 
 
 def test_json_describes_the_world(info, path):
+    info = info(path)
     counts = {"waypoints": 5, "lanes": 2, "docks": 1, "items": 1, "robots": 1}
     none = dict.fromkeys(("walls", "places", "doors", "lifts", "robot_types", "faults"), 0)
     eve = {"name": "eve", "type": "fetcher", "components": ["claw"], "speed": 1.5, "at": [0.0, 0.0], "yaw": 0.0}
@@ -48,10 +49,9 @@ def test_json_describes_the_world(info, path):
     assert {"policy": "free", "by_default": True} == info["traffic"]
 
 
-def test_text_has_the_content_of_json(path, capsys):
-    main(["map", "info", str(path)])
+def test_text_has_the_content_of_json(path, hmrsim):
+    lines = hmrsim("map info", path)[1].splitlines()
 
-    lines = capsys.readouterr().out.splitlines()
     assert f"two islands ({path}, native)" == lines[0]
     assert "5 waypoints, 2 lanes, 1 dock, 1 item, 1 robot" in lines
     assert "lanes: 7 m in all, 1 one-way, in 3 parts of 2, 2, 1 waypoints" in lines
@@ -59,18 +59,15 @@ def test_text_has_the_content_of_json(path, capsys):
     assert "  eve/grab -> eve/pickup" in lines
 
 
-def test_an_empty_world_has_no_extent(tmp_path, capsys):
+def test_an_empty_world_has_no_extent(tmp_path, info):
     path = tmp_path / "empty.yaml"
     path.write_text("name: nothing\n")
 
-    code = main(["map", "info", str(path), "--json"])
-    assert (0, None) == (code, json.loads(capsys.readouterr().out)["extent"])
+    assert info(path)["extent"] is None
 
 
-def test_added_robots_and_items_are_listed(path, capsys):
-    main(["map", "info", str(path), "--robot", "bob@1,2", "--json"])
-
-    assert ["eve", "bob"] == [robot["name"] for robot in json.loads(capsys.readouterr().out)["robots"]]
+def test_added_robots_and_items_are_listed(path, info):
+    assert ["eve", "bob"] == [robot["name"] for robot in info(path, "--robot", "bob@1,2")["robots"]]
 
 
 BRIDGE = """\
@@ -83,12 +80,15 @@ docks: {plug: {at: c}}
 """
 
 
-def test_the_network_is_printed_as_text(tmp_path, capsys):
-    path = tmp_path / "bridge.yaml"
-    path.write_text(BRIDGE)
-    main(["map", "info", str(path)])
+@pytest.fixture
+def bridge(tmp_path):
+    file = tmp_path / "bridge.yaml"
+    file.write_text(BRIDGE)
+    return file
 
-    lines = capsys.readouterr().out.splitlines()
+
+def test_the_network_is_printed_as_text(bridge, hmrsim):
+    lines = hmrsim("map info", bridge)[1].splitlines()
     start = lines.index("bottlenecks: 2 waypoints, 1 lane; each is the only way between its sides, the worst first")
     assert [
         "  lane      b - d (door gate)  cuts off 3 of 6 waypoints  1 place: shelf",
@@ -103,12 +103,8 @@ def test_the_network_is_printed_as_text(tmp_path, capsys):
     assert "  b - d  50.0%" in lines
 
 
-def test_the_network_is_printed_as_json(tmp_path, capsys):
-    path = tmp_path / "bridge.yaml"
-    path.write_text(BRIDGE)
-    main(["map", "info", str(path), "--json"])
-
-    network = json.loads(capsys.readouterr().out)["network"]
+def test_the_network_is_printed_as_json(bridge, info):
+    network = info(bridge)["network"]
     sides = [{"waypoints": 3, "places": ["desk", "plug"]}, {"waypoints": 3, "places": ["shelf"]}]
     assert {"kind": "lane", "name": ["b", "d"], "sides": sides, "doors": ["gate"]} in network["bottlenecks"]["worst"]
     assert {"from": "shelf", "to": "desk", "why": "no lane leads there"} == network["unreachable"]["listed"][0]
@@ -130,15 +126,12 @@ def test_the_network_is_printed_as_json(tmp_path, capsys):
     ],
     ids=["nothing", "one waypoint", "one place", "two parts", "only a drone"],
 )
-def test_worlds_without_a_network_are_no_errors(world, tmp_path, capsys):
+def test_worlds_without_a_network_are_no_errors(world, tmp_path, hmrsim):
     path = tmp_path / "odd.yaml"
     path.write_text(f"name: odd\n{world if world != '{}' else ''}")
 
-    assert (0, 0) == (main(["map", "info", str(path)]), main(["map", "info", str(path), "--json"]))
-    assert "" == capsys.readouterr().err
+    assert [(0, "")] * 2 == [hmrsim(command, path)[::2] for command in ("map info", "map info --json")]
 
 
-def test_text_names_the_policy(capsys):
-    main(["map", "info", "cafe"])
-
-    assert "traffic policy: priority" in capsys.readouterr().out.splitlines()
+def test_text_names_the_policy(hmrsim):
+    assert "traffic policy: priority" in hmrsim("map info cafe")[1].splitlines()

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from hmrsim.cli import main, replay
+from hmrsim.cli import replay
 from hmrsim.cli.replay import TraceFile
 from hmrsim.events.traffic import LaneOpened
 from hmrsim.protocol.outputs import EventStamped
@@ -23,34 +23,32 @@ robots: {wall_e: {type: carrier, at: home, script: [Go door, Wait 2, Go home]}}
 
 
 @pytest.fixture
-def trace(tmp_path, capsys):
+def trace(tmp_path, hmrsim):
     world = tmp_path / "world.yaml"
     world.write_text(WORLD)
     path = tmp_path / "run.jsonl"
-    assert 0 == main(["simulate", str(world), "--trace", str(path)])
-    capsys.readouterr()
+    assert 0 == hmrsim("simulate", world, "--trace", path)[0]
     return path
 
 
-def test_an_identical_replay_exits_with_0(trace, capsys):
-    code = main(["replay", str(trace)])
+def test_an_identical_replay_exits_with_0(trace, hmrsim):
+    code, out, _ = hmrsim("replay", trace)
 
     assert 0 == code
-    assert re.fullmatch(r"identical: \d+ lines, 0 commands, 10\.000 simulated seconds\n", capsys.readouterr().out)
+    assert re.fullmatch(r"identical: \d+ lines, 0 commands, 10\.000 simulated seconds\n", out)
 
 
-def test_a_truncated_trace_is_reported(trace, capsys):
+def test_a_truncated_trace_is_reported(trace, hmrsim):
     trace.write_text(trace.read_text()[:-50])
-    code = main(["replay", str(trace)])
+    code, out, _ = hmrsim("replay", trace)
 
-    assert (0, True) == (code, capsys.readouterr().out.endswith("; the trace is truncated there\n"))
+    assert (0, True) == (code, out.endswith("; the trace is truncated there\n"))
 
 
-def test_a_different_replay_shows_both_lines(trace, capsys):
+def test_a_different_replay_shows_both_lines(trace, hmrsim):
     text = trace.read_text()
     trace.write_text(text.replace('"status":4', '"status":6', 1))
-    code = main(["replay", str(trace)])
-    out = capsys.readouterr().out
+    code, out, _ = hmrsim("replay", trace)
     number = text[: text.index('"status":4')].count("\n") + 1
 
     assert 1 == code
@@ -59,17 +57,11 @@ def test_a_different_replay_shows_both_lines(trace, capsys):
     assert re.search(rf'^\+ +{number}  .*"status":4}}$', out, re.MULTILINE)
 
 
-def test_json_is_one_object(trace, capsys):
-    code = main(["replay", str(trace), "--json"])
-    output = json.loads(capsys.readouterr().out)
+def test_json_is_one_object(trace, hmrsim):
+    code, out, _ = hmrsim("replay --json", trace)
+    names = ("identical", "complete", "difference", "sim_time")
 
-    assert 0 == code
-    assert (True, True, None, 10.0) == (
-        output["identical"],
-        output["complete"],
-        output["difference"],
-        output["sim_time"],
-    )
+    assert (0, [True, True, None, 10.0]) == (code, [json.loads(out)[name] for name in names])
 
 
 @pytest.mark.parametrize(
@@ -80,47 +72,42 @@ def test_json_is_one_object(trace, capsys):
         (b"\xff\xfe\n", "is not a trace: it is not text"),
     ],
 )
-def test_a_file_that_is_no_trace_is_wrong_use(tmp_path, capsys, content, why):
+def test_a_file_that_is_no_trace_is_wrong_use(tmp_path, hmrsim, content, why):
     path = tmp_path / "run.jsonl"
     if content is not None:
         path.write_bytes(content)
-    code = main(["replay", str(path)])
 
-    assert 2 == code
-    assert f"hmrsim: {path}: {why}\n" == capsys.readouterr().err
+    assert (2, "", f"hmrsim: {path}: {why}\n") == hmrsim("replay", path)
 
 
 @pytest.mark.parametrize(("line", "most"), [(0, 5_000_000), (1, 1_000_000)])
-def test_a_line_of_too_many_values_is_not_parsed(trace, capsys, line, most):
+def test_a_line_of_too_many_values_is_not_parsed(trace, hmrsim, line, most):
     """The first line, which contains the world, may have more values."""
     lines = trace.read_text().splitlines(keepends=True)
     lines[line] = f'{{"kind":"x","x":[{"0," * most}0]}}\n'
     trace.write_text("".join(lines))
 
-    assert 2 == main(["replay", str(trace)])
-    assert f"hmrsim: {trace}: line {line + 1} has more than {most} values\n" == capsys.readouterr().err
+    error = f"hmrsim: {trace}: line {line + 1} has more than {most} values\n"
+    assert (2, "", error) == hmrsim("replay", trace)
 
 
-def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, capsys):
+def test_control_characters_of_a_header_do_not_reach_the_terminal(trace, hmrsim):
     trace.write_text(trace.read_text().replace('"hmrsim":"', '"hmrsim":"\\u001b[2J', 1))
-    main(["replay", str(trace)])
 
-    assert f"{trace} was written by hmrsim \\x1b[2J" in capsys.readouterr().err
+    assert f"{trace} was written by hmrsim \\x1b[2J" in hmrsim("replay", trace)[2]
 
 
-def test_an_unwritable_trace_is_wrong_use(tmp_path, capsys):
+def test_an_unwritable_trace_is_wrong_use(tmp_path, hmrsim):
     (tmp_path / "world.yaml").write_text(WORLD)
-    code = main(["simulate", str(tmp_path / "world.yaml"), "--trace", str(tmp_path / "no" / "run.jsonl")])
+    code, _, err = hmrsim("simulate", tmp_path / "world.yaml", "--trace", tmp_path / "no" / "run.jsonl")
 
-    assert 2 == code
-    assert "can't be written: no such file or directory" in capsys.readouterr().err
+    assert (2, True) == (code, "can't be written: no such file or directory" in err)
 
 
-def test_a_line_without_end_is_not_read_into_memory(trace, capsys, monkeypatch):
+def test_a_line_without_end_is_not_read_into_memory(trace, hmrsim, monkeypatch):
     monkeypatch.setattr(replay, "_MAX_CHARACTERS", 100)
 
-    assert 2 == main(["replay", str(trace)])
-    assert f"hmrsim: {trace}: line 1 has more than 100 characters\n" == capsys.readouterr().err
+    assert (2, "", f"hmrsim: {trace}: line 1 has more than 100 characters\n") == hmrsim("replay", trace)
 
 
 def test_outputs_after_the_end_are_ignored(tmp_path):

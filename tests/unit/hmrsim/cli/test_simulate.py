@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 
 import pytest
 
 from hmrsim import plugins
-from hmrsim.cli import main
 from hmrsim.errors import PluginError
 
 ROOMS = """\
@@ -30,13 +30,8 @@ def rooms(tmp_path):
 
 
 @pytest.fixture
-def simulate(capsys):
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main(["simulate", *map(str, arguments)])
-        printed = capsys.readouterr()
-        return code, printed.out, printed.err
-
-    return run
+def simulate(hmrsim):
+    return partial(hmrsim, "simulate")
 
 
 @pytest.mark.parametrize("options", [(), ("--duration", 600)], ids=["no limit", "a later limit"])
