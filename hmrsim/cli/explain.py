@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import textwrap
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
@@ -11,13 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
+from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from hmrsim.explanations import Explanation
+    from hmrsim.traffic.causes import Link
 
 _WIDTH: Final = 100
 
@@ -72,7 +75,7 @@ def _explain(args: argparse.Namespace) -> int:
 
 
 def _explain_robot(args: argparse.Namespace) -> int:
-    from hmrsim.cli.connection import connected
+    from hmrsim.cli.connection import call, connected
     from hmrsim.cli.robot import waiting_orders
     from hmrsim.traffic.causes import Link, chain_of
 
@@ -82,6 +85,7 @@ def _explain_robot(args: argparse.Namespace) -> int:
         scene = json.loads(client.get(client.keys.world("scene")))
         time = json.loads(client.get(client.keys.world("time/state")))
         orders = waiting_orders(client)
+        faults = call(client, "get_faults")["faults"]
     robots = {robot["name"]: robot for robot in scene["robots"]}
     if args.robot not in robots:
         raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, robots)}")
@@ -94,6 +98,7 @@ def _explain_robot(args: argparse.Namespace) -> int:
         "robot": args.robot,
         "time": stopped,
         "links": [link._asdict() for link in chain.links],
+        "faults": [_end_of(fault) for fault in faults if _concerns(fault, last)],
         "last_error": failed,
         "orders": f"{orders}. {_EARLIER}" if orders and idle else orders,
         "help": remedy or (_HANDLE if failed and len(chain.links) == 1 else chain.help),
@@ -108,6 +113,7 @@ def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:
         yield explanation["time"]
     for depth, link in enumerate(explanation["links"]):
         yield f"{'  ' * depth}{link['text']}"
+    yield from explanation["faults"]
     if explanation["last_error"]:
         failed = f"{explanation['links'][-1]['robot']}'s last goal failed: {explanation['last_error']}"
         yield from textwrap.wrap(failed, _WIDTH, initial_indent="  ", subsequent_indent="  ")
@@ -115,6 +121,30 @@ def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:
     if explanation["orders"]:
         yield from textwrap.wrap(explanation["orders"], _WIDTH)
     yield from textwrap.wrap(f"What would help: {explanation['help']}", _WIDTH)
+
+
+def _concerns(fault: Mapping[str, Any], link: Link) -> bool:
+    """Return whether an active fault affects the robot of a link, or what it waits for."""
+    settings = json.loads(fault["settings"])
+    subjects = [settings.get(key) for key in ("robot", "door", "lift", "dock")]
+    lane = settings.get("lane") or ()
+    words = set(re.findall(r"[\w/-]+", link.text))
+    named = [fault["name"], "-".join(lane), "-".join(reversed(lane)), *subjects]
+    return fault["active"] and any(name in words for name in named if name)
+
+
+def _end_of(fault: Mapping[str, Any]) -> str:
+    """Return when an active fault ends, as a sentence."""
+    settings, since = json.loads(fault["settings"]), fault["since"]["sec"] + fault["since"]["nanosec"] / NANOSECONDS
+    text = f"The fault {fault['name']} ({fault['type']})"
+    if settings.get("until") is not None:
+        return f"{text} ends at {settings['until']:g} s."
+    match settings.get("duration"):
+        case int() | float() as seconds:
+            return f"{text} ends at {since + seconds:g} s."
+        case None if settings.get("mean_duration") is None:
+            return f"{text} has no end: `hmrsim fault clear {fault['name']}` ends it."
+    return f"{text} ends after a random time."
 
 
 def _last_error(robot: dict[str, Any]) -> str:

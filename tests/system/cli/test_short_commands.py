@@ -42,6 +42,7 @@ def test_why_a_robot_stands_is_explained(run):
     assert "it has had no goal" in idle
     assert "What would help: its controller has to send it a goal" in idle
     assert [("wall_e", "disabled")] == [(link["robot"], link["kind"]) for link in broken["links"]]
+    assert broken["faults"][0].startswith("The fault breakdown_1 (breakdown) ends at 100")
     assert (1, "hmrsim: no robot 'wally'; did you mean 'wall_e'?\n") == run("explain", "--robot", "wally")[::2]
 
 

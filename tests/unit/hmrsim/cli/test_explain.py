@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
-from hmrsim.cli.explain import _last_error, _lines_about_robot, _why_time_stands
+from hmrsim.cli.explain import _concerns, _end_of, _last_error, _lines_about_robot, _why_time_stands
 from hmrsim.cli.robot import waiting_orders
 from hmrsim.testing import simulation
+from hmrsim.traffic.causes import Link
 
 STATE = {"now": 12.5, "paused": False, "waiting_for": (), "clock": "lockstep", "participants": ("nurse",)}
 LINKS = [{"robot": "ann", "text": "ann has waited for bob"}, {"robot": "bob", "text": "bob is idle"}]
@@ -33,14 +36,51 @@ def test_time_that_advances_is_not_told(changes):
 
 
 def test_each_cause_is_indented_below_the_one_before_it():
-    found = {"time": "", "links": LINKS, "last_error": "", "orders": "", "help": "send bob elsewhere"}
+    found = {"time": "", "links": LINKS, "faults": [], "last_error": "", "orders": "", "help": "send bob elsewhere"}
 
     lines = ["ann has waited for bob", "  bob is idle", "", "What would help: send bob elsewhere"]
     assert lines == [*_lines_about_robot(found)]
 
 
+def fault(**settings):
+    since = {"sec": 20, "nanosec": 500_000_000}
+    return {"name": "jam", "type": "door_jammed", "active": True, "since": since, "settings": json.dumps(settings)}
+
+
+@pytest.mark.parametrize(
+    ("settings", "end"),
+    [
+        ({"duration": 100.0}, "ends at 120.5 s."),
+        ({"until": 300.0}, "ends at 300 s."),
+        ({"mean_duration": 30.0}, "ends after a random time."),
+        ({"duration": {"uniform": [1, 2]}}, "ends after a random time."),
+        ({}, "has no end: `hmrsim fault clear jam` ends it."),
+    ],
+)
+def test_the_end_of_a_fault_is_told(settings, end):
+    assert f"The fault jam (door_jammed) {end}" == _end_of(fault(**settings))
+
+
+def test_the_faults_of_what_a_robot_waits_for_are_told():
+    door, robot = Link("eve", "obstacle", "eve waits at b: gate is jammed"), Link("eve", "disabled", "eve is disabled")
+    lane = Link("eve", "obstacle", "eve waits at b: a-b is closed (spill)")
+
+    assert _concerns(fault(door="gate"), door)
+    assert not _concerns(fault(door="gate_2"), door)
+    assert _concerns(fault(lane=["b", "a"]), lane)
+    assert _concerns(fault(robot="eve"), robot)
+    assert not _concerns({**fault(robot="eve"), "active": False}, robot)
+
+
 def test_the_error_of_the_last_robot_is_told():
-    found = {"time": "it stands", "links": LINKS, "last_error": "no route", "orders": "", "help": "handle it"}
+    found = {
+        "time": "it stands",
+        "links": LINKS,
+        "faults": [],
+        "last_error": "no route",
+        "orders": "",
+        "help": "handle it",
+    }
 
     assert ["it stands", "  bob's last goal failed: no route"] == [*_lines_about_robot(found)][0:4:3]
 
