@@ -39,11 +39,7 @@ if TYPE_CHECKING:
 
 
 class Truth:
-    """Reads the state of a simulator without changing it.
-
-    Attributes:
-        demand: The orders of the world.
-    """
+    """Reads the state of a simulator without changing it."""
 
     def __init__(self, simulator: Simulator, setting: Setting) -> None:
         self._roster, self._env = simulator.roster, simulator.env
@@ -161,11 +157,6 @@ class _Errand(Receiver):
 class Run(SelectiveSink):
     """A run of a world that stops when a goal ends, a battery is charged, or an order arrives.
 
-    Args:
-        setting: The setting that all episodes share.
-        seed: The seed of the world.
-        sinks: Further sinks of events.
-
     Attributes:
         simulator: The simulator; read only.
     """
@@ -273,11 +264,6 @@ class Run(SelectiveSink):
 
 class Dispatching:
     """A run that pauses whenever a decision for a robot is needed; the caller closes it.
-
-    Args:
-        setting: The setting that all episodes share.
-        seed: The seed of the world.
-        sinks: Further sinks of events.
 
     Attributes:
         now: Simulated seconds.

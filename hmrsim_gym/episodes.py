@@ -22,7 +22,6 @@ class Episodes:
     """Runs the episodes of an environment, one at a time.
 
     Args:
-        setting: The setting that all episodes share.
         render_mode: ``ansi`` for a text, or None.
 
     Attributes:

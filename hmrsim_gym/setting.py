@@ -32,7 +32,6 @@ class Charger:
     """A dock that charges robots.
 
     Attributes:
-        at: Its position.
         capacity: The number of robots that can use it at the same time.
     """
 
@@ -45,7 +44,6 @@ class Setting:
     """The world, the robots that serve its orders, and the limits of an episode.
 
     Attributes:
-        world: The world.
         robots: The robots that serve orders, in the world's order.
         chargers: The docks where each of these robots may charge.
         routes: Travel times in the world.

@@ -41,7 +41,6 @@ class Schedule:
     They depend only on the results of whole replications, and not on the order in which results arrive.
 
     Args:
-        plan: The experiment.
         done: The existing results: the value of the deciding measure and the fingerprint, by the number of the run.
     """
 
@@ -209,7 +208,6 @@ class Progress:
     """The progress of an experiment.
 
     Attributes:
-        done: Runs with a result.
         expected: The total number of runs, as far as it is known.
         made: The number of runs that this process made.
         failed: The number of these without success, by ending.
@@ -237,8 +235,6 @@ class Campaign:
     """Makes the runs of a plan that have no result yet.
 
     Args:
-        plan: The experiment.
-        results: The store that receives each result.
         make: Creates an executor; called again when one breaks.
         workers: The number of runs that it executes at the same time; 0 if unknown.
         tell: Called whenever there are new results.

@@ -31,12 +31,7 @@ SUCCESS: Final = "success"
 
 @dataclass(frozen=True)
 class Side:
-    """A treatment of an experiment.
-
-    Attributes:
-        folder: The folder of the results.
-        treatment: Its name.
-    """
+    """A treatment of an experiment."""
 
     folder: Path
     treatment: str
@@ -51,11 +46,8 @@ class Contrast:
     """The comparison of treatment B with treatment A.
 
     Attributes:
-        a: Treatment A.
-        b: Treatment B.
         pairs: The number of seeds that both have.
         alone: The number of runs of A and of B without a counterpart.
-        comparisons: The comparison of each measure.
         endings: The pairs that ended differently: the numbers of both runs and their endings.
         notes: Reasons to doubt the comparison.
     """

@@ -171,7 +171,6 @@ class Unknown(NamedTuple):
     """A part of a measure that is not there.
 
     Attributes:
-        measure: The measure's name.
         text: What is not there, and what would do.
         certain: Whether it can't come to be in a run, as a robot can that is spawned.
     """

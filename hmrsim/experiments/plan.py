@@ -32,13 +32,10 @@ _KEPT_WORLDS: Final = 256
 
 @dataclass(frozen=True)
 class Run:
-    """A run of an experiment.
+    """A run of an experiment; its scenario and its replication are numbers from 0.
 
     Attributes:
         number: Its number in the experiment, from 0.
-        scenario: The number of its scenario, from 0.
-        treatment: The name of its treatment.
-        replication: The number of its replication, from 0.
         seed: The seed of its world; the same for all treatments.
     """
 
@@ -54,11 +51,8 @@ class Plan:
     """An experiment that can be run.
 
     Attributes:
-        path: Its file.
-        file: The content of its file.
         scenarios: The levels of each scenario.
         overlays: The overlays of the world, without values for the names of factors.
-        tables: The values of its tables, by name.
         source: The file of the world, or the name of a shipped one.
         variant: The names of the chosen variants.
         own_overlays: The overlays for single treatments, by the name of the treatment.

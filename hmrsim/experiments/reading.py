@@ -83,7 +83,6 @@ class Reading(NamedTuple):
     """The valid parts of an experiment's file, and its errors.
 
     Attributes:
-        document: The file.
         plan: The experiment without the invalid parts; None if nothing else can be checked.
         problems: The errors, in the order of the lines.
         lost: The invalid parts of the file.

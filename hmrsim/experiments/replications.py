@@ -130,9 +130,6 @@ class Task:
 
     Attributes:
         path: The experiment's file, which workers on other machines have to see as well.
-        variant: The chosen variants.
-        hash: The hash of the plan.
-        numbers: The numbers of the runs.
     """
 
     path: str
@@ -183,11 +180,7 @@ def unpacked(coverage: bytes) -> TreeCoverage:
 
 
 class Coverages:
-    """The coverage of each treatment, including runs of earlier processes.
-
-    Args:
-        results: The results, with the earlier coverage.
-    """
+    """The coverage of each treatment, including runs of earlier processes."""
 
     def __init__(self, results: Results) -> None:
         self._folder = results.folder

@@ -56,11 +56,9 @@ class Row:
     """The result of a run.
 
     Attributes:
-        run: The run.
         ending: Its ending: a label of the file, ``succeeded`` or ``failed`` by the controller, or another one of
             `hmrsim.trials.trial`.
         cause: Details that the ending lacks, such as an error. May be empty.
-        success: Whether it counts as a success.
         at: The time of its end, in simulated seconds; None if it did not begin.
         wall: The wall seconds that it took.
         measures: The measures, by name; None for a missing value.
@@ -88,9 +86,6 @@ class Row:
 
 class Results:
     """The results of an experiment: a folder with one SQLite file, to which one process at a time adds rows.
-
-    Args:
-        folder: The folder.
 
     Attributes:
         about: The experiment: its name, file, hash, factors, measures, treatments and versions.

@@ -84,9 +84,6 @@ class Group:
 
     Attributes:
         name: The treatment.
-        runs: The number of runs.
-        successes: The number of successful runs.
-        endings: The number of runs with each ending.
         values: The values of each measure, in order of the runs' numbers, without missing values.
         levels: The levels of the factors by which the runs are grouped.
         failed: The number of values of each measure from runs without success.

@@ -66,9 +66,6 @@ class Progress:
     """The progress of a search.
 
     Attributes:
-        search: The search.
-        findings: The failures so far.
-        seconds: Wall seconds that have passed.
         left: Wall seconds left for the current step.
         reducing: The property whose failure is being reduced; empty while the search goes on.
         reduced_in: The number of runs of this reduction so far.
@@ -88,8 +85,6 @@ class Options:
 
     Attributes:
         strategy: ``guided``, or ``random`` for comparison.
-        first_only: Whether to end with the first failure.
-        reduce: Whether to reduce failures.
         earlier: Earlier failures, each with its case, which are run first.
         set_aside: Called with an earlier failure that no longer occurs because its world does not suit the
             controller, and with the reason.
@@ -111,7 +106,6 @@ class Campaign:
 
     Args:
         check: The check, with its limit.
-        evaluator: Runs its cases.
         nominal: The outcome of the run without faults.
         began: The start of the budget, by the monotonic clock; None for now.
     """

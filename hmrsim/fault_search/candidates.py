@@ -37,11 +37,7 @@ _CODE: Final = 0.1
 
 
 class Timeline:
-    """The moments of a run, and the anchors at which injections can begin, in plain values.
-
-    Args:
-        moments: The moments of the run.
-    """
+    """The moments of a run, and the anchors at which injections can begin, in plain values."""
 
     def __init__(self, moments: Sequence[Moment]) -> None:
         self.moments = moments
@@ -137,7 +133,6 @@ class Single(NamedTuple):
     """A candidate at one moment; its injection is made when it is tried, since there are tens of thousands.
 
     Attributes:
-        candidate: The candidate.
         anchor: The anchor, in plain values; None for the start of the run.
     """
 
@@ -161,8 +156,6 @@ class Singles:
     """The single injections of a search: each candidate at each moment of a run.
 
     Args:
-        candidates: The candidates.
-        moments: The moments of the run.
         rng: Decides their order.
 
     Attributes:
@@ -204,7 +197,6 @@ class Candidates:
 
     Args:
         world: The world, without a schedule.
-        space: The space of injections in the file of the check.
         moments: The moments of the run without faults.
         draws: The battery draw of each robot in this run.
 

@@ -157,10 +157,7 @@ class Check:
 
     Attributes:
         place: Its file as the user named it, or ``command line``; for errors.
-        folder: The folder of the controller's files.
-        file: The content of its file.
         source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
-        properties: The properties that have to hold.
         limit: Simulated seconds in which the controller has to end.
         reference: The items at the end of the run without faults, once it was made, if a property needs them.
         warnings: Parts of the check without an effect, such as a property of something that can't happen in this world.

@@ -37,12 +37,10 @@ class Evaluator:
     """Runs the cases of a check on an executor and remembers their outcomes; a context manager.
 
     Args:
-        check: The check.
         make: Creates an executor; called again when one breaks.
         workers: The number of cases that the executor runs at once; 0 if unknown, as for a cluster.
 
     Attributes:
-        runs: The number of runs.
         covered: The coverage of the trees in all runs; workers send only coverage that is new to them.
     """
 
@@ -157,8 +155,6 @@ class Task:
     """Some cases of a check.
 
     Attributes:
-        check: The check.
-        cases: The cases.
         story: Whether the outcomes include traces and stories.
         seconds: The wall seconds for all of them.
     """

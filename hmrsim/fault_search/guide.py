@@ -34,11 +34,7 @@ class Kept:
     """A schedule that has exercised something new.
 
     Attributes:
-        schedule: The schedule.
-        moments: The moments of its run.
-        fresh: The moments among them that the run without faults does not have.
-        features: Its new features.
-        chosen: The number of times that it was chosen.
+        fresh: The moments of its run that the run without faults does not have.
     """
 
     schedule: Schedule
@@ -140,13 +136,7 @@ _FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
 
 
 class Mutator:
-    """Mutates schedules by adding, removing and shifting injections.
-
-    Args:
-        candidates: The injections to choose from.
-        at_most: The maximum number of injections in a schedule.
-        durations: The durations of injections in seconds.
-    """
+    """Mutates schedules by adding, removing and shifting injections."""
 
     def __init__(self, candidates: Candidates, at_most: int, durations: Sequence[float]) -> None:
         self._candidates, self._at_most, self._durations = candidates, at_most, durations

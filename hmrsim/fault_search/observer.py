@@ -147,12 +147,7 @@ def code_of(result: Message | None) -> Any:
 
 
 class BatteryDraws(SelectiveSink):
-    """A sink that measures how much each robot draws from its battery.
-
-    Args:
-        simulator: The simulator; it has not started.
-        world: Its world.
-    """
+    """A sink that measures how much each robot draws from its battery."""
 
     topics = frozenset({Topic.EVENTS})
 

@@ -52,9 +52,6 @@ class Repro:
     """A failure that a search found.
 
     Attributes:
-        check: The check.
-        case: The case that causes it.
-        failure: The failure.
         trace: SHA-256 of the trace of the run that found it; empty if unknown.
     """
 

@@ -32,7 +32,6 @@ class Reducer:
     """Reduces failing cases to minimal ones.
 
     Args:
-        evaluator: Runs cases.
         definition: The world of the check, as in a native file.
         nominal: The outcome of the run without faults.
         over: Called before each batch of runs; returns whether time is up, which ends the reduction.

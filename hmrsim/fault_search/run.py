@@ -52,7 +52,6 @@ class Wanted:
     """The outputs of a run besides its verdicts.
 
     Attributes:
-        trace: Whether to return its trace.
         story: Whether to return its events in words.
         further: Makes further sinks, such as one that records the run.
         on_tick: Called after each tick of a tree, if given.
@@ -223,7 +222,6 @@ class Failure(NamedTuple):
     """A failure of a run; runs with equal failures failed for the same reason.
 
     Attributes:
-        property: The property's name.
         reason: The reason, as a stable text without times and names.
     """
 
@@ -245,14 +243,12 @@ class Outcome:
         cause: Details that the ending lacks.
         at: The time of its end, in simulated seconds.
         violations: The violations of properties, in order of time.
-        verdicts: The verdict on each property.
         features: The features of the run, as texts, to guide the search.
         moments: The moments to which injections may be anchored.
         began: The time at which each injection of its schedule began, in simulated seconds; None if it never began, 0
             for changes.
         aborts: The reasons for which goals were aborted or rejected, each once.
         wall: The wall seconds that it took.
-        trace: The trace, if requested.
         story: Its events in words, each with its time in seconds, if requested.
         output: The last lines that a command printed.
         coverage: The packed coverage of the tree; empty if nothing in it is new to the worker.

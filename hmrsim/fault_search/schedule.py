@@ -259,7 +259,6 @@ class Moment(NamedTuple):
         at: The time in simulated seconds.
         goal: The change of a goal: ``executing`` or ``ended``; empty for an event.
         event: The kind of event; empty for a goal.
-        robot: The robot; empty for none.
         action: The goal's action; empty for an event.
         nth: The number among equal ones, from 1.
         lasted: The execution time of a goal that has ended, in simulated seconds.
@@ -292,7 +291,6 @@ class Case:
     """The input of one run besides the controller.
 
     Attributes:
-        schedule: The injections.
         definition: The world as a native file has it, without the schedule; None for the world of the check.
     """
 

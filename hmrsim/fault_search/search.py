@@ -47,9 +47,6 @@ class Found:
     """A failure, and the first case that has caused it.
 
     Attributes:
-        failure: The failure.
-        case: The case.
-        outcome: Its outcome.
         run: The number of the run, from 1.
     """
 
@@ -63,14 +60,10 @@ class Search:
     """Searches for failures, batch by batch.
 
     Args:
-        check: The check.
-        evaluator: Runs cases.
-        candidates: The injections to choose from.
         nominal: The outcome of the run without faults.
         strategy: ``guided``, or ``random`` for comparison.
 
     Attributes:
-        tried: Statistics of the attempts.
         guide: The features of all runs.
         found: The first case of each failure.
         seen_failures: The number of runs with each failure as their first.
@@ -239,12 +232,7 @@ _DOWN: Final = 5.0
 
 
 class Probes:
-    """Schedules in which one more goal fails than in an earlier run; each situation is probed once.
-
-    Args:
-        candidates: The injections to choose from.
-        at_most: The maximum number of injections in a schedule.
-    """
+    """Schedules in which one more goal fails than in an earlier run; each situation is probed once."""
 
     def __init__(self, candidates: Candidates, at_most: int) -> None:
         self._candidates, self._at_most = candidates, at_most

@@ -41,13 +41,9 @@ class Summary:
     """The result of a search.
 
     Attributes:
-        name: The name of the check.
-        seed: Of the search.
         nominal: The outcome of the run without faults.
         findings: The failures, in the order in which they were found.
-        tried: Statistics of the attempts.
         exercised: The number of runs that exercised each property, by name.
-        unreached: The gaps of the search.
         seconds: The wall seconds of the search.
         complete: Whether the search was not interrupted.
         first_only: Whether the search was to end with its first failure.
@@ -128,7 +124,6 @@ class Reduced:
     """A reduced case; its schedule is 1-minimal if there was time for that.
 
     Attributes:
-        case: The case, with its world.
         without: For each injection of its schedule, the outcome of the case without it; its ending is ``not_run`` if
             time ran out.
         runs: The number of runs that the reduction took.
@@ -144,10 +139,8 @@ class Finding:
     """A failure that a search found.
 
     Attributes:
-        failure: The failure.
         run: The number of the first run with this failure, from 1.
         original: The schedule of this run.
-        reduced: The reduced case.
         outcome: The outcome of the reduced case, with its trace and its events.
         seconds: The wall seconds after which it was found.
         reducing: The wall seconds of its reduction.
@@ -210,14 +203,11 @@ class Tried:
     """Statistics of the schedules that a search has tried.
 
     Attributes:
-        runs: The number of runs.
         failed: The number of runs that violated a property.
         singles: The number of single injections, each at each moment.
         singles_left: The number of these that were not tried.
         kinds: The number of injections in schedules, by kind.
         begun: The number of these that began, by kind.
-        exercised: The number of runs that exercised each property.
-        endings: The number of runs with each ending.
         transient: The number of runs with transient faults only.
         gave_up: The number of these in which the controller ended as failed.
         gave_up_first: The schedule of the first of these.

@@ -26,10 +26,6 @@ class Use:
     """The usage of one facility; times in nanoseconds.
 
     Attributes:
-        uses: The number of uses.
-        robots: The robots that used it.
-        time: The total time in use.
-        queue: The longest queue.
         inside: The robots in it now; only docks track them.
         since: The beginning of the current use; None while it is not in use.
     """

@@ -27,7 +27,6 @@ class Fault:
     """A fault that has begun; times in nanoseconds.
 
     Attributes:
-        fault: Its type.
         robot: The robot concerned; empty for a fault of another subject.
         ended: None while it is active.
     """
@@ -45,7 +44,6 @@ class Faults(Part):
 
     Attributes:
         all: All faults, in the order in which they began.
-        active: The active faults, by name.
     """
 
     def __init__(self, timeline: Timeline) -> None:

@@ -51,7 +51,6 @@ class Condition:
     Attributes:
         disabled: The causes for which it can't do anything: names of faults, or an empty battery.
         cut_off: The faults by which it is offline.
-        charging: Whether it charges.
     """
 
     disabled: dict[str, None] = field(default_factory=dict)
@@ -117,12 +116,9 @@ class Robot:
     """A robot's state at the current time of the history.
 
     Attributes:
-        present: Whether it exists.
         queues: Whether it is in the queue of a dock, where it stays if it makes room.
         aside: Whether it has made room for another robot during a goal that still runs.
-        running: The ids of its running goals.
         arrives: Rings at the end of its motion; None while it stands.
-        state: Its state.
     """
 
     present: bool = True

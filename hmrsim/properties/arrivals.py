@@ -117,10 +117,6 @@ class Arrivals(Demand):
         limit: The field with the time limit.
         order: Restricts the order of arrivals.
         in_sequence: Whether a place counts only after those before it.
-
-    Attributes:
-        places: The names of the places.
-        round: The current round.
     """
 
     def __init__(self, of: Instance, field: str, limit: str, order: Order, *, in_sequence: bool) -> None:

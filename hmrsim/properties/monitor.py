@@ -34,8 +34,6 @@ class Monitor:
     """Checks the properties of one run, given its occurrences in order of time.
 
     Args:
-        properties: The properties, as `hmrsim.properties.read_properties` returns them.
-        world: The world of the run.
         reference: The items at the end of the run without faults; None if there is none to compare with.
 
     Attributes:

@@ -42,8 +42,6 @@ class _Near:
     """The nearness of a robot to a place, now and during its current motions.
 
     Attributes:
-        place: The position of the place.
-        signal: Whether the robot is near.
         spans: When it is near, from now on.
         alarm: Rings at the next change of the signal; None if no change is known.
         closest: The least distance so far.
@@ -192,9 +190,6 @@ class Observations:
     """The signals of a run.
 
     Attributes:
-        timeline: The time of the run.
-        world: The world of the run.
-        history: The state of the world.
         reference: The items at the end of the run without faults; None if there is none to compare with.
     """
 

@@ -35,7 +35,6 @@ class Instance:
     """A property to watch: that of a file, or for one robot if it is about each.
 
     Attributes:
-        part: The property.
         template: The property as the file has it, with ``*`` for each robot.
         robot: The robot that it is about; empty for none.
     """
@@ -56,8 +55,6 @@ class Temporal(Watcher):
 
     Attributes:
         subject: The robot that the property is about; empty for none.
-        terms: The conditions.
-        began: The time at which the run began.
         over: Whether nothing that comes can change the verdict.
     """
 
@@ -144,7 +141,6 @@ class Clauses:
     """The clauses of a property, monitored from one instant to the next.
 
     Args:
-        clauses: The clauses.
         signals: The names of the signals in samples.
 
     Attributes:

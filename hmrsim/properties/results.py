@@ -17,7 +17,6 @@ class Violation(NamedTuple):
     """A property does not hold.
 
     Attributes:
-        property: The property's name.
         subject: The robot, order or place that it is about; empty for the whole run.
         at: When, in nanoseconds of simulated time since the run began.
         reason: Why, as a short text that stays the same where only times, ids and robots differ.

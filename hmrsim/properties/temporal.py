@@ -222,7 +222,6 @@ class OnlineMonitor:
     samples: it changes at the times that are returned and nowhere else.
 
     Args:
-        formula: The formula.
         signals: The names of its signals, in the order of their values in samples.
 
     Raises:

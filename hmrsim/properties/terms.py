@@ -40,9 +40,6 @@ Value = Callable[[], float]
 class Expression:
     """A condition as a function of signals.
 
-    Args:
-        observations: The source of the signals.
-
     Attributes:
         value: Returns the robustness now; positive if the condition holds.
         signals: The signals that it depends on.
@@ -132,8 +129,7 @@ class Term:
         value: The robustness at the last look.
         hits: How often it has begun to hold since the look before.
         times: How often it has begun to hold.
-        text: The condition in words.
-        words: The same in words that do not depend on robots.
+        words: The condition in words that do not depend on robots.
     """
 
     def __init__(

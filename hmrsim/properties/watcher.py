@@ -20,13 +20,8 @@ if TYPE_CHECKING:
 class Watcher:
     """Watches one property; a subclass subscribes to occurrences of a timeline.
 
-    Args:
-        name: The property's name.
-        on_violation: Called with each violation.
-
     Attributes:
         first: The first violation; None if there is none.
-        count: How many violations there are.
     """
 
     def __init__(self, name: str, on_violation: OnViolation) -> None:
@@ -101,7 +96,6 @@ class Obligations(Generic[K]):
         keep: Whether an obligation that has expired stays open until it is met.
 
     Attributes:
-        count: How many there were.
         longest: The longest time that one was open until it was met, in nanoseconds.
     """
 
@@ -202,7 +196,6 @@ class Each(Watcher):
     """Watches a property for each robot separately, including robots that are spawned later.
 
     Args:
-        make: Makes the watcher for a robot.
         all_count: Whether the property is exercised only if it is for each robot.
     """
 

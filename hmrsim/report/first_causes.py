@@ -44,11 +44,7 @@ def first_causes(tracks: Mapping[str, Track]) -> dict[FirstCause, Counter[str]]:
 
 
 class Past:
-    """The states and waits of a robot whose track has ended, in order of time; waits must not overlap.
-
-    Attributes:
-        waits: All its waits.
-    """
+    """The states and waits of a robot whose track has ended, in order of time; waits must not overlap."""
 
     def __init__(self, track: Track) -> None:
         self._spans = track.spans

@@ -33,7 +33,6 @@ class ReportSink(SelectiveSink):
     """A sink that passes on occurrences, beginning with the initial state.
 
     Args:
-        simulator: The simulator; it has not started.
         restarted: Called when time has begun anew, with the time until then, in nanoseconds.
     """
 
@@ -111,12 +110,7 @@ class ReportSink(SelectiveSink):
 
 
 class LiveReport:
-    """Follows a simulation, and reports on it at its end.
-
-    Args:
-        world: What is run.
-        settings: How.
-    """
+    """Follows a simulation, and reports on it at its end."""
 
     def __init__(self, world: World, settings: RunSettings) -> None:
         self._world, self._settings = world, settings

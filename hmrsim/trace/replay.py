@@ -64,7 +64,6 @@ class Replayed:
     """A section of a trace that was replayed, at least in part.
 
     Attributes:
-        lines: The number of identical lines.
         commands: The number of commands among them.
         sim_time: The simulated seconds that were replayed.
     """

@@ -44,8 +44,6 @@ class Section(NamedTuple):
 
     Attributes:
         number: Counted from 1.
-        line: The number of its first line.
-        world: The name of its world.
     """
 
     number: int

@@ -65,11 +65,7 @@ class Header:
     """The first line of a trace, or of a section of one.
 
     Attributes:
-        version: Of the simulator that ran it.
-        seed: Of the run.
         seed_given: Whether it was given for the run, so that it stays when another world is loaded.
-        name: Of the world.
-        hash: Of the world.
         definition: The world, as a native file has it.
         step_size: Simulated seconds of one step.
         run_id: An input to goal ids besides the seed; may be empty.
@@ -293,12 +289,7 @@ class _Commanded(NamedTuple):
 
 
 class DeferredTrace(SelectiveSink):
-    """A sink that collects the immutable outputs of a run, and writes them as a `Trace` on demand.
-
-    Args:
-        world: The world of the run.
-        settings: The settings of the run.
-    """
+    """A sink that collects the immutable outputs of a run, and writes them as a `Trace` on demand."""
 
     topics = frozenset({Topic.EVENTS})
 

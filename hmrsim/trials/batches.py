@@ -36,7 +36,6 @@ class Batches:
     """Runs work on an executor, which is created when first needed and again when it breaks.
 
     Args:
-        make: Creates an executor.
         workers: The number of pieces that it runs at the same time.
 
     Attributes:

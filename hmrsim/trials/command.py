@@ -39,8 +39,6 @@ class Command:
     """A command that controls the robots of a simulation.
 
     Attributes:
-        words: The command.
-        folder: The folder in which it is started.
         variables: Environment variables in addition to ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
@@ -231,7 +229,6 @@ class _Other:
     """A process beside the first.
 
     Attributes:
-        names: The names of its participants.
         started: The time of its start, by the monotonic clock.
         awaited: Whether simulated time waits for it to join.
     """
@@ -250,8 +247,6 @@ class ControllerProcess:
     """The process of a controller, with the processes that it starts.
 
     Args:
-        words: The command.
-        folder: The folder in which it is started.
         variables: Environment variables in addition to those of this process.
 
     Raises:

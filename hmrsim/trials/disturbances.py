@@ -125,7 +125,6 @@ class Disturber(SelectiveSink):
     Events are counted over the whole run, including resets of the simulation.
 
     Args:
-        disturbances: The disturbances.
         on_act: Called with each disturbance just before it is carried out.
 
     Attributes:

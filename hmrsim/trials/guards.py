@@ -72,7 +72,6 @@ class Attempt(NamedTuple, Generic[R]):
     """A run that was made within its limits.
 
     Attributes:
-        result: The result.
         output: The last characters that the run printed.
         wall: The wall seconds that it took.
     """

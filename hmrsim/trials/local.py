@@ -163,13 +163,9 @@ class Actor:
     """One run of a controller, with its own client.
 
     Args:
-        host: The host of the simulation.
-        player: The controller.
-        name: The participant's name.
         waits: Returns whether its requests wait for those of other controllers; None for never.
 
     Attributes:
-        killed: Whether it was killed.
         ended: Its ending and the cause; None while it runs, and if it was killed.
     """
 

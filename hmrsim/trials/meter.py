@@ -60,10 +60,7 @@ class Meter:
     Wall time in which the run is ready to compute while other processes have the processor counts towards no limit.
 
     Args:
-        limits: The limits of the run.
         seconds: Wall seconds after which its time is over in any case.
-        clock: Returns the wall time, in seconds.
-        usage: Returns the usage of the processor.
 
     Attributes:
         why: The limit that the run exceeds, in words; empty if none.

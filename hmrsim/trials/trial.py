@@ -66,11 +66,7 @@ _EXIT_FAILED: Final = 1
 
 
 class TimeLimit(BaseException):
-    """A run exceeds a time limit; not an Exception, so that a controller does not catch it by accident.
-
-    Args:
-        why: The limit, in words.
-    """
+    """A run exceeds a time limit; not an Exception, so that a controller does not catch it by accident."""
 
     def __init__(self, why: str = "it takes too long") -> None:
         super().__init__(why)
@@ -132,7 +128,6 @@ class Trial(ABC):
 
     Args:
         host: Serves the world in lockstep; *disturber* watches it.
-        disturber: Disturbs the trial, if given.
 
     Attributes:
         simulator: The simulator; read it only while nothing runs.

@@ -38,22 +38,14 @@ class Columns:
     """The runs in order of their numbers, with one value per run in each array.
 
     Attributes:
-        treatments: The names of the treatments.
-        endings: The names of the endings.
-        numbers: The number of each run.
-        scenario: The number of its scenario.
-        treatment: The index of its treatment in *treatments*.
-        replication: The number of its replication, from 0.
-        seed: The seed of its world.
+        treatment: The index of each run's treatment in *treatments*.
         ending: The index of its ending in *endings*.
         success: 1 or 0.
         factors: The index of the level of each factor in *levels*.
-        levels: The levels of each factor.
         measures: The values of each measure; NaN for none.
         squares: The contribution of each run to the squared weights; see `counted`.
         repeated: Whether all replications of its scenario and treatment are the same run.
         texts: The number of runs with a text for a measure.
-        failures: The runs without success.
     """
 
     treatments: Sequence[str]

@@ -21,12 +21,7 @@ class Summary:
     """The summary of a column; missing statistics are None.
 
     Attributes:
-        count: The number of values.
-        missing: The number of missing values.
-        mean: The mean.
         stddev: The standard deviation of a sample, over count - 1; None for fewer than two values.
-        least: The minimum.
-        most: The maximum.
         quantiles: By share; empty without a value.
     """
 
@@ -85,7 +80,6 @@ class Moments:
     """Count, mean and standard deviation of some values.
 
     Attributes:
-        n: The number of values.
         mean: The mean; None without a value.
         stddev: The standard deviation of a sample, over n - 1; None for fewer than two values; exactly 0 if all are
             equal.

@@ -167,7 +167,6 @@ class _Claim(NamedTuple):
     Attributes:
         after: The number of these pairs.
         rank: The order of verdicts that are given after the same pair.
-        verdict: The verdict.
         holds: Whether all pairs together do not contradict it.
     """
 
