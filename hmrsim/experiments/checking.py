@@ -151,7 +151,7 @@ def _alike(problem: Problem, other: Problem) -> bool:
     ) and other.message.startswith(problem.message)
 
 
-def _asked_for(value: object) -> frozenset[str]:
+def _names_asked_for(value: object) -> frozenset[str]:
     """Return the names that the expressions in a value use; an invalid expression counts as a name."""
     try:
         return names_used_in(value)
@@ -166,7 +166,7 @@ def _treatments(plan: Plan, lost: Lost) -> Iterator[Finding]:
     for name, treatment in plan.treatments.items():
         if lost.has(name, "treatments"):
             continue
-        if not known and _asked_for(treatment.model_dump(mode="json", exclude={"overlay"})):
+        if not known and _names_asked_for(treatment.model_dump(mode="json", exclude={"overlay"})):
             continue
         kind = next(kind for kind in ("tree", "python", "command") if getattr(treatment, kind) is not None)
         reasons: dict[str, None] = {}
@@ -218,7 +218,7 @@ def _successes(plan: Plan, endings: Sequence[str]) -> Iterator[Finding]:
 def _flaws(condition: Ending, world: World | None) -> Iterator[tuple[str, str]]:
     if condition.event is not None and condition.event not in events():
         yield "event", f"there is no kind of event {condition.event!r}{instead(condition.event, events())}"
-    asking = {name: asked for name in BY_REPORT if (asked := _asked_for(getattr(condition, name)))}
+    asking = {name: asked for name in BY_REPORT if (asked := _names_asked_for(getattr(condition, name)))}
     for name, asked in asking.items():
         for each in sorted(asked - {REPORTED}):
             yield name, f"there is no {each!r}; an ending may only ask for what was reported, ${{{REPORTED}.NAME}}"

@@ -110,11 +110,11 @@ def repro_text(check: Check, finding: Finding, path: Path) -> str:
 
 
 def _lines(check: Check, finding: Finding, path: Path) -> Iterator[str]:
-    for key, value in _said(check, finding, path).items():
+    for key, value in _content(check, finding, path).items():
         yield from block(key, value)
 
 
-def _said(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
+def _content(check: Check, finding: Finding, path: Path) -> dict[str, Any]:
     """Return the content of the file in plain values."""
     controller = check.treatment.model_dump(mode="json", exclude_defaults=True)
     limits = {**check.file.limits.model_dump(mode="json", exclude_none=True), "simulated": check.limit}

@@ -91,7 +91,7 @@ def check(  # noqa: PLR0913 - the options of the command
             else:
                 function()
             if summary.findings:
-                raise AssertionError(_told(summary))
+                raise AssertionError(_message(summary))
 
         test.__name__, test.__doc__, test.__module__ = function.__name__, function.__doc__, function.__module__
         test.__qualname__ = function.__qualname__
@@ -131,7 +131,7 @@ def _arguments(function: Callable[..., object]) -> int:
     return function.__code__.co_argcount
 
 
-def _told(summary: Summary) -> str:
+def _message(summary: Summary) -> str:
     stories = "\n\n".join("\n".join(story_of(finding)) for finding in summary.findings)
     files = "".join(f"\nhmrsim check --repro {file}" for file in summary.files.values())
     return f"{len(summary.findings)} failures in {summary.tried.runs} runs\n\n{stories}{files}"

@@ -415,7 +415,7 @@ class Run:
         failed = [robot for robot, status in self.outcome.statuses.items() if status.name != "SUCCESS"]
         if failed:
             why = "".join(f"\n  {robot}: {text}" for robot in failed if (text := self.outcome.why(robot)))
-            raise AssertionError(f"{', '.join(failed)} failed{why}{self._told()}")
+            raise AssertionError(f"{', '.join(failed)} failed{why}{self._end_of_story()}")
 
     def check_delivered(self, number: int | None = None) -> None:
         """Check that so many orders of the demand were delivered; if left out, that all were that have been placed.
@@ -430,10 +430,10 @@ class Run:
             return
         wanted = "" if number is None else f", not {number}"
         text = f"{totals.delivered} of {totals.placed} orders were delivered{wanted}"
-        lines = [*_first(map(self._told_of, self.orders("open"))), *self._failures()]
-        raise AssertionError(text + "".join(f"\n  {line}" for line in lines) + self._told())
+        lines = [*_first(map(self._describe, self.orders("open"))), *self._failures()]
+        raise AssertionError(text + "".join(f"\n  {line}" for line in lines) + self._end_of_story())
 
-    def _told_of(self, order: Order) -> str:
+    def _describe(self, order: Order) -> str:
         """Return what has become of an open order."""
         text = f"{order.name}, placed at {order.placed:g} s"
         if order.state is OrderState.CARRIED:
@@ -468,7 +468,9 @@ class Run:
             if place not in visited:
                 there = ", ".join(self.visited(robot)) or "nothing"
                 after = f" after {before!r}" if before else ""
-                raise AssertionError(f"{robot} did not visit {place!r}{after}; it visited {there}{self._told()}")
+                raise AssertionError(
+                    f"{robot} did not visit {place!r}{after}; it visited {there}{self._end_of_story()}"
+                )
             before = place
 
     def why(self, robot: str) -> str:
@@ -499,7 +501,7 @@ class Run:
         if robot != WORLD:
             known_name("robot", robot, [*dict.fromkeys(known)])
 
-    def _told(self) -> str:
+    def _end_of_story(self) -> str:
         """Return the last lines of the story, that the controller was canceled, and why robots wait."""
         lines, stuck = _shortened(self.story()), self.simulator.roster.admission.causes.stuck()
         if self._canceled is not None:

@@ -125,10 +125,10 @@ def line_of(text: str, number: int) -> Line:
         return Line.model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise TraceError(f"line {number}: {_said(first)}") from None
+        raise TraceError(f"line {number}: {_error_text(first)}") from None
 
 
-def _said(error: ErrorDetails) -> str:
+def _error_text(error: ErrorDetails) -> str:
     return ": ".join(filter(None, (dotted(error["loc"]), error["msg"])))
 
 
@@ -152,7 +152,7 @@ def command_of(line: Line, number: int) -> Command:
         return _COMMANDS[line.command].model_validate(line.model_extra).command()
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise TraceError(f"line {number}: {line.command}: {_said(first)}") from None
+        raise TraceError(f"line {number}: {line.command}: {_error_text(first)}") from None
 
 
 class _Recorded(BaseModel):

@@ -179,16 +179,16 @@ def _tree(
     name: str, tree_id: str | None, nodes: tuple[str, ...], values: tuple[tuple[str, str], ...], folder: Path
 ) -> TreePlan:
     _add_to_path(folder)
-    return load(_there(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
+    return load(_located(name, folder), tree=tree_id, nodes=nodes, values=dict(values))
 
 
 @lru_cache(maxsize=256)
 def _function(name: str, folder: Path) -> NamedFunction:
     _add_to_path(folder)
-    return find_function(_there(name, folder))
+    return find_function(_located(name, folder))
 
 
-def _there(name: str, folder: Path) -> str:
+def _located(name: str, folder: Path) -> str:
     """Return the name of a tree or function, with the path of its file if it is in a folder."""
     home, colon, rest = name.partition(":")
     path = folder / home

@@ -273,15 +273,15 @@ def _together(factors: Sequence[_Factor], notes: list[str]) -> Iterator[tuple[in
             uneven.append(both)
         yield one, other
     if missing:
-        notes.append(f"not all levels occur together, so that interactions are not known: {_some(missing)}")
+        notes.append(f"not all levels occur together, so that interactions are not known: {_first_of(missing)}")
     if uneven:
         notes.append(
             "levels do not occur together equally often, so that the effect of one contains some of the other's: "
-            f"{_some(uneven)}"
+            f"{_first_of(uneven)}"
         )
 
 
-def _some(pairs: Sequence[str]) -> str:
+def _first_of(pairs: Sequence[str]) -> str:
     more = f" and {len(pairs) - _MAX_PAIRS} more pairs" if len(pairs) > _MAX_PAIRS else ""
     return ", ".join(pairs[:_MAX_PAIRS]) + more
 

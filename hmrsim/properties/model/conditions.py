@@ -38,7 +38,7 @@ class RobotCondition(Part):
     is_: RobotState | None = Field(default=None, alias="is")
 
     @model_validator(mode="after")
-    def _said(self) -> Self:
+    def _says_something(self) -> Self:
         if self.at is None and self.is_ is None:
             raise ValueError("expected at: PLACE, is: STATE, or both")
         return self
@@ -64,7 +64,7 @@ class ItemCondition(Part):
     carried_by: Name | None = None
 
     @model_validator(mode="after")
-    def _said(self) -> Self:
+    def _says_something(self) -> Self:
         if self.at is None and self.carried is None and self.carried_by is None:
             raise ValueError("expected at: PLACE, carried: true or false, or carried_by: ROBOT")
         return self
