@@ -62,7 +62,7 @@ class Positions:
         self._world, self._timeline = world, timeline
         self._radius = NEAR[world.units]
         self._at: dict[str, Point | None] = {}
-        self._motions: dict[str, Sequence[Motion]] = {}
+        self._motions: dict[str, Sequence[Motion] | None] = {}
         self._near: dict[str, dict[str, _Near]] = {}
         # The last motion of each robot for which no place has been requested yet.
         self._deferred: dict[str, tuple[int, MotionBegan]] = {}
@@ -118,13 +118,8 @@ class Positions:
 
     def _stand(self, robot: str, position: Point | None) -> None:
         """Record that a robot stands at a position, or at none if it was deleted."""
-        for near in self._near.get(robot, {}).values():
-            self._measure(robot, near)
-        self._at[robot] = position
-        self._motions.pop(robot, None)
         self._deferred.pop(robot, None)
-        for near in self._near.get(robot, {}).values():
-            self._predict(robot, near)
+        self._set(robot, position, None)
 
     def _on_motion(self, at: int, event: MotionBegan) -> None:
         if event.robot in self._near:
@@ -134,11 +129,14 @@ class Positions:
 
     def _move(self, robot: str, motions: Sequence[Motion]) -> None:
         """Record that a robot is carrying out some motions."""
-        for near in self._near.get(robot, {}).values():
+        self._set(robot, motions[-1].end, motions)
+
+    def _set(self, robot: str, position: Point | None, motions: Sequence[Motion] | None) -> None:
+        places = self._near.get(robot, {}).values()
+        for near in places:
             self._measure(robot, near)
-        self._motions[robot] = motions
-        self._at[robot] = motions[-1].end
-        for near in self._near.get(robot, {}).values():
+        self._at[robot], self._motions[robot] = position, motions
+        for near in places:
             self._predict(robot, near)
 
     def _predict(self, robot: str, near: _Near) -> None:

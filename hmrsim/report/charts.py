@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Final, NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
 
 from hmrsim.drawing import PALETTE, Drawing
 from hmrsim.drawing.canvas import element, group, number, titled
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 THEME: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
 """The colors of the theme, which the page chooses."""
+
+E = TypeVar("E", "Goal", "Span", "Wait", "FaultSpan")
 
 _WIDTH, _HEIGHT = 1000.0, 160.0
 MAX_BATTERIES: Final = 60
@@ -232,16 +234,8 @@ def timeline_of(report: Report, length: float | None = None, narrowest: float = 
     """
     began = min((robot.began for robot in report.robots), default=0.0)
     scale = _Scale(began, length or report.summary.sim_time or 1.0, narrowest)
-    goals, spans = defaultdict[str, list["Goal"]](list), defaultdict[str, list["Span"]](list)
-    waits, faults = defaultdict[str, list["Wait"]](list), defaultdict[str, list["FaultSpan"]](list)
-    for goal in report.goals:
-        goals[goal.robot].append(goal)
-    for span in report.states:
-        spans[span.robot].append(span)
-    for wait in report.waits:
-        waits[wait.robot].append(wait)
-    for fault in report.faults:
-        faults[fault.robot].append(fault)
+    goals, spans = _by_robot(report.goals), _by_robot(report.states)
+    waits, faults = _by_robot(report.waits), _by_robot(report.faults)
     robots = report.robots[:_ROWS]
     end = scale.began + (report.summary.sim_time or scale.length)
     resolution = 0.0
@@ -262,6 +256,13 @@ def timeline_of(report: Report, length: float | None = None, narrowest: float = 
     together = resolution / WIDTH * scale.length
     left_out = sum(max(0, len(waits[robot.name]) - most_waits) for robot in robots)
     return Timeline(tuple(rows), tuple(_ticks(scale)), len(report.robots) - len(robots), together, left_out)
+
+
+def _by_robot(entries: Iterable[E]) -> dict[str, list[E]]:
+    groups = defaultdict[str, list[E]](list)
+    for entry in entries:
+        groups[entry.robot].append(entry)
+    return groups
 
 
 def _bars(goals: list[Goal], end: float, gap: float) -> list[_Bar]:

@@ -128,7 +128,7 @@ class LiveReport:
             self._sink.weigh_all()
         self._story.end(stamp(simulator.now))
         header = Header.of(self._world, self._settings)
-        said: dict[str, Any] = {"seed": header.seed, "hmrsim": header.version, "contract": header.contract}
-        said["world"] = {"name": header.name, "hash": header.hash}
+        world = {"name": header.name, "hash": header.hash}
+        fields = {"seed": header.seed, "hmrsim": header.version, "contract": header.contract, "world": world}
         source = Source(kind="trace", exact=True, complete=True, notes=tuple(notes_of(self._story)))
-        return report_of(ReportInput(self._story, source, said, dict(header.definition)))
+        return report_of(ReportInput(self._story, source, fields, dict(header.definition)))

@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import suppress
+from dataclasses import dataclass, field
 from multiprocessing import forkserver
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
@@ -83,7 +84,7 @@ class Batches:
         Raises:
             HmrsimError: A piece raises it.
         """
-        return _Work(self, pieces, submit, lost, in_order=in_order, until=until).results()
+        return _Work(self, pieces, submit, lost, in_order, until).results()
 
     @property
     def executor(self) -> Executor:
@@ -92,28 +93,28 @@ class Batches:
         return self._executor
 
 
+@dataclass
 class _Work(Generic[T, R]):
-    """The state of one call of `Batches.results`."""
+    """One call of `Batches.results`, with its arguments and its state.
 
-    def __init__(
-        self,
-        batches: Batches,
-        pieces: Callable[[], Sequence[T]],
-        submit: Callable[[Executor, Sequence[T]], Future[list[R]]],
-        lost: Callable[[T, float], R],
-        *,
-        in_order: bool,
-        until: float,
-    ) -> None:
-        self._batches, self._pieces, self._submit, self._lost = batches, pieces, submit, lost
-        self._in_order, self._until = in_order, until
-        self._begun: dict[Future[list[R]], Sequence[T]] = {}
-        # Pieces that had not begun when the executor broke, and tasks that may have broken it.
-        self._again: Sequence[T] = ()
-        self._suspects: deque[T] = deque()
-        self._alone, self._since = False, 0.0
-        # Tasks that were running when the executor broke; None while it works.
-        self._broken: list[T] | None = None
+    Attributes:
+        _again: A piece that had not begun when the executor broke.
+        _suspects: Tasks that may have broken it.
+        _broken: Tasks that were running when the executor broke; None while it works.
+    """
+
+    _batches: Batches
+    _pieces: Callable[[], Sequence[T]]
+    _submit: Callable[[Executor, Sequence[T]], Future[list[R]]]
+    _lost: Callable[[T, float], R]
+    _in_order: bool
+    _until: float
+    _begun: dict[Future[list[R]], Sequence[T]] = field(default_factory=dict)
+    _again: Sequence[T] = ()
+    _suspects: deque[T] = field(default_factory=deque)
+    _alone: bool = False
+    _since: float = 0.0
+    _broken: list[T] | None = None
 
     def results(self) -> Generator[tuple[Sequence[T], list[R]], None, None]:
         try:

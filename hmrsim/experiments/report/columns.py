@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.experiments.repeats import COLUMNS, Repeats, cell_of
@@ -74,22 +74,14 @@ class Columns:
         return {name: self.levels[name][codes[run]] for name, codes in self.factors.items()}
 
 
-@dataclass
-class _Names:
-    """Numbers for names, in order of their first use."""
-
-    numbers: dict[Any, int] = field(default_factory=dict)
-
-    def number(self, name: Any) -> int:
-        return self.numbers.setdefault(name, len(self.numbers))
-
-
 def columns_of(results: Results) -> Columns:
     """Return the columns of the runs that have a result now."""
     about = results.about
     measures, factors = [*about["measures"]], [*about["factors"]]
     treatments = {name: number for number, name in enumerate(about["treatments"])}
-    endings, levels = _Names(), {name: _Names() for name in factors}
+    # The numbers of endings and levels, in order of their first use.
+    endings: dict[str, int] = {}
+    levels: dict[str, dict[Any, int]] = {name: {} for name in factors}
     whole = {name: array("q") for name in ("number", "scenario", "replication", "seed", "treatment", "ending")}
     codes = {name: array("q") for name in factors}
     values = {name: array("d") for name in ("success", *measures)}
@@ -103,10 +95,10 @@ def columns_of(results: Results) -> Columns:
         for name in ("number", "scenario", "replication", "seed"):
             whole[name].append(row[name])
         whole["treatment"].append(treatments[row["treatment"]])
-        whole["ending"].append(endings.number(row["ending"]))
+        whole["ending"].append(endings.setdefault(row["ending"], len(endings)))
         values["success"].append(row["success"])
         for name in factors:
-            codes[name].append(levels[name].number(row[name]))
+            codes[name].append(levels[name].setdefault(row[name], len(levels[name])))
         for name in measures:
             value = row[name]
             known = isinstance(value, (int, float)) and abs(value) <= _MOST
@@ -123,7 +115,7 @@ def columns_of(results: Results) -> Columns:
     numbers = {name: column(each, float) for name, each in values.items()}
     return Columns(
         treatments=tuple(treatments),
-        endings=tuple(endings.numbers),
+        endings=tuple(endings),
         numbers=found["number"],
         scenario=found["scenario"],
         treatment=found["treatment"],
@@ -132,7 +124,7 @@ def columns_of(results: Results) -> Columns:
         ending=found["ending"],
         success=numbers["success"],
         factors={name: column(each, np.int64) for name, each in codes.items()},
-        levels={name: [*each.numbers] for name, each in levels.items()},
+        levels={name: [*each] for name, each in levels.items()},
         measures={name: numbers[name] for name in measures},
         squares=column(squares, float),
         repeated=column(repeated, np.bool_),
