@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -17,8 +18,10 @@ _log = logging.getLogger(__name__)
 
 _BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
-MIN_WALL_SECONDS: Final = 1 / 20
-"""Wall seconds between two feedback messages of one goal: at most 20 a second."""
+_MAX_PER_GOAL: Final = 20
+"""Feedback messages of one goal per wall second."""
+_MAX_PER_SECOND: Final = 2_000
+"""Feedback messages of all goals per wall second: more would take most of the simulator's processor time."""
 
 
 class Publisher:
@@ -68,7 +71,7 @@ class Publisher:
 
 
 class FeedbackLimiter:
-    """Limits the rate of each goal's feedback; a goal's last feedback always passes.
+    """Limits the rate of each goal's feedback, and so that of all goals; a goal's last feedback always passes.
 
     Attributes:
         sent: When feedback of each goal was last published, until the goal is forgotten.
@@ -80,7 +83,8 @@ class FeedbackLimiter:
     def passes(self, event: FeedbackSent) -> bool:
         """Return whether to publish feedback; if so, it counts as published."""
         now = time.monotonic()
-        if not event.last and now - self.sent.get(event.goal_id, -1.0) < MIN_WALL_SECONDS:
+        period = max(1 / _MAX_PER_GOAL, len(self.sent) / _MAX_PER_SECOND)
+        if not event.last and now - self.sent.get(event.goal_id, -math.inf) < period:
             return False
         self.sent[event.goal_id] = now
         return True

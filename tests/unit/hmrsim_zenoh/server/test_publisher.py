@@ -30,6 +30,12 @@ def test_twenty_a_wall_second(passed):
     )
 
 
+def test_many_goals_share_a_limit(passed):
+    """With 1,000 goals, each one's feedback passes twice per wall second, so that all have 2,000 messages together."""
+    first = [(1.0, f"{goal}", False) for goal in range(1000)]
+    assert [True] * 1000 + [False, True] == passed(*first, (1.49, "7", False), (1.51, "7", False))
+
+
 def test_last(passed):
     """The last feedback of a goal passes at any time."""
     assert [True, True] == passed((1.0, "a", False), (1.01, "a", True))
