@@ -27,7 +27,9 @@ TREE = "_tree"
 """The topic of a robot's tree, which a controller publishes."""
 
 _ACTION = "_action"
-_HISTORY = "@adv"
+HISTORY: Final = "@adv"
+"""The chunk after a key where Zenoh's advanced subscribers query earlier samples."""
+
 _PREFIX = re.compile(r"[A-Za-z0-9_.~-]+(/[A-Za-z0-9_.~-]+)*")
 
 
@@ -144,11 +146,11 @@ class Keys:
 
     def history_of(self, key: str) -> str:
         """Return the wildcard on which they query earlier samples of a key."""
-        return f"{key}/{_HISTORY}/**"
+        return f"{key}/{HISTORY}/**"
 
     def without_history(self, key: str) -> str:
         """Return the key whose history an advanced subscriber queries; any other key unchanged."""
-        return key.partition(f"/{_HISTORY}")[0]
+        return key.partition(f"/{HISTORY}")[0]
 
     def everything(self) -> str:
         """Return the wildcard that all keys of the simulation match."""

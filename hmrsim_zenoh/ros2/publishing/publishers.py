@@ -7,13 +7,14 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Collection, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import zenoh
-from zenoh import ext
 
 from hmrsim_zenoh.ros2.keys import LATCHED_QOS
 from hmrsim_zenoh.ros2.wires import Attachment
+from hmrsim_zenoh.wire.keys import HISTORY, servers_own
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
@@ -23,9 +24,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_DROP: Final = zenoh.CongestionControl.DROP
-_HEARTBEAT: Final = 0.5
-"""The heartbeat period in seconds, by which subscribers detect a missed message, as in rmw_zenoh."""
+_BLOCK, _DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 
 
 class Publisher:
@@ -66,7 +65,7 @@ class Publisher:
             self._put = None
 
     def publish(self, payload: bytes) -> None:
-        """Publish a message; it is dropped under congestion."""
+        """Publish a message; it is dropped under congestion, unless the publisher is latched."""
         with self._lock:
             self._publish(payload)
 
@@ -105,23 +104,53 @@ class LatchedPublisher(Publisher):
         super()._publish(payload)
 
 
-class _Key:
+class _Outlet:
     """A key to publish on; it is declared with the first message, as most keys never have one."""
 
     def __init__(self, session: zenoh.Session, key: str) -> None:
+        self.key = key
         self._session = session
-        self._key = key
         self._declared: zenoh.KeyExpr | None = None
 
     def put(self, payload: bytes, **options: Any) -> None:
-        # Zenoh matches an undeclared key against all declared ones.
-        if self._declared is None:
-            self._declared = self._session.declare_keyexpr(self._key)
-        self._session.put(self._declared, payload, congestion_control=_DROP, **options)
+        self._put(payload, congestion_control=_DROP, **options)
 
     def undeclare(self) -> None:
         if self._declared is not None:
             self._session.undeclare(self._declared)
+
+    def _put(self, payload: bytes, **options: Any) -> None:
+        # Zenoh matches an undeclared key against all declared ones.
+        if self._declared is None:
+            self._declared = self._session.declare_keyexpr(self.key)
+        self._session.put(self._declared, payload, **options)
+
+
+class _LatchedOutlet(_Outlet):
+    """A key whose last message late subscribers get, and whose token makes earlier ones query it.
+
+    Zenoh's own publisher of this kind has a queryable, which costs time for each query of any client.
+    """
+
+    def __init__(self, session: zenoh.Session, key: str) -> None:
+        super().__init__(session, key)
+        self._last: tuple[bytes, dict[str, Any]] | None = None
+        self._token = session.liveliness().declare_token(f"{key}/{HISTORY}/pub/{session.info.zid()}/uhlc/_")
+
+    def put(self, payload: bytes, **options: Any) -> None:
+        # Subscribers tell from the timestamp that a message of the history is one that they have.
+        self._last = payload, {**options, "timestamp": self._session.new_timestamp()}
+        self._put(payload, congestion_control=_BLOCK, **self._last[1])
+
+    def undeclare(self) -> None:
+        self._token.undeclare()
+        super().undeclare()
+
+    def reply_to(self, query: zenoh.Query) -> None:
+        """Reply with the last message, if there is one."""
+        if self._last is not None:
+            payload, options = self._last
+            query.reply(self.key, payload, **options)
 
 
 class Publishers:
@@ -131,9 +160,13 @@ class Publishers:
         self._session = session
         self._wire = wire
         self._lock = threading.Lock()
-        # The publishers that are referenced, and the entities of the open ones.
+        # The publishers that are referenced, and the outlets of the open ones.
         self._all: weakref.WeakValueDictionary[str, Publisher] = weakref.WeakValueDictionary()
-        self._entities: dict[str, tuple[Publisher, ext.AdvancedPublisher | _Key]] = {}
+        self._outlets: dict[str, tuple[Publisher, _Outlet]] = {}
+        everything = zenoh.KeyExpr.autocanonize(wire.key("/**"))
+        self._history = session.declare_queryable(
+            servers_own(f"{everything}/{HISTORY}/**"), zenoh.handlers.Callback(self._reply_history), complete=False
+        )
 
     def of(self, endpoint: Endpoint) -> Publisher:
         """Return the publisher of an endpoint: always the same object while it is referenced.
@@ -146,7 +179,7 @@ class Publishers:
             if publisher is None:
                 publisher = self._all[key] = LatchedPublisher() if endpoint.qos == LATCHED_QOS else Publisher()
                 if not self._wire.has_types and endpoint.qos != LATCHED_QOS:
-                    self._open(key, publisher, _Key(self._session, key), None)
+                    self._open(key, publisher, _Outlet(self._session, key), None)
         return publisher
 
     def open(self, endpoint: Endpoint, gid: bytes | None) -> None:
@@ -157,12 +190,12 @@ class Publishers:
         """
         key, publisher = self._key_of(endpoint), self.of(endpoint)
         if not publisher:
-            entity = self._advanced(key) if endpoint.qos == LATCHED_QOS else _Key(self._session, key)
-            self._open(key, publisher, entity, gid)
+            kind = _LatchedOutlet if endpoint.qos == LATCHED_QOS else _Outlet
+            self._open(key, publisher, kind(self._session, key), gid)
 
-    def _open(self, key: str, publisher: Publisher, entity: ext.AdvancedPublisher | _Key, gid: bytes | None) -> None:
-        self._entities[key] = publisher, entity
-        publisher.open(entity.put, gid)
+    def _open(self, key: str, publisher: Publisher, outlet: _Outlet, gid: bytes | None) -> None:
+        self._outlets[key] = publisher, outlet
+        publisher.open(outlet.put, gid)
 
     def close(self, endpoint: Endpoint) -> None:
         """Close a publisher, and then undeclare it.
@@ -170,22 +203,23 @@ class Publishers:
         Raises:
             ZError: The session is closed.
         """
-        publisher, entity = self._entities.pop(self._key_of(endpoint))
+        publisher, outlet = self._outlets.pop(self._key_of(endpoint))
         publisher.close()
-        entity.undeclare()
+        outlet.undeclare()
 
     def _key_of(self, endpoint: Endpoint) -> str:
         return self._wire.key(endpoint.name, endpoint.type, endpoint.hash)
 
-    def _advanced(self, key: str) -> ext.AdvancedPublisher:
-        return ext.declare_advanced_publisher(
-            self._session,
-            key,
-            congestion_control=_DROP,
-            cache=ext.CacheConfig(1),
-            publisher_detection=True,
-            sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=_HEARTBEAT),
-        )
+    def _reply_history(self, query: zenoh.Query) -> None:
+        """Reply to a late subscriber with the last message on its key, in a thread of Zenoh."""
+        asked = zenoh.KeyExpr(str(query.key_expr).partition(f"/{HISTORY}")[0])
+        outlets = self._outlets
+        for key in [key for key in list(outlets) if asked.intersects(key)] if "*" in str(asked) else [str(asked)]:
+            _, outlet = outlets.get(key, (None, None))
+            if isinstance(outlet, _LatchedOutlet):
+                with suppress(zenoh.ZError):
+                    outlet.reply_to(query)
+        query.drop()
 
 
 class TopicPublishers:

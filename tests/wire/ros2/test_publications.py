@@ -164,6 +164,15 @@ def test_a_late_subscriber_gets_the_last_status_list(stage):
     assert [1] == statuses(stage.hear_latched(STATUS, stage.endpoints.status_type).next())
 
 
+def test_one_query_gets_the_last_messages_of_many_topics(stage):
+    stage.start()
+    type_ = stage.endpoints.message_type("amcl_pose")
+    key = stage.wire.key("/*/amcl_pose", type_.dds_name, type_.hash)
+    replies = stage.other.get(f"{key}/@adv/**?_anyke", timeout=PATIENCE)
+
+    assert ["cart", "eve", "wall_e"] == sorted(str(reply.ok.key_expr).split("/")[1] for reply in replies)
+
+
 def test_the_first_status_list_has_goals_from_before_the_publisher(stage):
     stage.publications._declarations.want = lambda *_parts: None
     stage.publications.start()
