@@ -10,7 +10,7 @@ from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from hmrsim.errors import NoRoute
-from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Obstacles, Point, distance, foot
+from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Adjacency, Numbers
 from hmrsim.navigation.cache import LazySequence, LruCache, exact
@@ -148,11 +148,9 @@ class Lanes:
 
     def __init__(self, world: World) -> None:
         self._bounds = world.bounds
-        walls, solids = world.polylines, world.solids
-        doors = [door.at for door in world.doors.values()]
-        self._walls = Obstacles(walls, solids)
+        self._walls = world.obstacles()
         # A door off the lanes is a wall for a later position: whether it will be open then is not known.
-        self._obstacles = Obstacles([*walls, *doors], solids) if doors else self._walls
+        self._obstacles = world.obstacles(doors=True) if world.doors else self._walls
         self.ways = ways = Adjacency(world)
         self.names, self.points, self.numbers = ways.names, ways.points, Numbers(ways)
         self.legs = Legs(ways)

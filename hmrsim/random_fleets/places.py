@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
-from hmrsim.geometry import SAME_PLACE, Obstacles, Point, crosses, distance, foot, gap
+from hmrsim.geometry import SAME_PLACE, Point, crosses, distance, foot, gap
 from hmrsim.traffic.nearness import touch
 from hmrsim.world.model import Waypoint
 
@@ -81,10 +81,7 @@ class Places:
 
     def __init__(self, world: World, points: list[Point]) -> None:
         self._world = world
-        self._obstacles = Obstacles(
-            [*world.polylines, *(door.at for door in world.doors.values())],
-            world.solids,
-        )
+        self._obstacles = world.obstacles(doors=True)
         self._widest = _widest_pair(world)
         self._tracks = [*self._find_tracks()]
         self.all = [Place(at, self._capacity(name), name) for name, at in world.points.items()]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, overload
 
 from pydantic import (
@@ -30,7 +30,7 @@ from pydantic import (
 )
 
 from hmrsim.distributions import PositiveRandomSeconds, RandomFactor, RandomSeconds, mean
-from hmrsim.geometry import MAX_COORDINATE, distance
+from hmrsim.geometry import MAX_COORDINATE, Obstacles, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Pairs, Way, as_networkx, levels, nearest
 from hmrsim.world.segments import SegmentGrid
@@ -571,6 +571,16 @@ class World(Model):
         """All walls as polylines, in order; those of solids are closed."""
         return [(*wall.solid, wall.solid[0]) if isinstance(wall, Solid) else wall for wall in self.walls]
 
+    @property
+    def sides(self) -> list[tuple[Point, Point]]:
+        """The straight pieces of all walls, by their ends."""
+        return [side for outline in self.outlines for side in pairwise(outline)]
+
+    def obstacles(self, *, doors: bool = False) -> Obstacles:
+        """Return the walls as obstacles; with *doors*, also all doors, as if they were closed."""
+        closed = [door.at for door in self.doors.values()] if doors else []
+        return Obstacles([*self.polylines, *closed], self.solids)
+
     @cached_property
     def ways(self) -> tuple[Way, ...]:
         """Lanes in each direction in which they can be driven, and rides in lifts, by the waypoints where they begin.
@@ -661,6 +671,13 @@ class World(Model):
         if at in self.points:
             return self.points[at]
         return self.places[at].at if at in self.places else self.dock_point(at)
+
+    def find(self, at: Point | str) -> Point | None:
+        """Return the coordinates of a point or of a named waypoint, place or dock; None if the name is unknown."""
+        try:
+            return self.point(at)
+        except KeyError:
+            return None
 
     def dock_point(self, name: str) -> Point:
         """Return the coordinates of a dock.

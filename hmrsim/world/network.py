@@ -127,6 +127,21 @@ def _spread(building: dict[str, int], neighbors: Mapping[str, list[str]], stop: 
             reached += neighbors[name]
 
 
+def connected(joined: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return for each name the representative of those that pairs of names connect it with, in order of the pairs."""
+    top: dict[str, str] = {}
+
+    def find(name: str) -> str:
+        while top.setdefault(name, name) != name:
+            top[name] = top[top[name]]
+            name = top[name]
+        return name
+
+    for start, end in joined:
+        top[find(end)] = find(start)
+    return {name: find(name) for name in top}
+
+
 def nearest(waypoints: Mapping[str, Point], points: Mapping[str, Point]) -> dict[str, str]:
     """Return the waypoint nearest to each point, as the crow flies; of equally near ones the first by name.
 

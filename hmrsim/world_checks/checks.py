@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -17,12 +17,11 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, war
 from hmrsim.documents.valid_parts import Lost
 from hmrsim.documents.validation import explain
 from hmrsim.errors import Problem
-from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.geometry import SAME_PLACE, Obstacles, distance
 from hmrsim.world.model import BUILT_IN_TYPES
-from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
 from hmrsim.world_checks.faults import check_faults
-from hmrsim.world_checks.lanes import check_lanes, lane_ends
+from hmrsim.world_checks.lanes import LaneIndex, check_lanes, known_lanes
 from hmrsim.world_checks.robots import check_batteries, check_scripts, check_traffic, check_walled_in
 
 if TYPE_CHECKING:
@@ -148,14 +147,11 @@ def _strays(world: World) -> Iterator[tuple[str, Point]]:
 
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
     """Return the point of *at*, or its error, or None if an invalid part may define it."""
-    try:
-        return world.point(at)
-    except KeyError:
-        name = str(at)
-        if lost.has(name, "waypoints", "places", "docks"):
-            return None
-        known = [*world.waypoints, *world.places, *world.docks]
-        return Finding(path, f"no waypoint, place or dock {name!r}{instead(name, known)}", name)
+    point, name = world.find(at), str(at)
+    if point is not None or lost.has(name, "waypoints", "places", "docks"):
+        return point
+    known = [*world.waypoints, *world.places, *world.docks]
+    return Finding(path, f"no waypoint, place or dock {name!r}{instead(name, known)}", name)
 
 
 def _check_settings(path: Path, name: str, settings: Mapping[str, Any]) -> Iterator[Finding]:
@@ -180,7 +176,7 @@ def _check_robots(world: World, lost: Lost) -> Iterator[Finding]:
     if not world.robots:
         return
     solids = Obstacles([], world.solids)
-    lanes = _OnLane(world)
+    lanes = cache(lambda: LaneIndex(world, known_lanes(world)))
     types = {**world.robot_types, **BUILT_IN_TYPES}
     for name, robot in world.robots.items():
         yield from _check_own_components(world, name, robot)
@@ -211,35 +207,17 @@ def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator
                 yield finding
 
 
-def _check_start(world: World, path: Path, point: Point, solids: Obstacles, lanes: _OnLane) -> Iterator[Finding]:
+def _check_start(
+    world: World, path: Path, point: Point, solids: Obstacles, lanes: Callable[[], LaneIndex]
+) -> Iterator[Finding]:
     if _outside(world, point):
         yield Finding(path, f"{_at(point)} is outside {_spans(world)}", list(point))
     if solids.occupy(point):
-        if lanes.has(point):
+        if lanes().lanes_at(point):
             yield warning(path, f"{_at(point)} is inside an obstacle; only its lane leads out", list(point))
         else:
             message = f"{_at(point)} is inside an obstacle, and on no lane that leads out; start it elsewhere"
             yield Finding(path, message, list(point))
-
-
-class _OnLane:
-    """The lanes of a world between known waypoints, to find points on them."""
-
-    def __init__(self, world: World) -> None:
-        self._world = world
-
-    @cached_property
-    def _lanes(self) -> list[tuple[Point, Point]]:
-        return lane_ends(self._world)
-
-    @cached_property
-    def _grid(self) -> SegmentGrid:
-        return SegmentGrid(self._lanes)
-
-    def has(self, point: Point) -> bool:
-        """Return whether a point is on a lane."""
-        near = self._grid.within(point, 2 * SAME_PLACE)
-        return any(distance(point, foot(point, *self._lanes[i])) <= SAME_PLACE for i in near)
 
 
 def _check_items(world: World, lost: Lost) -> Iterator[Finding]:

@@ -8,10 +8,12 @@ from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 from hmrsim.diagnostics import Finding, Path, instead, warning
-from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
+from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world.network import connected
 from hmrsim.world.segments import SegmentGrid
 from hmrsim.world_checks.lanes import LaneIndex, known_lanes, lane_ends
+from hmrsim.world_checks.robots import known_start
 
 if TYPE_CHECKING:
     from hmrsim.documents.valid_parts import Lost
@@ -75,32 +77,15 @@ class _Ways:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._obstacles = Obstacles(world.polylines, world.solids)
-        self._walls = SegmentGrid([side for outline in world.outlines for side in pairwise(outline)])
-        points = world.points
+        self._obstacles = world.obstacles()
+        self._walls = SegmentGrid(world.sides)
         self._robots = [*world.robots.items()]
         self._lanes = LaneIndex(world, known_lanes(world))
-        self._stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= points.keys()]
-        self._part = self._parts()
+        stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= world.points.keys()]
+        driven = ((lane.from_, lane.to) for lane in self._lanes.lanes)
+        self._part = connected([*driven, *(pair for each in stops for pair in pairwise(each))])
         self._count = len({*self._part.values()})
         self._starts: dict[Point, frozenset[str]] = {}
-
-    def _parts(self) -> dict[str, str]:
-        """Return for each waypoint on a lane a representative of its connected part."""
-        part: dict[str, str] = {}
-
-        def top(name: str) -> str:
-            while part.setdefault(name, name) != name:
-                part[name] = part[part[name]]
-                name = part[name]
-            return name
-
-        for lane in self._lanes.lanes:
-            part[top(lane.from_)] = top(lane.to)
-        for first, *others in self._stops:
-            for other in others:
-                part[top(other)] = top(first)
-        return {name: top(name) for name in part}
 
     def check(self, path: Path, name: str, dock: Dock, point: Point) -> Iterator[Finding]:
         """Yield a warning if no robot that may dock at a dock can reach it."""
@@ -119,12 +104,8 @@ class _Ways:
             yield warning(path, text, [x, y])
 
     def _reaches(self, robot: RobotSpec, point: Point, near: Collection[str]) -> bool:
-        try:
-            start, kind = self._world.point(robot.at), self._world.robot_type(robot)
-        except KeyError:
-            # The unknown place or type has another error.
-            return True
-        if kind.base.flies or distance(start, point) <= SAME_PLACE:
+        base, start = known_start(self._world, robot)
+        if base is None or start is None or base.flies or distance(start, point) <= SAME_PLACE:
             return True
         if start not in self._starts:
             self._starts[start] = self._near(start)
@@ -203,9 +184,8 @@ def _check_standing(world: World) -> Iterator[Finding]:
     closed = [(name, door) for name, door in world.doors.items() if not door.open and distance(*door.at) > SAME_PLACE]
     grid = SegmentGrid([door.at for _, door in closed])
     for other, robot in world.robots.items() if closed else ():
-        try:
-            at = world.point(robot.at)
-        except KeyError:
+        at = world.find(robot.at)
+        if at is None:
             continue
         (x, y), hair = at, 2 * SAME_PLACE
         for name, door in (closed[i] for i in sorted(grid.near((x - hair, y - hair), (x + hair, y + hair)))):

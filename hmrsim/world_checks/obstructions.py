@@ -167,8 +167,7 @@ class _Obstructions:
 
     @cached_property
     def _obstacles(self) -> Obstacles:
-        doors = [door.at for door in self._world.doors.values()]
-        return Obstacles([*self._world.polylines, *doors], self._world.solids)
+        return self._world.obstacles(doors=True)
 
     def check_starts(self) -> Iterator[Finding]:
         """Yield the robots that start in the way of orders and don't make room.

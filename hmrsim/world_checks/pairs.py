@@ -29,7 +29,7 @@ _HIDDEN: Final = 10
 def check_pairs(world: World) -> Iterator[Finding]:
     """Yield an error if the parts of a world form more pairs than a client's world may."""
     counts = {
-        "robots with walls": len(world.robots) * _sides(world),
+        "robots with walls": len(world.robots) * len(world.sides),
         "robots with docks": len(world.robots) * len(world.docks),
         "robots with doors": len(world.robots) * len(world.doors),
         "doors with lanes": _SLOW * len(world.doors) * len(world.lanes),
@@ -50,10 +50,6 @@ def check_pairs(world: World) -> Iterator[Finding]:
             f" and the limit is {MAX_PAIRS:,}; start a simulator with it as a file"
         )
         yield Finding((), text, total)
-
-
-def _sides(world: World) -> int:
-    return sum(len(outline) - 1 for outline in world.outlines)
 
 
 def _settings(world: World) -> int:
@@ -89,20 +85,14 @@ def _inside(world: World) -> int:
 
 def _starting(world: World) -> Iterator[Point]:
     """Yield the known starts of robots."""
-    for robot in world.robots.values():
-        try:
-            yield world.point(robot.at)
-        except KeyError:
-            continue
+    starts = (world.find(robot.at) for robot in world.robots.values())
+    return (point for point in starts if point is not None)
 
 
 def _hidden(world: World) -> int:
     """Return the cost of finding a visible lane for each dock beside the lanes, or a number above the limit."""
-    sides = _sides(world) + len(world.doors)
-    obstacles = Obstacles(
-        [*world.polylines, *(door.at for door in world.doors.values())],
-        world.solids,
-    )
+    sides = len(world.sides) + len(world.doors)
+    obstacles = world.obstacles(doors=True)
     count, lanes = 0, lane_ends(world)
     for point in _beside(world) if sides else ():
         for at in sorted((foot(point, *lane) for lane in lanes), key=lambda at: distance(point, at)):

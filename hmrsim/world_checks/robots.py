@@ -8,7 +8,6 @@ import re
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
@@ -23,14 +22,14 @@ from hmrsim.goals.script_orders import read_order
 from hmrsim.traffic.nearness import rooms_of_waypoints
 from hmrsim.traffic.policies import registry as policies
 from hmrsim.traffic.policies.reserve import ReserveSettings
-from hmrsim.world.model import DEFAULT_POLICY
+from hmrsim.world.model import BUILT_IN_TYPES, DEFAULT_POLICY
 from hmrsim.world.network import nearest
 from hmrsim.world_checks.lanes import LaneIndex, known_lanes
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
     from hmrsim.geometry import Point
-    from hmrsim.world.model import RobotSpec, World
+    from hmrsim.world.model import Base, RobotSpec, World
 
 
 _MIN_SHARE: Final = 0.02
@@ -146,13 +145,17 @@ def _starts(world: World) -> dict[str, Point]:
     """Return the valid start positions of robots that drive on lanes, by name."""
     starts = {}
     for name, robot in world.robots.items():
-        try:
-            base, point = world.robot_type(robot).base, world.point(robot.at)
-        except KeyError:
-            continue
-        if not base.flies and robot.planner == "graph":
+        base, point = known_start(world, robot)
+        if base and point and not base.flies and robot.planner == "graph":
             starts[name] = point
     return starts
+
+
+def known_start(world: World, robot: RobotSpec) -> tuple[Base, Point] | tuple[None, None]:
+    """Return the base of a robot and where it starts; None if its type or place is unknown."""
+    point = world.find(robot.at)
+    is_known = robot.type in world.robot_types or robot.type in BUILT_IN_TYPES
+    return (world.robot_type(robot).base, point) if is_known and point else (None, None)
 
 
 class _Sight:
@@ -161,10 +164,10 @@ class _Sight:
     def __init__(self, world: World, lanes: list[tuple[Point, Point]]) -> None:
         # Away from the lanes, the planner treats doors as walls.
         doors = [door.at for door in world.doors.values()]
-        self._obstacles = Obstacles([*world.polylines, *doors], world.solids)
+        self._obstacles = world.obstacles(doors=True)
         # Another check reports robots inside these.
         self._occupiable = Obstacles(doors, world.solids)
-        self._walls = [side for outline in [*world.outlines, *doors] for side in pairwise(outline)]
+        self._walls = [*world.sides, *doors]
         self._lanes = lanes
         self._budget = _MAX_COMPARISONS
 
@@ -313,8 +316,5 @@ class _Rooms:
 
 def _start(world: World, name: str, robot: RobotSpec) -> tuple[Point, float, str] | None:
     """Return the start of a robot and its radius; None if it flies or the start is unknown."""
-    try:
-        base, point = world.robot_type(robot).base, world.point(robot.at)
-    except KeyError:
-        return None
-    return None if base.flies else (point, base.radius or 0.0, name)
+    base, point = known_start(world, robot)
+    return (point, base.radius or 0.0, name) if base and point and not base.flies else None

@@ -12,6 +12,7 @@ from hmrsim.world.files import AS_IT_IS, ReadOptions
 from hmrsim.world.formats import Format
 from hmrsim.world.formats._layouts import Edges, choose_page, side_by_side
 from hmrsim.world.formats._reading import BadPart, Part, of_json
+from hmrsim.world.network import connected
 
 if TYPE_CHECKING:
     from hmrsim.world.formats import Document
@@ -184,23 +185,14 @@ class _Conversion:
 
     def _lifts(self) -> dict[str, Any]:
         """Return the lifts: one for all nodes that edges between levels connect, named after the first edge."""
-        top = {node: node for start, end, _ in self._rides for node in (start, end)}
-
-        def find(node: str) -> str:
-            while top[node] != node:
-                top[node] = top[top[node]]
-                node = top[node]
-            return node
-
-        for start, end, _ in self._rides:
-            top[find(end)] = find(start)
+        shaft = connected((start, end) for start, end, _ in self._rides)
         order = {level: i for i, level in enumerate(dict.fromkeys(layout.level for layout in self._chosen))}
         stops: dict[str, dict[str, str]] = {}
-        for node in top:
-            stops.setdefault(find(node), {}).setdefault(self._nodes[node].layout.level, node)
+        for node in shaft:
+            stops.setdefault(shaft[node], {}).setdefault(self._nodes[node].layout.level, node)
         lifts: dict[str, Any] = {}
         for start, _, part in self._rides:
-            if levels := stops.pop(find(start), None):
+            if levels := stops.pop(shaft[start], None):
                 name = part.value.get("edgeId") or f"lift_{len(lifts) + 1}"
                 lifts[str(name)] = {"stops": [levels[level] for level in sorted(levels, key=order.__getitem__)]}
                 self._reading.origin(("lifts", str(name)), part)
