@@ -31,8 +31,8 @@ from bt_controller.coverage.node_coverage import (
     ended_with_run,
     ending_of,
 )
+from hmrsim.caches import LruCache
 from hmrsim.errors import HmrsimError
-from hmrsim.navigation.cache import LruCache
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour

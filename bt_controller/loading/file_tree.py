@@ -24,8 +24,8 @@ from bt_controller.loading.check import check
 from bt_controller.loading.named_functions import imported
 from bt_controller.loading.source import Element, Faults, document, read
 from bt_controller.nodes import registry
+from hmrsim.caches import FileCache
 from hmrsim.diagnostics import meant
-from hmrsim.file_cache import FileCache
 from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:

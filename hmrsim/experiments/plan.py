@@ -12,9 +12,9 @@ from functools import cached_property, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any, Final
 
+from hmrsim.caches import LruCache
 from hmrsim.diagnostics import instead
 from hmrsim.experiments.model import Design, ExperimentFile, Range
-from hmrsim.navigation.cache import LruCache
 from hmrsim.world.overlays.overlay import Overlay
 from hmrsim.world.overlays.tables import as_rows
 from hmrsim.world_checks.loading import BaseWorld, base_world

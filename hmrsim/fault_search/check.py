@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BeforeValidator, Field
 
+from hmrsim.caches import LruCache
 from hmrsim.documents.document import LineOf, no_line
 from hmrsim.errors import HmrsimError
 from hmrsim.fault_search.schedule import changes_in, overlays_of, with_faults
-from hmrsim.navigation.cache import LruCache
 from hmrsim.properties.compiler import compares
 from hmrsim.settings.run import RunSettings
 from hmrsim.trials.model import Controller, Count, Limits, Part, Seconds

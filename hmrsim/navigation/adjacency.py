@@ -10,7 +10,7 @@ from functools import cached_property
 from itertools import accumulate, chain, permutations, repeat
 from typing import TYPE_CHECKING
 
-from hmrsim.navigation.cache import LruCache
+from hmrsim.caches import LruCache
 from hmrsim.world.model import PlainLanes
 
 if TYPE_CHECKING:

@@ -16,11 +16,11 @@ from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.caches import LruCache
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Obstacles, Point, between, distance
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Durations
-from hmrsim.navigation.cache import LruCache
 from hmrsim.navigation.lanes import START, Lanes
 from hmrsim.navigation.motion import Drives
 from hmrsim.navigation.planner import Planner

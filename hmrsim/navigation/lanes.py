@@ -9,11 +9,11 @@ from functools import cached_property, partial
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
+from hmrsim.caches import LazySequence, LruCache, exact
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.adjacency import Adjacency, Numbers
-from hmrsim.navigation.cache import LazySequence, LruCache, exact
 from hmrsim.navigation.route import Leg, Route
 from hmrsim.world.segments import SegmentGrid
 

@@ -14,9 +14,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from hmrsim.caches import LruCache, exact
 from hmrsim.events.robots import MotionBegan
 from hmrsim.geometry import Pose, between, distance, turn
-from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:

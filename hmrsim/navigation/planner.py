@@ -9,10 +9,10 @@ from collections.abc import Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hmrsim.caches import LruCache, exact
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
-from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from hmrsim.caches import LruCache
 from hmrsim.components import Settings
 from hmrsim.components import registry as components
 from hmrsim.components.battery import Battery
@@ -19,7 +20,6 @@ from hmrsim.events.robots import ItemDropped, ItemPicked, ItemPlaced
 from hmrsim.geometry import SAME_PLACE, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.interfaces.geometry_msgs import PoseStamped
-from hmrsim.navigation.cache import LruCache
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.robots.mobile_base import MobileBase
 from hmrsim.robots.power import EMPTY, Energy, Level

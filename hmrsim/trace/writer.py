@@ -27,10 +27,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from hmrsim import CONTRACT, __version__
+from hmrsim.caches import LruCache
 from hmrsim.engine.sim_time import stamp
 from hmrsim.errors import WriteError, reason_of
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, values_of
-from hmrsim.navigation.cache import LruCache
 from hmrsim.protocol import commands
 from hmrsim.protocol.commands import UNRECORDED, without_receivers
 from hmrsim.protocol.goal import Verdict

@@ -11,10 +11,10 @@ from functools import cached_property, partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+from hmrsim.caches import FileCache
 from hmrsim.diagnostics import MAX_FINDINGS, in_order
 from hmrsim.documents.valid_parts import UNRESOLVED, Lost, ValidParts, valid_parts
 from hmrsim.errors import Problem, WorldError
-from hmrsim.file_cache import FileCache
 from hmrsim.world.derived import Derived
 from hmrsim.world.files import AS_IT_IS, ReadOptions, find
 from hmrsim.world.formats import Document

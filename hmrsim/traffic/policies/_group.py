@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
-from hmrsim.navigation.cache import Memo
+from hmrsim.caches import Memo
 from hmrsim.traffic.nearness import touch
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from collections.abc import Collection, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
+from hmrsim.caches import LruCache, Memo, exact
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, distance
-from hmrsim.navigation.cache import LruCache, Memo, exact
 from hmrsim.navigation.route import Leg
 
 if TYPE_CHECKING:

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Annotated, Final, NamedTuple
 
 from pydantic import Field
 
+from hmrsim.caches import LruCache, exact
 from hmrsim.diagnostics import listed
 from hmrsim.errors import GoalAborted
 from hmrsim.events.traffic import Deadlock
 from hmrsim.interfaces.nav2_msgs import FollowPath
-from hmrsim.navigation.cache import LruCache, exact
 from hmrsim.protocol.goal import Cause
 from hmrsim.traffic.nearness import near_slots, rooms_of_waypoints, slots_around, widest
 from hmrsim.traffic.policies import Policy, Settings

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from hmrsim.caches import LruCache
 from hmrsim.navigation.adjacency import Durations
-from hmrsim.navigation.cache import LruCache
 from hmrsim.navigation.graph import WaypointGraph, road_map_of
 from hmrsim.navigation.planner import Planner
 from hmrsim.world.model import World

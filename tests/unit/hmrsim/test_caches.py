@@ -6,8 +6,8 @@ import os
 
 import pytest
 
-from hmrsim import file_cache
-from hmrsim.file_cache import FileCache
+from hmrsim import caches
+from hmrsim.caches import FileCache
 
 
 class Reader:
@@ -76,7 +76,7 @@ def test_the_least_recently_used_value_is_dropped(reader):
 
 
 def test_large_files_are_not_cached(reader, monkeypatch):
-    monkeypatch.setattr(file_cache, "MAX_BYTES", 2)
+    monkeypatch.setattr(caches, "MAX_BYTES", 2)
     cache = FileCache()
     for _ in range(2):
         asked(cache, reader)
