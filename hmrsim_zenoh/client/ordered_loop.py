@@ -303,15 +303,15 @@ def _order_sets() -> None:
 
 
 def _described(tasks: Iterable[asyncio.Task[Any]]) -> str:
-    """Return a text that names the tasks that wait, and where they do."""
-    waiting = [f"{task.get_name()} ({place})" if (place := _place(task)) else task.get_name() for task in tasks]
+    """Return a text that names the tasks that wait, and for what and where they do."""
+    waiting = [f"{task.get_name()}{_wait_of(task)}" for task in tasks]
     more = len(waiting) - _MOST_NAMED
     named = "; ".join(waiting[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
     return f"deadlock: no task is ready, and none waits for the simulator, a timer, a thread or a file: {named}"
 
 
-def _place(task: asyncio.Task[Any]) -> str:
-    """Return where a task waits, in the user's code if it is there."""
+def _wait_of(task: asyncio.Task[Any]) -> str:
+    """Return for what a task waits, and where, in the user's code if it is there; empty if it has not begun."""
     frames: list[FrameType] = []
     awaited: Any = task.get_coro()
     while awaited is not None:
@@ -321,4 +321,15 @@ def _place(task: asyncio.Task[Any]) -> str:
         if frame := getattr(awaited, f"{kind}_frame"):
             frames.append(frame)
         awaited = getattr(awaited, "gi_yieldfrom" if kind == "gi" else f"{kind}_await")
-    return place_in([(frame.f_code.co_filename, frame.f_lineno) for frame in frames])
+    place = place_in([(frame.f_code.co_filename, frame.f_lineno) for frame in frames])
+    called = [frame.f_code.co_qualname for frame in frames if frame.f_globals["__name__"].startswith("asyncio.")]
+    public = [name for name in called if not name.startswith("_")]
+    waiter = getattr(task, "_fut_waiter", None)
+    what = ""
+    if public:
+        what = f" waits in {public[-1]}"
+    elif isinstance(waiter, asyncio.Task):
+        what = f" waits for {waiter.get_name()}"
+    elif waiter is not None:
+        what = f" waits for {'gather' if 'Gathering' in type(waiter).__name__ else 'a future'}"
+    return f"{what} ({place})" if place else what

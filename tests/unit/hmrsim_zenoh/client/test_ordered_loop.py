@@ -126,9 +126,32 @@ def test_a_deadlock_ends_the_program_at_once():
                 tasks.create_task(work(orders), name=name)
 
     waiting = work.__code__.co_firstlineno + 3
+    inside, queue = r"Task-.* waits in TaskGroup.__aexit__ \(.*test_ordered_loop.py:\d+\)", r"waits in Queue.get"
     with pytest.raises(
-        Deadlock, match=rf"deadlock: no task .*Task-.* \(.*test_ordered_loop.py:\d+\); mocha \(.*:{waiting}\); latte"
+        Deadlock, match=rf"deadlock: no task .*{inside}; mocha {queue} \(.*:{waiting}\); latte {queue} \("
     ):
+        played(play)
+
+
+def test_a_deadlock_names_the_tasks_and_locks_for_which_others_wait():
+    lock = asyncio.Lock()
+
+    async def hold():
+        async with lock:
+            await asyncio.get_running_loop().create_future()
+
+    async def acquire():
+        async with lock:
+            pass
+
+    async def play(_client):
+        holder = asyncio.create_task(hold(), name="holder")
+        await asyncio.sleep(0)
+        asyncio.create_task(acquire(), name="other").add_done_callback(lambda _task: None)
+        await holder
+
+    waits = r"Task-1 waits for holder \(.*; holder waits for a future \(.*; other waits in Lock.acquire \("
+    with pytest.raises(Deadlock, match=waits):
         played(play)
 
 
