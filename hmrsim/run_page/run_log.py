@@ -51,7 +51,7 @@ _RUNNING: Final = "R"
 """The first letter of the status of a node that runs."""
 MAX_LINES: Final = 20_000
 """The maximum number of events in words, and of ticks of a tree: what a controller that runs away does first."""
-_WIDTH: Final = 720.0
+_WIDTH: Final = 560.0
 """The width of the map, in pixels of its own."""
 _WIDTH_OF_SPARSE: Final = 460.0
 """That of a sparse world, whose names are larger as a page scales them with the map."""
