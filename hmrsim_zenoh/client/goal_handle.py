@@ -54,6 +54,17 @@ class GoalHandle(Generic[R, F]):
 
     Callbacks run one at a time, in order, mostly in Zenoh's thread, in lockstep in the waiting thread. They must be
     quick and must not block.
+
+    Attributes:
+        goal_id: The goal's id, 32 hex digits.
+        status: The goal's status as last received; UNKNOWN until it is accepted.
+        accepted: Whether the goal was accepted; None until that is known.
+        found: The status of the goal when it was adopted; None if this client sent it.
+        error: Why the goal was rejected or failed, or has no result; else None.
+        result_message: The result; None until the status is terminal, and if it was not to be read.
+        cause: Why it was aborted or canceled, as an identifier such as ``preempted``; empty if it was not, or unknown.
+        feedback: The latest feedback; None without *on_feedback*, since only then the client subscribes to feedback.
+        done: Whether the goal is final: terminal, rejected or failed.
     """
 
     def __init__(
@@ -72,21 +83,21 @@ class GoalHandle(Generic[R, F]):
         self._commands: Connection | Lockstep = lockstep or link.connection
         self._target = target
         self._command = command
-        self._goal_id = command.goal_id or ""
+        self.goal_id = command.goal_id or ""
         self._on_feedback = on_feedback
         self._on_change = on_change
         self._on_done = on_done
         # Taken several times for each change; a condition does it in Python.
         self._lock = threading.RLock()
         self._changed: threading.Condition | None = None
-        self._status = GoalStatus.UNKNOWN
-        self._accepted: bool | None = None
-        self._error: Exception | None = None
-        self._result: R | None = None
-        self._cause = ""
-        self._feedback: F | None = None
-        self._done = False
-        self._found: GoalStatus | None = None
+        self.status = GoalStatus.UNKNOWN
+        self.accepted: bool | None = None
+        self.error: Exception | None = None
+        self.result_message: R | None = None
+        self.cause = ""
+        self.feedback: F | None = None
+        self.done = False
+        self.found: GoalStatus | None = None
         # The callbacks that are due, with their arguments.
         self._mail: deque[tuple[Callable[[Any], object], object]] = deque()
         self._delivering = False
@@ -102,58 +113,13 @@ class GoalHandle(Generic[R, F]):
 
     def __repr__(self) -> str:
         """Return the goal's action, id and status."""
-        failed = ", failed" if self._error else ""
-        return f"<goal {self._goal_id} of {self._target.name}: {self._status.name}{failed}>"
-
-    @property
-    def goal_id(self) -> str:
-        """The goal's id, 32 hex digits."""
-        return self._goal_id
-
-    @property
-    def status(self) -> GoalStatus:
-        """The goal's status as last received; UNKNOWN until it is accepted."""
-        return self._status
-
-    @property
-    def accepted(self) -> bool | None:
-        """Return whether the goal was accepted; None until that is known."""
-        return self._accepted
+        failed = ", failed" if self.error else ""
+        return f"<goal {self.goal_id} of {self._target.name}: {self.status.name}{failed}>"
 
     @property
     def adopted(self) -> bool:
         """Return whether the handle follows a goal that the simulator knew already; see `ActionClient.send_goal`."""
-        return self._found is not None
-
-    @property
-    def found(self) -> GoalStatus | None:
-        """The status of the goal when it was adopted; None if this client sent it."""
-        return self._found
-
-    @property
-    def error(self) -> Exception | None:
-        """Why the goal was rejected or failed, or has no result; else None."""
-        return self._error
-
-    @property
-    def result_message(self) -> R | None:
-        """The result; None until the status is terminal, and if it was not to be read."""
-        return self._result
-
-    @property
-    def cause(self) -> str:
-        """Why it was aborted or canceled, as an identifier such as ``preempted``; empty if it was not, or unknown."""
-        return self._cause
-
-    @property
-    def feedback(self) -> F | None:
-        """The latest feedback; None without *on_feedback*, since only then the client subscribes to feedback."""
-        return self._feedback
-
-    @property
-    def done(self) -> bool:
-        """Return whether the goal is final: terminal, rejected or failed."""
-        return self._done
+        return self.found is not None
 
     def wait_accepted(self, timeout: float | None = None) -> None:
         """Wait until the goal is accepted.
@@ -163,13 +129,13 @@ class GoalHandle(Generic[R, F]):
             SimulatorNotFound, SimulatorGone, RequestError, ClientClosed: It failed.
             GoalTimeout: Acceptance is unknown after *timeout* seconds, or the simulator's answer timed out.
         """
-        if not self._wait(lambda: self._accepted is not None or self._done, timeout, at_once=True):
+        if not self._wait(lambda: self.accepted is not None or self.done, timeout, at_once=True):
             raise GoalTimeout(
-                f"{self._target.name}: no answer to goal {self._goal_id} after {timeout:g} s; it may go on"
+                f"{self._target.name}: no answer to goal {self.goal_id} after {timeout:g} s; it may go on"
             )
         with self._lock:
-            if not self._accepted and self._error is not None:
-                raise self._error
+            if not self.accepted and self.error is not None:
+                raise self.error
 
     def result(self, timeout: float | None = None, *, sim_timeout: float | None = None) -> R:
         """Wait for the end of the goal and return the result, whatever its *status*.
@@ -184,16 +150,16 @@ class GoalHandle(Generic[R, F]):
             GoalTimeout: There is none after so many seconds (the goal goes on unless the caller cancels it), or the
                 simulator's acceptance timed out.
         """
-        if not self._wait(lambda: self._done, timeout, sim_timeout=sim_timeout):
+        if not self._wait(lambda: self.done, timeout, sim_timeout=sim_timeout):
             given = ((timeout, "s"), (sim_timeout, "simulated s"))
             after = " or ".join(f"{seconds:g} {unit}" for seconds, unit in given if seconds is not None)
-            raise GoalTimeout(f"{self._target.name}: no result of goal {self._goal_id} after {after}; it goes on")
+            raise GoalTimeout(f"{self._target.name}: no result of goal {self.goal_id} after {after}; it goes on")
         with self._lock:
-            if self._error is not None:
-                raise self._error
-            if self._result is None:
+            if self.error is not None:
+                raise self.error
+            if self.result_message is None:
                 raise AssertionError
-            return self._result
+            return self.result_message
 
     def cancel(self) -> None:
         """Request the goal's cancellation and return at once.
@@ -237,12 +203,12 @@ class GoalHandle(Generic[R, F]):
     def take_feedback(self, feedback: F) -> None:
         """Process feedback for this goal."""
         with self._lock:
-            if self._done or self._on_feedback is None:
+            if self.done or self._on_feedback is None:
                 return
-            self._feedback = feedback
+            self.feedback = feedback
             self._mail.append((self._on_feedback, feedback))
             # Feedback implies EXECUTING. The client subscribes to no status topic, so feedback may be the first sign.
-            if self._accepted and self._raise_status(GoalStatus.EXECUTING):
+            if self.accepted and self._raise_status(GoalStatus.EXECUTING):
                 self._note_change()
         self._deliver()
 
@@ -251,18 +217,18 @@ class GoalHandle(Generic[R, F]):
         self._finish(error=error)
 
     def _on_execution(self, answer: Answer) -> None:
-        if isinstance(answer, GoalResponse) or not self._accepted:
+        if isinstance(answer, GoalResponse) or not self.accepted:
             self._on_goal_answer(answer)
         else:
             self._on_result_answer(True, answer)
 
     def _on_execution_end(self) -> None:
         """Request what is missing: the reply was lost, or the server of this robot has no such key."""
-        if not self._done:
+        if not self.done:
             self._link.worker.after(0.0, self._go_on_without_execution)
 
     def _go_on_without_execution(self) -> None:
-        if self._accepted:
+        if self.accepted:
             self._on_result_answer(True, None)
         else:
             with self._lock:
@@ -270,7 +236,7 @@ class GoalHandle(Generic[R, F]):
             self._send_goal()
 
     def _send_goal(self) -> None:
-        if self._done or self._accepted:
+        if self.done or self.accepted:
             return
         patience = self._deadline - time.monotonic()
         if patience > 0:
@@ -280,7 +246,7 @@ class GoalHandle(Generic[R, F]):
             return
         # The goal may have been accepted nevertheless, and should not run without a client.
         self._commands.send(self._target, self._cancel, lambda _answer: None, timeout=_ONE_TRY)
-        text = f"no answer to goal {self._goal_id} in {self._link.acknowledge_timeout:g} s; the goal is given up"
+        text = f"no answer to goal {self.goal_id} in {self._link.acknowledge_timeout:g} s; the goal is given up"
         self.fail(GoalTimeout(f"{self._target.name}: {text}"))
 
     def _on_goal_answer(self, answer: Answer) -> None:
@@ -294,7 +260,7 @@ class GoalHandle(Generic[R, F]):
         elif answer.reason == _DUPLICATE and (self._adopt or self._sends > 1):
             # An earlier attempt arrived. At the first attempt the id is another client's, or of an earlier process.
             status = GoalStatus.UNKNOWN if answer.status is None else answer.status
-            self._found = status if self._adopt else None
+            self.found = status if self._adopt else None
             self._ended_before = status if status.terminal else None
             self._accept(status)
         else:
@@ -303,9 +269,9 @@ class GoalHandle(Generic[R, F]):
 
     def _accept(self, status: GoalStatus) -> None:
         with self._lock:
-            if self._done or self._accepted:
+            if self.done or self.accepted:
                 return
-            self._accepted = True
+            self.accepted = True
             # A duplicate may have got further; if it has ended, get_result reports the status with the result.
             self._raise_status(GoalStatus.ACCEPTED if status.terminal else status)
             self._note_change()
@@ -322,11 +288,11 @@ class GoalHandle(Generic[R, F]):
 
     def _ask_result(self) -> None:
         with self._lock:
-            if self._done or self._result_asked:
+            if self.done or self._result_asked:
                 return
             self._result_asked = True
-            accepted = bool(self._accepted)
-        command = GetResult(self._target.robot, self._target.action.name, self._goal_id)
+            accepted = bool(self.accepted)
+        command = GetResult(self._target.robot, self._target.action.name, self.goal_id)
         then = partial(self._on_result_answer, accepted)
         read, ended = self._read_result, self._ended_before is not None
         self._commands.send(self._target, command, then, timeout=_FOR_EVER, read=read or ended, ended=ended)
@@ -334,12 +300,12 @@ class GoalHandle(Generic[R, F]):
     def _on_result_answer(self, asked_when_accepted: bool, answer: Answer) -> None:  # noqa: FBT001 - for partial
         with self._lock:
             self._result_asked = False
-            accepted = self._accepted
-        if self._done:
+            accepted = self.accepted
+        if self.done:
             return
         error: Exception | None = self._take_result(answer) if isinstance(answer, ResultResponse) else answer
         # Requested too early, or lost along with the goal: requested again when the goal is accepted.
-        if self._done or not accepted:
+        if self.done or not accepted:
             return
         if error is None:
             self._again(self._ask_result)
@@ -359,30 +325,30 @@ class GoalHandle(Generic[R, F]):
                     return error
             self._finish(status, accepted=True, result=result, cause=answer.cause)
         elif (before := self._ended_before) is not None:
-            text = f"goal {self._goal_id} is {before.name}, but its result is not kept any longer"
+            text = f"goal {self.goal_id} is {before.name}, but its result is not kept any longer"
             self._finish(before, error=ResultExpired(text))
         else:
-            return SimulatorGone(f"{self._target.name}: the simulator does not know goal {self._goal_id} any more")
+            return SimulatorGone(f"{self._target.name}: the simulator does not know goal {self.goal_id} any more")
         return None
 
     @property
     def _cancel(self) -> CancelGoal:
-        return CancelGoal(self._target.robot, self._target.action.name, self._goal_id)
+        return CancelGoal(self._target.robot, self._target.action.name, self.goal_id)
 
     def _cancel_if_due(self) -> None:
         with self._lock:
-            possible = self._accepted or self._commands.ordered
-            if not (self._cancel_wanted and possible) or self._cancel_sent or self._done:
+            possible = self.accepted or self._commands.ordered
+            if not (self._cancel_wanted and possible) or self._cancel_sent or self.done:
                 return
             self._cancel_sent = True
         self._send_cancel()
 
     def _send_cancel(self) -> None:
-        if not self._done:
+        if not self.done:
             self._commands.send(self._target, self._cancel, self._on_cancel_answer, timeout=_ONE_TRY)
 
     def _on_cancel_answer(self, answer: Answer) -> None:
-        if self._done:
+        if self.done:
             return
         if answer is None:
             self._again(self._send_cancel)
@@ -390,12 +356,12 @@ class GoalHandle(Generic[R, F]):
             # Without a goal that is being canceled, it has ended or is unknown, and its result will show which.
             if answer.goals_canceling:
                 with self._lock:
-                    if not self._done and self._raise_status(GoalStatus.CANCELING):
+                    if not self.done and self._raise_status(GoalStatus.CANCELING):
                         self._note_change()
                 self._deliver()
         else:
             if not isinstance(answer, CancelResponse):
-                _log.warning("%s: goal %s can't be canceled: %s", self._target.name, self._goal_id, answer)
+                _log.warning("%s: goal %s can't be canceled: %s", self._target.name, self.goal_id, answer)
             # The caller may request it again.
             with self._lock:
                 self._cancel_wanted = self._cancel_sent = False
@@ -460,12 +426,12 @@ class GoalHandle(Generic[R, F]):
     ) -> None:
         """End the goal, once."""
         with self._lock:
-            if self._done:
+            if self.done:
                 return
-            self._accepted = self._accepted if accepted is None else accepted
-            self._status = self._status if status is None else status
-            self._result, self._cause, self._error = result, cause, error
-            self._done = True
+            self.accepted = self.accepted if accepted is None else accepted
+            self.status = self.status if status is None else status
+            self.result_message, self.cause, self.error = result, cause, error
+            self.done = True
             self._note_change()
         if self._mail:
             self._deliver()
@@ -473,9 +439,9 @@ class GoalHandle(Generic[R, F]):
 
     def _raise_status(self, status: GoalStatus) -> bool:
         """Go on to an active status; reordered messages never lead back."""
-        if status.terminal or status <= self._status:
+        if status.terminal or status <= self.status:
             return False
-        self._status = status
+        self.status = status
         return True
 
     def _note_change(self) -> None:
@@ -497,7 +463,7 @@ class GoalHandle(Generic[R, F]):
                 try:
                     callback(news)
                 except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
-                    _log.exception("%s: a callback of goal %s failed", self._target.name, self._goal_id)
+                    _log.exception("%s: a callback of goal %s failed", self._target.name, self.goal_id)
                 with self._lock:
                     mail = self._mail.popleft() if self._mail else None
                     self._delivering = mail is not None
