@@ -68,11 +68,6 @@ class CommandSink(Sink, Protocol):
         """
 
 
-def handler_of(sink: Sink, kind: type) -> Callable[[Any], object] | None:
-    """Return the function with which a sink processes outputs of a type; None if it ignores them."""
-    return sink.handler_for(kind) if isinstance(sink, SelectiveSink) else sink.emit
-
-
 def topics_of(sink: object) -> Collection[Topic] | None:
     """Return the topics that a sink needs now; None if only its `wants` can say that."""
     if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:

@@ -42,7 +42,7 @@ from hmrsim.protocol.commands import (
 )
 from hmrsim.protocol.goal import Refused, Verdict
 from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
-from hmrsim.protocol.sinks import SelectiveSink, handler_of, hears_commands
+from hmrsim.protocol.sinks import SelectiveSink, hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.demand import Demand
@@ -306,7 +306,7 @@ class Simulator:
         if not isinstance(request, service.request):
             self.answer(command.reply_to, request)
             return None
-        return command._replace(request=request)
+        return command if request is command.request else command._replace(request=request)
 
     def _start_while_paused(self, command: Command) -> None:
         """Process the events that a command has scheduled at this instant, as the simulation is paused."""
@@ -427,10 +427,16 @@ class Simulator:
 
     def _handlers_of(self, kind: type) -> list[tuple[Reaction | Sink, Callable[[Any], object]]]:
         """Return the handlers of a type of output: first those of reactions, then those of sinks."""
-        handlers: list[tuple[Reaction | Sink, Callable[[Any], object] | None]] = []
-        handlers += [(part, part.handler_for(kind)) for part in self._reactions]
-        handlers += [(sink, handler_of(sink, kind)) for sink in self._sinks]
-        return [(owner, handler) for owner, handler in handlers if handler is not None]
+        handlers: list[tuple[Reaction | Sink, Callable[[Any], object]]] = []
+        for part in self._reactions:
+            handler = part.handler_for(kind)
+            if handler is not None:
+                handlers.append((part, handler))
+        for sink in self._sinks:
+            handler = sink.handler_for(kind) if isinstance(sink, SelectiveSink) else sink.emit
+            if handler is not None:
+                handlers.append((sink, handler))
+        return handlers
 
     def _sink_failed(self, sink: Reaction | Sink, bug: BaseException) -> None:
         if not isinstance(bug, FATAL):
