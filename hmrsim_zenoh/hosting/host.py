@@ -241,7 +241,7 @@ class Host:
         """Open the servers of the simulation on all wires."""
         settings = self._settings
         self._description = Description(
-            simulator, lambda: self.pacing.state, settings.run_id, sessions, hurries=lambda: self.pacing.hurries
+            simulator, lambda: self.pacing, settings.run_id, sessions, hurries=lambda: self.pacing.hurries
         )
         self._server = Server(
             self._session,

@@ -26,6 +26,7 @@ from hmrsim_zenoh.wire.envelopes import dump
 if TYPE_CHECKING:
     from hmrsim.protocol.time import TimeState
     from hmrsim.simulation.simulator import Simulator
+    from hmrsim.timing.pacing import Pacing
     from hmrsim.world.model import World
     from hmrsim_zenoh.wire.access_control import AccessControl
 
@@ -42,6 +43,7 @@ class Description:
     """Describes a simulation; long descriptions are cached until `forget`.
 
     Args:
+        time: Returns what knows the clock and its rate.
         sessions: The connected sessions, if the simulator is secured.
 
     Attributes:
@@ -51,7 +53,7 @@ class Description:
     def __init__(
         self,
         simulator: Simulator,
-        time: Callable[[], TimeState],
+        time: Callable[[], TimeState | Pacing],
         run_id: str = "",
         sessions: Sessions | None = None,
         *,
@@ -145,7 +147,7 @@ class Description:
         return {"clock": time.clock, "real_time_factor": time.real_time_factor, "planner_present": present}
 
     def _described(self) -> dict[str, Any]:
-        simulator, serves = self._simulator, self.serves
+        simulator, actions_of = self._simulator, self._simulator.dispatcher.servers.actions_of
         world = simulator.world
         return {
             "contract": hmrsim.CONTRACT,
@@ -157,14 +159,14 @@ class Description:
                     "name": name,
                     "type": robot.type,
                     "components": list(robot.components),
-                    "actions": serves[name],
+                    "actions": actions_of(name),
                     "planner": robot.planner,
                     "tags": list(robot.tags),
                 }
                 for name, robot in simulator.robots.items()
             ],
             "places": [{"name": name, "tags": list(place.tags)} for name, place in world.places.items()],
-            "actions": simulator.dispatcher.servers.actions_of(WORLD),
+            "actions": actions_of(WORLD),
             "aliases": dict(world.remap),
             "services": _services(),
         }
