@@ -13,6 +13,7 @@ import zenoh
 from hmrsim.protocol.commands import CallService
 from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
+from hmrsim_zenoh.errors import ClientClosed
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.session import unless_closed
 
@@ -170,8 +171,8 @@ class LocalConnection(Connection):
 
     def announce(self, name: str) -> Callable[[], None]:
         """Announce a participant; return a function that withdraws the announcement."""
-        with unless_closed():
-            self._check()
+        if not self._open():
+            raise ClientClosed("the client is closed")
         self._participants[name] = None
         # It is processed before what the participant sends next.
         self.simulation.announce(name, alive=True)
@@ -179,8 +180,8 @@ class LocalConnection(Connection):
 
     def follow(self, on_change: Callable[[bool], None]) -> Callable[[], object]:
         """Report whether the simulator is alive, now and whenever that changes; return a function to stop that."""
-        with unless_closed():
-            self._check()
+        if not self._open():
+            raise ClientClosed("the client is closed")
         return self.simulation.follow(on_change)
 
     def look(self, on_alive: Callable[[], None], then: Callable[[], None], **_options: float) -> None:
@@ -305,22 +306,23 @@ class LocalConnection(Connection):
 
     def _submit(self, command: Any, pending: Pending) -> None:
         """Send the simulation a command; *pending* takes its answer, once, unless the connection was cut off."""
-        try:
-            if self._closed or self._waits is not None:
-                self._check()
-        except zenoh.ZError:
+        if (self._closed or self._waits is not None) and not self._open():
             pending.take(None)
             return
         self.simulation.send(command, pending)
         if self.error is not None:
             raise self.error
 
-    def _check(self) -> None:
+    def _open(self) -> bool:
+        """Return whether something can be sent, once other threads that come first have had their turn."""
         if (waits := self._waits) is not None:
             self.wait_while(lambda: not self._closed and waits())
         if self.error is not None:
             raise self.error
-        if self._closed:
+        return not self._closed
+
+    def _check(self) -> None:
+        if not self._open():
             raise zenoh.ZError("the session is closed")
 
     def _settle(self) -> None:

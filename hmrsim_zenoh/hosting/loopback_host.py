@@ -91,7 +91,7 @@ class LoopbackHost(SelectiveSink):
         def watching(simulator: Simulator) -> Sequence[Sink]:
             # Results are kept by number alone: what a run does must not depend on how long it takes.
             self.pacing = Pacing(simulator, inbox, None, settings, lockstep_only=True)
-            self._description = Description(simulator, lambda: self.pacing.state, settings.run_id)
+            self._description = Description(simulator, lambda: self.pacing, settings.run_id)
             return [self, self.pacing.lockstep, *watchers(simulator, self.pacing)]
 
         self.simulator = Simulator(
@@ -151,23 +151,24 @@ class LoopbackHost(SelectiveSink):
         It is None if the answer is lost, and a `RequestError` if the command can't be served.
         """
         losses, delivery, inbox = self._inbox.losses, self.delivery, self._inbox
+        if isinstance(command, ReadInfo):
+            known = self._refusal(command) if inbox.closed else self._description.info_values()
+            delivery.deliver(pending.take, known)
+            delivery.settle()
+            return
         # Requests that change nothing are exempt, as a client simply repeats them.
-        disturbed = losses.active and not isinstance(command, (ReadInfo, ReadTime))
+        disturbed = losses.active and not isinstance(command, ReadTime)
         pending.may_be_lost = disturbed and losses.watching
         try:
-            if isinstance(command, ReadInfo):
-                known = self._refusal(command) if inbox.closed else self._description.info_values()
-                delivery.deliver(pending.take, known)
-            else:
-                command = self._commands.checked(command, pending)
-                if self._server is None and self._description.plans_externally:
-                    self.exchange  # noqa: B018 - it begins to serve keys
-                if self._server is not None:
-                    for each in self._server.before(command):
-                        inbox.put(each)
-                inbox.put(command)
-                if disturbed and losses.comes_twice():
-                    inbox.put(command._replace(reply_to=None))
+            command = self._commands.checked(command, pending)
+            if self._server is None and self._description.plans_externally:
+                self.exchange  # noqa: B018 - it begins to serve keys
+            if self._server is not None:
+                for each in self._server.before(command):
+                    inbox.put(each)
+            inbox.put(command)
+            if disturbed and losses.comes_twice():
+                inbox.put(command._replace(reply_to=None))
         except UnreadableError as error:
             delivery.deliver(pending.take, error_of(error))
         except SimulationStopped:
