@@ -204,7 +204,7 @@ def load_file(
     Raises:
         TreeError: The file is invalid; the text has one line for each error.
     """
-    key = (path, Path(path).absolute(), frozenset(nodes.items()), tree, frozenset(values.items()))
+    key = (path, str(Path(path).absolute()), frozenset(nodes.items()), tree, frozenset(values.items()))
     # To check a tree takes ten times as long as to build it.
     return _LOADED.get(key, partial(_load, path, nodes, tree, values), lambda loaded: loaded.result.files)
 

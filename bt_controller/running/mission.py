@@ -8,6 +8,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
@@ -35,6 +36,9 @@ _MAX_AT_ONCE: Final = 10_000
 """Ticks at one instant: more than any tree needs."""
 
 _NEVER: Final = Due(math.inf, [])
+
+_OPEN_GOALS: Final = attrgetter("open_goals")
+_WANTS_FEEDBACK: Final = attrgetter("wants_feedback")
 
 _FLEET: Final = "fleet"
 """The name of all robots of one tree together."""
@@ -103,13 +107,13 @@ class Mission:
     @property
     def open_goals(self) -> bool:
         """True if a goal of the tree has not ended."""
-        return any(leaf.open_goals for leaf in self._leaves())
+        return any(map(_OPEN_GOALS, self._leaves()))
 
     @property
     def wants_feedback(self) -> bool:
         """True if a node of the tree reads feedback that another node writes."""
         with self._board.in_use:
-            return any(leaf.wants_feedback for leaf in self._leaves())
+            return any(map(_WANTS_FEEDBACK, self._leaves()))
 
     @property
     def actions(self) -> dict[str, AnyAction]:

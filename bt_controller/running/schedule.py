@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from heapq import heappop, heappush
+from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from py_trees import composites, decorators
@@ -65,7 +66,7 @@ def due(root: Behaviour, now: float, period: float) -> Due:
                 continue
             awaited += node.awaited()
             behind += node.behind
-            pending += [(child, behind) for child in node.next_ticked()]
+            pending += zip(node.next_ticked(), repeat(behind))
             continue
         if node.status is not Status.RUNNING:
             # The node would start again, with an unknown result.
@@ -76,7 +77,7 @@ def due(root: Behaviour, now: float, period: float) -> Due:
         polled = polled or not (kind.waits or conditions)
         if kind.timed:
             deadline = min(deadline, node.finish_time + behind)
-        pending += [(child, behind) for child in _next_ticked(node, kind)]
+        pending += zip(_next_ticked(node, kind), repeat(behind))
     if deadline != math.inf and nanoseconds(deadline) <= nanoseconds(now):
         # It was polled just now.
         polled, deadline = True, math.inf
