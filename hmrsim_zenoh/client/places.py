@@ -28,8 +28,6 @@ _Change: TypeAlias = "Callable[[Any, type[Message], Path], Any]"
 
 _COORDINATES: Final = (2, 3)
 
-_STAMPED: Final = PoseStamped()
-
 _EXPECTED: Final = "expected the name of a place, finite numbers (x, y) or (x, y, yaw), or a PoseStamped"
 
 
@@ -65,8 +63,7 @@ class NamedPlaces:
             poses = self.load()
             if target not in poses:
                 raise ValueError(f"no place {shown(target)}{instead(target, sorted(poses))}")
-            # A copy is not validated again.
-            stamped = self._stamped[target] = _STAMPED.model_copy(update={"pose": poses[target]})
+            stamped = self._stamped[target] = PoseStamped(pose=poses[target])
         return stamped
 
     def load(self) -> Mapping[str, Pose]:
