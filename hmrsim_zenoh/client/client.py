@@ -127,7 +127,6 @@ class Client:
         self._run_id = ""
         self._lockstep: Lockstep | None = None
         self._ended: SimulationEnded | None = None
-        self._resets = {self.keys.world(service) for service in _RESETS}
         self._action_clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
         _OPEN.add(self)
 
@@ -343,7 +342,7 @@ class Client:
         """
         self._check(key)
         answer: bytes = self._answer(Read(key, payload), timeout)
-        if payload is not None and key in self._resets and self._lockstep is not None:
+        if payload is not None and self._lockstep is not None and key in map(self.keys.world, _RESETS):
             self._lockstep.look_at_time()
         return answer
 
