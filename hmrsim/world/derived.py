@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ class Derived(Generic[T]):
 
     def __call__(self, world: World) -> T:
         """Return the value for a world."""
-        key = tuple([id(getattr(world, part)) for part in self._parts]) or (id(world),)
+        key = tuple(map(id, map(partial(getattr, world), self._parts))) or (id(world),)
         try:
             return self._known[key]
         except KeyError:

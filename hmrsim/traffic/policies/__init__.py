@@ -62,8 +62,11 @@ def registry() -> dict[str, Policy]:
     return discover(sys.modules[__name__], "POLICY", Policy)
 
 
+_policy_of: Final = Derived(lambda world: registry()[world.policy], "traffic", "robots", "robot_types")
+
+
 def _settings(world: World) -> Settings:
-    return registry()[world.policy].settings.model_validate(world.traffic.model_dump())
+    return _policy_of(world).settings.model_validate(world.traffic.model_dump())
 
 
 settings_of: Final = Derived(_settings, "traffic", "robots", "robot_types")
@@ -72,5 +75,5 @@ settings_of: Final = Derived(_settings, "traffic", "robots", "robot_types")
 
 def rules_of(admission: Admission) -> Rules | None:
     """Return the rules of a world's policy at work; None where robots pass through each other."""
-    rule = registry()[admission.world.policy].rule
+    rule = _policy_of(admission.world).rule
     return None if rule is None else rule(admission, settings_of(admission.world))
