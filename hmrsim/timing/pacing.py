@@ -244,7 +244,7 @@ class Pacing:
         elif simulator.paused:
             self._anchor = None
             if not self._take_commands():
-                self._stand()
+                self._wait()
         elif self.real_time_factor == 0 or simulator.limit < math.inf:
             # Steps run as fast as possible, too.
             self._anchor = None
@@ -267,7 +267,7 @@ class Pacing:
             ended = not lockstep.granting
             if ended and (inbox.waiting or lockstep.ended or lockstep.ready or self._over):
                 return
-        self._stand()
+        self._wait()
 
     def _begins(self, *, prepares: bool) -> bool:
         """Begin a grant, end the run, or take a step of the preparations; return whether commands come next."""
@@ -289,7 +289,7 @@ class Pacing:
             # Else the thread that sends the answers may wait for this core until all events are processed.
             _yield_core()
         elif simulator.next_event == math.inf:
-            self._stand()
+            self._wait()
             return
         if self._duration < simulator.next_event < math.inf:
             simulator.advance(self._duration)
@@ -331,15 +331,13 @@ class Pacing:
             self._awake_by = wall_time() + pause
             self._wait(pause)
 
-    def _stand(self) -> None:
-        """Wait for the next command, however long that takes."""
-        if self._simulator.interest.clock:
-            self._simulator.settle()
-        self._wait(None)
-
-    def _wait(self, timeout: float | None) -> None:
+    def _wait(self, timeout: float | None = None) -> None:
+        """Wait for the next command; without a timeout, time stands meanwhile."""
         self._idle = True
-        if self._simulator.interest.time:
+        interest = self._simulator.interest
+        if interest.clock and timeout is None:
+            self._simulator.settle()
+        if interest.time:
             self._publish_state()
         else:
             self._last_state = None
