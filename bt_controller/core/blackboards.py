@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Final
@@ -30,12 +30,12 @@ class Entries(dict[str, Any]):
 
     def __init__(self) -> None:
         super().__init__()
-        self.writes: Counter[str] = Counter()
+        self.writes: defaultdict[str, int] = defaultdict(int)
         self.changes = 0
 
     def __setitem__(self, key: str, value: Any) -> None:
         """Write an entry and count the write."""
-        self.writes[key] = self.writes.get(key, 0) + 1
+        self.writes[key] += 1
         self.changes += key not in self or self[key] != value
         super().__setitem__(key, value)
 

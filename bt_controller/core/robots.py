@@ -8,7 +8,7 @@ topic is subscribed to, and each message wakes the trees that watch it.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -186,7 +186,7 @@ class Topics:
         self._received: dict[tuple[str, str], bytes] = {}
         self._wakes: dict[tuple[str, str], list[Callable[[], None]]] = {}
         self._read: dict[tuple[str, str], tuple[object, Message]] = {}
-        self._watched: Counter[str] = Counter()
+        self._watched: defaultdict[str, int] = defaultdict(int)
         self._rounds: dict[str, _Round] = {}
         self._changes = 0
         self._unwatchable: set[str] = set()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import random
-from collections import Counter
+from collections import defaultdict
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.distributions import Distribution
@@ -33,7 +33,7 @@ class Chance:
     def __init__(self) -> None:
         self.used = False
         self._seed = 0
-        self._occurrences: Counter[tuple[str, str]] = Counter()
+        self._occurrences: defaultdict[tuple[str, str], int] = defaultdict(int)
 
     def begin(self, seed: int) -> None:
         """Begin all streams of a seed."""

@@ -6,7 +6,7 @@ This is bookkeeping only: `hmrsim.goals.dispatcher` decides about goals.
 from __future__ import annotations
 
 import itertools
-from collections import Counter, OrderedDict
+from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -179,7 +179,7 @@ class ActionServers:
         self._robots: Mapping[str, Owner] = {}
         self._offered: dict[tuple[bool, *tuple[str, ...]], dict[str, AnyAction]] = {}
         self._servers: dict[tuple[str, str], ActionServer] = {}
-        self._made: Counter[tuple[str, str]] = Counter()
+        self._made: defaultdict[tuple[str, str], int] = defaultdict(int)
         self._numbers = itertools.count()
         self._forgotten: OrderedDict[str, GoalStatus] = OrderedDict()
 

@@ -6,7 +6,7 @@ not report deliveries. The item then leaves the world.
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import defaultdict, deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from enum import StrEnum
@@ -151,10 +151,10 @@ class Demand:
         self._due: dict[str, Alarm] = {}
         self._coming: dict[str, Timeout] = {}
         self._held_back: dict[str, DemandSpec] = {}
-        self._placed: Counter[str] = Counter()
+        self._placed: defaultdict[str, int] = defaultdict(int)
         # The number of open orders of each demand.
-        self._open_of: Counter[str] = Counter()
-        self._numbers: Counter[str] = Counter()
+        self._open_of: defaultdict[str, int] = defaultdict(int)
+        self._numbers: defaultdict[str, int] = defaultdict(int)
 
     @property
     def served(self) -> bool:

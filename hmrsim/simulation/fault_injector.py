@@ -7,7 +7,7 @@ world don't change them.
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -149,7 +149,7 @@ class FaultInjector:
         self._publisher = publisher
         self._errors = errors
         self._seed = 0
-        self._count: Counter[tuple[str, str]] = Counter()
+        self._count: defaultdict[tuple[str, str], int] = defaultdict(int)
         self._reserved: set[str] = set()
         self._next: dict[str, int] = {}
         self._active: dict[int, InjectedFault] = {}
