@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.engine.sim_time import stamp
@@ -39,6 +40,9 @@ NO_KINDS: Final[frozenset[str]] = frozenset()
 """No kind of event."""
 
 _FEEDBACK: Final = frozenset({"feedback"})
+
+_NAME: Final = attrgetter("name")
+_STALLED_UNTIL: Final = attrgetter("stalled_until")
 
 _FINAL: Final = (Refused, ResultResponse, bytes)
 """The answers to commands without an event to follow."""
@@ -274,7 +278,7 @@ class Participants:
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the participants, in order."""
-        return tuple(each.name for each in self.all)
+        return tuple(map(_NAME, self.all))
 
     @property
     def thinking(self) -> list[str]:
@@ -406,10 +410,14 @@ class Participants:
 
     def _look_ahead(self) -> None:
         """Compute what follows from the expected participants and from stalls."""
-        self.awaited = sorted(name for name, each in self._expected.items() if each.due)
-        times = [each.at for each in self._expected.values() if not each.due]
-        self.later = bool(times)
-        self.due = min((*times, *(each.stalled_until for each in self.all)), default=math.inf)
+        awaited, later = [], []
+        for name, each in self._expected.items():
+            if each.due:
+                awaited.append(name)
+            else:
+                later.append(each.at)
+        self.awaited, self.later = sorted(awaited), bool(later)
+        self.due = min((*later, *map(_STALLED_UNTIL, self.all)), default=math.inf)
 
 
 def kinds_wanted(request: Advance) -> frozenset[str]:
