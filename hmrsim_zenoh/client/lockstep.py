@@ -656,8 +656,9 @@ class _Turns:
 
     def look(self) -> None:
         """Wake all waiting threads to check whether their turn is still needed."""
-        with self._changed:
-            self._changed.notify_all()
+        with self._lock:
+            if self._waiting:
+                self._changed.notify_all()
 
 
 def check_name(name: str) -> None:
