@@ -309,6 +309,10 @@ class LocalInbox(QueryInbox):
             raise SimulationStopped("the simulation has ended")
         self._commands.append(command)
 
+    def close(self) -> None:
+        """Close the inbox; nobody waits for it."""
+        self.closed = True
+
     def poll(self) -> AnyCommand | None:
         """Return the next command; None when there is none now."""
         if self._commands:
