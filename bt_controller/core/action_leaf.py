@@ -277,9 +277,12 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
             ValueError: There is no such place.
             ValidationError: It is not a goal of this action.
         """
-        if self._client is None or self.PLAIN or not isinstance(goal, Mapping):
+        if self._client is None or self.PLAIN:
             return goal
         kind = self._client.action.goal
+        # Before a check that calls Python code for each goal.
+        if type(goal) is kind or not isinstance(goal, Mapping):
+            return goal
         plain = goal if self._place_pose is None else with_poses(goal, kind, self._place_pose)
         # As the simulator reads it.
         kind.model_validate_json(to_json(plain))
