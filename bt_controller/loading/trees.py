@@ -181,9 +181,9 @@ def plan_of(
 
 def _is_xml(name: str) -> bool:
     """Return whether a name means a file: by its ending, or by how it begins."""
-    path = Path(name)
-    if path.suffix.lower() == ".xml":
+    if name.lower().endswith(".xml"):
         return True
+    path = Path(name)
     try:
         if not path.is_file():
             return False
