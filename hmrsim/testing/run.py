@@ -363,7 +363,7 @@ class Run:
         """Return a function that finds the place at which a robot is now, as most are never asked for."""
         if robot == WORLD:
             return None
-        return partial(self._nearest, self.simulator.world, self.position(robot))
+        return partial(self._nearest, self.simulator.world, self.simulator.roster.robots[robot].pose().point)
 
     def _nearest(self, world: World, at: Point) -> str:
         names, points = self._places(world)
