@@ -260,8 +260,9 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
 
     def cancel(self) -> None:
         """Cancel the active goals; returns at once."""
-        for handle in self.open_goals:
-            handle.cancel()
+        for handle in self._open:
+            if not handle.done:
+                handle.cancel()
 
     def _next_goal(self) -> G | None:
         source: Any = self._goal

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -47,24 +46,15 @@ class Board:
     up, ticked and stopped by one thread, one after the other.
 
     Attributes:
+        storage: The entries, as py_trees keeps them; read-only.
         in_use: A context in which py_trees uses this blackboard; it may be entered many times.
     """
 
     def __init__(self) -> None:
-        self._storage = Entries()
+        self.storage = Entries()
         metadata: dict[str, KeyMetaData] = {}
         clients: dict[uuid.UUID, str] = {}
-        self.in_use: AbstractContextManager[None] = _InUse(self._storage, metadata, clients)
-
-    @property
-    def changes(self) -> int:
-        """The number of writes that changed a value."""
-        return self._storage.changes
-
-    @property
-    def storage(self) -> Mapping[str, Any]:
-        """The entries, as py_trees keeps them."""
-        return self._storage
+        self.in_use: AbstractContextManager[None] = _InUse(self.storage, metadata, clients)
 
 
 class _InUse(AbstractContextManager[None]):

@@ -102,7 +102,7 @@ class Mission:
     @property
     def changed_entries(self) -> bool:
         """True if the last tick changed the blackboard, so that another tick may have another result."""
-        return self._board.changes != self._changes
+        return self._board.storage.changes != self._changes
 
     @property
     def open_goals(self) -> bool:
@@ -152,7 +152,7 @@ class Mission:
         """
         self._ticks += 1
         self._count_at(now)
-        self._changes = self._board.changes
+        self._changes = self._board.storage.changes
         try:
             with self._ticking, self._board.in_use, simulated_time(now):
                 if self._recorder is None:

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from bt_controller.running.clocks import Clock
     from bt_controller.running.mission import Mission
     from hmrsim_zenoh.client.client import Client
-    from hmrsim_zenoh.client.connection import Condition
 
 
 _MAX_TURNS: Final = 10
@@ -143,12 +142,13 @@ class Runner:
         finally:
             for mission in self._missions:
                 mission.interrupt(self._clock.elapsed)
-            self._clock.settle(self._settled(), self._grace)
+            unsettled = [*self._missions]
+            self._clock.settle(partial(_settled, unsettled), self._grace)
             for mission in self._missions:
                 mission.shutdown()
             self._topics.close()
             self._clock.close()
-        return self._with_left(outcome)
+        return _with_left(outcome, unsettled)
 
     def give_up(self) -> Outcome:
         """Cancel the goals while a behavior keeps the trees' own thread from it; from another thread."""
@@ -156,8 +156,9 @@ class Runner:
             mission.cancel()
         # The mailbox may still hold reasons, such as the one that requested the end.
         self._mailbox.wait(0.0)
-        self._clock.settle(self._settled(), _LAST_WORDS)
-        outcome = self._with_left(self._outcome(interrupted=True))
+        unsettled = [*self._missions]
+        self._clock.settle(partial(_settled, unsettled), _LAST_WORDS)
+        outcome = _with_left(self._outcome(interrupted=True), unsettled)
         self._clock.close()
         return outcome
 
@@ -219,36 +220,32 @@ class Runner:
                     if again and time is not None and needed <= next_period(time, self._polls):
                         continue
                     self._timers.put(number, needed)
-                    self._await(mission, awaited)
+                    if self._alarms is not None:
+                        self._alarms.set(mission.robot, awaited)
                     break
             if mission.over:
                 self._running.discard(number)
                 self._timers.put(number, math.inf)
-                self._await(mission, ())
-
-    def _await(self, mission: Mission, conditions: Sequence[Condition]) -> None:
-        if self._alarms is not None:
-            self._alarms.set(mission.robot, conditions)
-
-    def _settled(self) -> Callable[[], bool]:
-        """Return a function that checks whether the canceled goals have ended; only one may be in use."""
-        unsettled = list(self._missions)
-
-        def settled() -> bool:
-            while unsettled and not unsettled[-1].open_goals:
-                unsettled.pop()
-            return not unsettled
-
-        return settled
-
-    def _with_left(self, outcome: Outcome) -> Outcome:
-        return replace(outcome, left=tuple(mission.robot for mission in self._missions if mission.open_goals))
+                if self._alarms is not None:
+                    self._alarms.set(mission.robot, ())
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
         statuses = {mission.robot: mission.status for mission in self._missions}
         unfit = {Status.FAILURE, Status.RUNNING}
         why = {mission.robot: _reasons(mission) for mission in self._missions if mission.status in unfit}
         return Outcome(statuses, interrupted, gone, reasons=why)
+
+
+def _settled(missions: list[Mission]) -> bool:
+    """Return whether the canceled goals have ended; remove trees whose goals have from the end of the list."""
+    while missions and not missions[-1].open_goals:
+        missions.pop()
+    return not missions
+
+
+def _with_left(outcome: Outcome, unsettled: Sequence[Mission]) -> Outcome:
+    left = [mission.robot for mission in unsettled if mission.open_goals]
+    return replace(outcome, left=tuple(left)) if left else outcome
 
 
 def _reasons(mission: Mission) -> list[dict[str, str]]:
