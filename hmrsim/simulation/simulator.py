@@ -41,7 +41,7 @@ from hmrsim.protocol.commands import (
     StopWaiting,
 )
 from hmrsim.protocol.goal import Refused, Verdict
-from hmrsim.protocol.outputs import Answered, FeedbackSent, Sampled, StatusChanged, TimeRestarted
+from hmrsim.protocol.outputs import Answered, FeedbackSent, Receiver, Sampled, StatusChanged, TimeRestarted
 from hmrsim.protocol.sinks import SelectiveSink, hears_commands
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
@@ -393,7 +393,9 @@ class Simulator:
 
     def answer(self, reply_to: Any, answer: Any) -> None:
         """Send the answer to a command, if it expects one."""
-        if reply_to is not None:
+        if isinstance(reply_to, Receiver):
+            reply_to.succeed(answer)
+        elif reply_to is not None:
             self.emit(Answered(reply_to, answer))
 
     def stop(self, reason: str = "the simulation was stopped") -> None:

@@ -1,4 +1,4 @@
-"""The connection to a simulator in this process: commands go to its inbox, and answers come from its sinks."""
+"""The connection to a simulator in this process: commands go to its inbox, and answers come back directly."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 import zenoh
 
 from hmrsim.protocol.commands import CallService
+from hmrsim.protocol.goal import Refused
+from hmrsim.protocol.outputs import Granted, Receiver
 from hmrsim_zenoh.client.connection import Ask, Connection, Read, body_of
 from hmrsim_zenoh.client.exchange import Kind, LocalReply, Payload, Query, Sample
-from hmrsim_zenoh.errors import ClientClosed
+from hmrsim_zenoh.errors import ClientClosed, RequestError
 from hmrsim_zenoh.wire import encoding
 from hmrsim_zenoh.wire.session import unless_closed
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.exchange import Declaration, Delivery, Exchange
 
 
-class Pending:
+class Pending(Receiver):
     """A command that awaits its answer.
 
     Attributes:
@@ -35,6 +37,14 @@ class Pending:
         self._connection = connection
         self._then: Callable[[Answer], None] | None = then
         self.may_be_lost = False
+
+    def succeed(self, answer: Any) -> None:
+        """Deliver an answer of the simulation once that pauses, unless it gets lost."""
+        if type(answer) is Refused or (type(answer) is Granted and Refused in map(type, answer.accepted)):
+            answer = for_client(answer)
+        simulation = self._connection.simulation
+        lost = self.may_be_lost and simulation.loses_answer()
+        simulation.delivery.deliver(self.take, None if lost else answer)
 
     def take(self, answer: Answer) -> None:
         """Pass on the first answer unless the connection was cut off; None for one that is lost."""
@@ -89,6 +99,9 @@ class Simulation(Protocol):
 
     def send(self, command: Any, pending: Pending) -> None:
         """Send a command; *pending* takes its answer while the simulation does not run."""
+
+    def loses_answer(self) -> bool:
+        """Return whether the current answer is lost, and count it."""
 
     def announce(self, name: str, *, alive: bool) -> None:
         """Report that a participant has come or gone."""
@@ -346,6 +359,16 @@ class LocalConnection(Connection):
         for name in self._participants:
             self.simulation.announce(name, alive=False)
         self._participants.clear()
+
+
+def for_client(answer: Any) -> Any:
+    """Return an answer as the client receives it, with refusals turned into errors."""
+    match answer:
+        case Refused(field, value, text):
+            return RequestError(text, [{"field": field, "message": text, "value": value}])
+        case Granted(accepted=accepted):
+            return answer._replace(accepted=tuple(map(for_client, accepted)))
+    return answer
 
 
 class Liveliness:

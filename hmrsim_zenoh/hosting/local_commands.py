@@ -1,4 +1,4 @@
-"""Commands of clients in the simulator's process: objects, which are checked, and answers for clients."""
+"""Commands of clients in the simulator's process: objects, which are checked."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from pydantic import ValidationError
 from hmrsim.actions import registry as all_actions
 from hmrsim.interfaces.message import Message, complete
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
-from hmrsim.protocol.goal import Refused
-from hmrsim.protocol.outputs import Granted
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.connection import Watched
 from hmrsim_zenoh.errors import RequestError
@@ -115,13 +113,3 @@ def _complete(goal: Message) -> None:
 def error_of(error: UnreadableError) -> RequestError:
     """Return the answer to a command that can't be understood."""
     return RequestError(str(error), error.details)
-
-
-def for_client(answer: Any) -> Any:
-    """Return an answer as the client receives it, with refusals turned into errors."""
-    match answer:
-        case Refused(field, value, text):
-            return RequestError(text, [{"field": field, "message": text, "value": value}])
-        case Granted(accepted=accepted):
-            return answer._replace(accepted=tuple(map(for_client, accepted)))
-    return answer

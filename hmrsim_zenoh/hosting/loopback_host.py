@@ -8,8 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from hmrsim.errors import SimulationStopped
-from hmrsim.protocol.goal import Refused
-from hmrsim.protocol.outputs import Answered, Granted, RosterChanged
+from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.time import LOCKSTEP, ReadTime, TokenSeen
 from hmrsim.services import registry as all_services
@@ -18,8 +17,8 @@ from hmrsim.simulation.simulator import Simulator
 from hmrsim.timing.pacing import Pacing, Watchers, unwatched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.client.exchange import Delivery, Exchange, Kind
-from hmrsim_zenoh.client.local_connection import LocalConnection, Pending
-from hmrsim_zenoh.hosting.local_commands import LocalCommands, error_of, for_client
+from hmrsim_zenoh.client.local_connection import LocalConnection, for_client
+from hmrsim_zenoh.hosting.local_commands import LocalCommands, error_of
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
 from hmrsim_zenoh.server.replies import after_the_end, finish
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.sinks import Sink
     from hmrsim.world.model import World
+    from hmrsim_zenoh.client.local_connection import Pending
     from hmrsim_zenoh.hosting.local_commands import ClientCommand
     from hmrsim_zenoh.server.losses import Losses
 
@@ -44,7 +44,7 @@ class LoopbackHost(SelectiveSink):
 
     The simulation runs in the thread that sends a request, before the call returns: until all participants of lockstep
     have been granted time, or until a participant has to ask first. Clients and the trace see the same as over Zenoh.
-    Keys are served from the first use of one. It is a sink of the simulation, which emits the answers.
+    Keys are served from the first use of one. It is a sink of the simulation, to follow its robots.
 
     Args:
         settings: The settings of the run, except that its clock is lockstep.
@@ -176,9 +176,13 @@ class LoopbackHost(SelectiveSink):
             delivery.deliver(pending.take, self._refusal(command))
         delivery.settle(resume=True)
 
+    def loses_answer(self) -> bool:
+        """Return whether the current answer is lost, and count it."""
+        return self._inbox.losses.lost()
+
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""
-        return self._answer if kind is Answered else self._follow_roster if kind is RosterChanged else None
+        return self._follow_roster if kind is RosterChanged else None
 
     def announce(self, name: str, *, alive: bool) -> None:
         """Report that a participant has come or gone."""
@@ -236,15 +240,6 @@ class LoopbackHost(SelectiveSink):
                 self._tokens.undeclare()
             for on_change in list(self._followers):
                 self.delivery.deliver(on_change, False)
-
-    def _answer(self, answered: Answered) -> None:
-        pending = answered.reply_to
-        if isinstance(pending, Pending):
-            answer = answered.answer
-            if type(answer) is Refused or (type(answer) is Granted and Refused in map(type, answer.accepted)):
-                answer = for_client(answer)
-            lost = pending.may_be_lost and self._inbox.losses.lost()
-            self.delivery.deliver(pending.take, None if lost else answer)
 
     def _refusal(self, command: ClientCommand | ReadInfo) -> Any:
         """Return the answer to a command after the end of the run; None once the host has stopped."""
