@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -83,6 +84,7 @@ class LoopbackHost(SelectiveSink):
         self._inbox = inbox = LocalInbox()
         self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
+        self._announced: defaultdict[str, int] = defaultdict(int)
         self._exchange: Exchange | None = None
         self._session: LocalConnection | None = None
         self._server: Server | None = None
@@ -185,9 +187,11 @@ class LoopbackHost(SelectiveSink):
         return self._follow_roster if kind is RosterChanged else None
 
     def announce(self, name: str, *, alive: bool) -> None:
-        """Report that a participant has come or gone."""
-        with suppress(SimulationStopped):
-            self._inbox.put(TokenSeen(name, alive=alive))
+        """Report that a participant has come or gone; of several with one name, the first comes and the last goes."""
+        self._announced[name] += 1 if alive else -1
+        if self._announced[name] == alive:
+            with suppress(SimulationStopped):
+                self._inbox.put(TokenSeen(name, alive=alive))
 
     def follow(self, on_change: Callable[[bool], None]) -> Callable[[], None]:
         """Report whether the simulation serves its clients, now and when it ends; return a function to stop that."""

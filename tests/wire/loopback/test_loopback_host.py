@@ -258,6 +258,14 @@ class TestTime:
             other.sleep(1.0)
         other.close()
 
+    def test_a_client_that_is_refused_for_its_name_does_not_end_the_other_one(self, host, client):
+        client.sleep(1.0)
+        with Client(session=host.open_session()) as other, pytest.raises(RequestError):
+            other.sleep(1.0)
+        client.sleep(1.0)
+
+        assert 2.0 == client.now
+
     def test_a_closed_client_makes_no_requests(self, client):
         client.close()
         with pytest.raises(ClientClosed):
