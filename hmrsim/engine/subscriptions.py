@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.outputs import EventStamped, Sampled
-from hmrsim.protocol.sinks import topics_of
+from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 
 if TYPE_CHECKING:
@@ -68,12 +68,11 @@ class Interest:
     def refresh(self) -> None:
         """Refresh the topics that are wanted."""
         wanted: set[Topic] = set()
-        for each in self._sinks:
-            topics = topics_of(each)
-            if topics is None:
-                wanted.update(filter(each.wants, _NAMES))
+        for sink in self._sinks:
+            if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:
+                wanted.update(sink.topics)
             else:
-                wanted.update(topics)
+                wanted.update(filter(sink.wants, _NAMES))
         for part in self._reactions:
             wanted.update(part.topics)
         self.topics = wanted

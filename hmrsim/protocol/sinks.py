@@ -68,13 +68,6 @@ class CommandSink(Sink, Protocol):
         """
 
 
-def topics_of(sink: object) -> Collection[Topic] | None:
-    """Return the topics that a sink needs now; None if only its `wants` can say that."""
-    if isinstance(sink, SelectiveSink) and type(sink).wants is SelectiveSink.wants:
-        return sink.topics
-    return None
-
-
 def hears_commands(sink: Sink) -> TypeGuard[CommandSink]:
     """Return whether a sink receives commands, too."""
     return hasattr(sink, "commanded")

@@ -370,8 +370,9 @@ class Simulator:
         self.env.take_urgent()
 
     def _change_interest(self) -> None:
-        if any(isinstance(sink, SelectiveSink) and sink.varies for sink in self._sinks):
-            self._handlers.clear()
+        for sink in self._sinks:
+            if isinstance(sink, SelectiveSink) and sink.varies:
+                self._handlers.clear()
         self.interest.refresh()
         self.dispatcher.feedback.interest_changed()
         self.telemetry.refresh(self.now)
