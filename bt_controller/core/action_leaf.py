@@ -149,7 +149,7 @@ class ActionLeaf(QuietBehaviour, Generic[G, R, F]):
         self._client = client.action_client(robot, action)
         self._wake = kwargs.get("wake") or _do_nothing
         self._place_pose = kwargs["places"].pose if kwargs.get("places") is not None else None
-        if isinstance(self._goal, Mapping):
+        if not callable(self._goal) and isinstance(self._goal, Mapping):
             try:
                 self._checked(self._goal)
             except ValidationError as error:

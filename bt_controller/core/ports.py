@@ -194,7 +194,7 @@ def _whole_numbers(text: str, places: Places | None) -> list[int]:
 
 def _pose(text: str, places: Places | None) -> PoseStamped:
     """Return ``x;y``, ``x;y;yaw`` (meters or pixels, radians), ``sec;frame;x;y;z;qx;qy;qz;qw`` or a place's pose."""
-    parts = [part.strip() for part in text.split(";")]
+    parts = [*map(str.strip, text.split(";"))]
     if len(parts) == 1:
         if places is not None:
             return places.pose(text)
