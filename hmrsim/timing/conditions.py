@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -57,7 +57,7 @@ class Conditions:
         self.met: dict[str, dict[str, None]] = {}
         self.changed = False
         # The number of conditions that need a topic's messages, and the topics that are subscribed to.
-        self._needed: Counter[Topic] = Counter()
+        self._needed: defaultdict[Topic, int] = defaultdict(int)
         self.topics: frozenset[Topic] = frozenset()
         # The batteries that are watched, when each reaches a level next, and these times in order.
         self._batteries: dict[str, BatteryLevels] = {}

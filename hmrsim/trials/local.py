@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from hmrsim.errors import SimulationStopped
@@ -51,7 +51,7 @@ class LocalTrial(Trial):
         self._name = name
         self._first: Actor | None = None
         self._others: list[Actor] = []
-        self._clients = ExitStack()
+        self._clients: list[Client] = []
         self._closed = self._over = False
         super().__init__(self._host, disturber)
 
@@ -65,7 +65,9 @@ class LocalTrial(Trial):
 
         Time moves only while all participants wait, so each client needs its own thread.
         """
-        return self._clients.enter_context(Client(session=self._host.open_session(), name=name))
+        client = Client(session=self._host.open_session(), name=name)
+        self._clients.append(client)
+        return client
 
     def play(self) -> Ended:
         """Run the controller to its end; its clients stay open until the trial is closed."""
@@ -87,7 +89,8 @@ class LocalTrial(Trial):
             each.end()
         if self._first is not None:
             self._first.close()
-        self._clients.close()
+        for client in reversed(self._clients):
+            client.close()
         self._over, self._closed = self._host.pacing.over, True
         self._host.stop()
 
