@@ -10,7 +10,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple, Self, TypeAlias
 
 from py_trees.common import Status
@@ -108,8 +108,15 @@ def _descriptions(root: Behaviour, robot: str | None) -> Iterator[Described]:
         )
 
 
-def _origin(node: Behaviour) -> str:
-    return node.origin if isinstance(node, Node) else ""
+def _origin(node: Any) -> str:
+    origin: str = node.origin if _has_origin(node.__class__) else ""
+    return origin
+
+
+@cache
+def _has_origin(kind: type[Behaviour]) -> bool:
+    """Return whether a class is one of XML trees; once for each, as classes of py_trees take a while to say so."""
+    return issubclass(kind, Node)
 
 
 def _measure(node: Behaviour, sizes: dict[Behaviour, int]) -> int:
@@ -343,11 +350,13 @@ class TreeCoverage:
     def keys(self) -> frozenset[str]:
         """Return what happened, without how often: texts such as ``TREE/PATH:FAILURE`` or ``TREE/PATH:ABORTED/204``."""
         return frozenset(
-            f"{name}/{path}:{outcome}"
-            for name, tree in self._trees.items()
-            for path, node in tree.nodes.items()
-            for outcome, count in node.counts.items()
-            if count
+            [
+                f"{name}/{path}:{outcome}"
+                for name, tree in self._trees.items()
+                for path, node in tree.nodes.items()
+                for outcome, count in node.counts.items()
+                if count
+            ]
         )
 
     def to_json(self) -> dict[str, Any]:
