@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
@@ -58,7 +58,7 @@ class Observer(SelectiveSink):
         self._story = story
         self._features: dict[str, None] = {}
         self._aborts: dict[str, None] = {}
-        self._counts: Counter[tuple[str, str, str]] = Counter()
+        self._counts: defaultdict[tuple[str, str, str], int] = defaultdict(int)
         self._last_labels: dict[str, str] = {}
         self._last_fault = ""
         self._began: dict[str, float] = {}

@@ -183,7 +183,8 @@ class MonitorSink(SelectiveSink):
         if handlers is None:
             self._monitor.timeline.look(output.stamp)
             return
-        self._sample_batteries(output.stamp)
+        if self._watched_batteries:
+            self._sample_batteries(output.stamp)
         self._monitor.timeline.give(output.stamp, event, handlers)
         if isinstance(event, SimulationReset | WorldLoaded):
             self._take_scene(output.stamp)
@@ -194,7 +195,8 @@ class MonitorSink(SelectiveSink):
 
     def _take_goal(self, change: GoalChanged) -> None:
         at, robot, action, goal_id, status, message, _, cause = change
-        self._sample_batteries(at)
+        if self._watched_batteries:
+            self._sample_batteries(at)
         if self._statuses:
             if message is not None:
                 self._monitor.take_message(robot, action, message)
@@ -208,7 +210,7 @@ class MonitorSink(SelectiveSink):
 
     def _sample_batteries(self, at: int) -> None:
         """Pass the charge of the watched batteries to the monitor, once per instant."""
-        if not self._watched_batteries or at == self._batteries_sampled_at:
+        if at == self._batteries_sampled_at:
             return
         self._batteries_sampled_at = at
         for name in [*self._watched_batteries]:
