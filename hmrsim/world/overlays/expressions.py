@@ -111,7 +111,8 @@ def names_used_in(value: Any) -> frozenset[str]:
     return frozenset()
 
 
-def parts_in(expression: str) -> list[str]:
+@lru_cache(maxsize=4096)
+def parts_in(expression: str) -> tuple[str, ...]:
     """Return the parts of values that an expression uses, such as ``orders.lead_time.mean``.
 
     Raises:
@@ -127,7 +128,7 @@ def parts_in(expression: str) -> list[str]:
                 visit(child)
 
     visit(_parsed(expression))
-    return parts
+    return tuple(parts)
 
 
 def _in_text(text: str, names: Names) -> Any:
@@ -191,9 +192,9 @@ def _evaluated(node: ast.expr, names: Names) -> Any:
             raise OverlayFlaw(f"there is no {node.id!r}{instead(node.id, names)}")
         return names[node.id]
     if isinstance(node, ast.Attribute):
-        return _part(_evaluated(node.value, names), node.attr, ast.unparse(node.value))
+        return _part(_evaluated(node.value, names), node.attr, node.value)
     if isinstance(node, ast.Subscript):
-        return _part(_evaluated(node.value, names), _evaluated(node.slice, names), ast.unparse(node.value))
+        return _part(_evaluated(node.value, names), _evaluated(node.slice, names), node.value)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         return -_number(_evaluated(node.operand, names))
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
@@ -220,17 +221,20 @@ def _result(node: ast.BinOp, left: float, right: float) -> int | float:
     return value
 
 
-def _part(whole: object, key: object, text: str) -> Any:
-    """Return the entry of a mapping or list at a key; a key of a mapping may also be written as text."""
+def _part(whole: object, key: object, node: ast.expr) -> Any:
+    """Return the entry of a mapping or list at a key; a key of a mapping may also be written as text.
+
+    *node* is the expression of the mapping or list, for errors.
+    """
     if isinstance(whole, Mapping):
         for candidate in (key, str(key)):
             if candidate in whole:
                 return whole[candidate]
-        raise UnknownPart(f"{text} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
+        raise UnknownPart(f"{ast.unparse(node)} has no {shown(key)}{instead(str(key), map(str, whole), verb='it has')}")
     if isinstance(whole, list):
         if isinstance(key, bool) or not isinstance(key, int):
-            raise OverlayFlaw(f"{text} is a list, of which {shown(key)} is no index")
+            raise OverlayFlaw(f"{ast.unparse(node)} is a list, of which {shown(key)} is no index")
         if not 0 <= key < len(whole):
-            raise OverlayFlaw(f"{text} has {len(whole)} entries, from 0 on; there is none at {key}")
+            raise OverlayFlaw(f"{ast.unparse(node)} has {len(whole)} entries, from 0 on; there is none at {key}")
         return whole[key]
-    raise OverlayFlaw(f"{text} is {shown(whole)}, which has no parts")
+    raise OverlayFlaw(f"{ast.unparse(node)} is {shown(whole)}, which has no parts")
