@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from hmrsim.actions import registry as all_actions
-from hmrsim.interfaces.message import Message, complete
+from hmrsim.interfaces.message import complete
 from hmrsim.protocol.commands import Advance, CallService, CancelGoal, GetResult, SendGoal, Unreadable
 from hmrsim.protocol.time import Join, Leave, ReadTime
 from hmrsim_zenoh.client.connection import Watched
@@ -93,21 +93,17 @@ class LocalCommands:
         if action is None:
             goal = None
         elif isinstance(goal, action.goal):
-            _complete(goal)
+            try:
+                check_texts_of(goal)
+            except UnreadableError as error:
+                raise error.below("goal") from None
+            # As a goal that came over the network.
+            complete(goal)
         else:
             goal = read_goal(action.goal, goal)
         if goal is command.goal and pending is None and (robot, name) == (command.robot, command.action):
             return command
         return SendGoal(robot, name, goal, command.goal_id, pending)
-
-
-def _complete(goal: Message) -> None:
-    """Check and complete a goal as over the network."""
-    try:
-        check_texts_of(goal)
-    except UnreadableError as error:
-        raise error.below("goal") from None
-    complete(goal)
 
 
 def error_of(error: UnreadableError) -> RequestError:
