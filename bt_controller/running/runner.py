@@ -170,7 +170,7 @@ class Runner:
             for mission in self._missions:
                 mission.end_coverage()
             with suppress(SimulatorNotFound, SimulatorGone):
-                self._tick(self._numbers.values())
+                self._tick(self._numbers.values(), self._clock.elapsed)
             return self._outcome(gone=True)
         except Idle as error:
             waiting = ", ".join(mission.robot for mission in self._missions if not mission.over)
@@ -178,18 +178,18 @@ class Runner:
 
     def _stopped(self) -> bool:
         """Tick the trees until all have ended, or the user wants an end; return whether it was that."""
-        self._tick(self._numbers.values())
+        self._tick(self._numbers.values(), self._clock.elapsed)
         while self._running:
             earliest = self._timers.earliest
             woken = self._clock.wait(None if earliest == math.inf else earliest)
             if STOP in woken:
                 return True
-            self._tick(self._whose_turn(woken))
+            time = self._clock.elapsed
+            self._tick(self._whose_turn(woken, time), time)
         return False
 
-    def _whose_turn(self, woken: frozenset[str]) -> Iterable[int]:
+    def _whose_turn(self, woken: frozenset[str], time: float | None) -> Iterable[int]:
         """Return the numbers of the trees that have to be ticked."""
-        time = self._clock.elapsed
         if RESET in woken and self._alarms is not None:
             self._alarms.clear()
         if RESET in woken or (time is not None and not self._timed):
@@ -198,9 +198,9 @@ class Runner:
         due_now = [] if time is None else self._timers.pop_due(time)
         return sorted({*due_now, *map(self._numbers.__getitem__, woken & self._numbers.keys())})
 
-    def _tick(self, numbers: Iterable[int]) -> None:
+    def _tick(self, numbers: Iterable[int], time: float | None) -> None:
         """Tick trees. Their time does not go back: a timer waits for as long as it says."""
-        now, time = self._clock.now, self._clock.elapsed
+        now = None if self._show is None else self._clock.now
         # Events since then may have changed a topic, even if no time has passed.
         self._topics.forget()
         self._timed = time is not None
