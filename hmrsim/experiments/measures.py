@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
@@ -28,6 +29,9 @@ Value = float | str | None
 REPORT: Final = "report"
 """The name under which expressions find the run's report, as `hmrsim report --json` has it."""
 
+_DELAY: Final = re.compile(r"orders\.delay")
+"""Begins the parts of expressions that need the report."""
+
 NAMES: Final = ("end", "ends", "energy", "recoveries", "goals", "orders", "robots", "items", "reported", REPORT)
 """What expressions may ask for."""
 
@@ -52,9 +56,7 @@ def measures_of(
 def needs_report(file: ExperimentFile) -> bool:
     """Return whether a measure asks for the report, which takes time to make."""
     values = [measure.value for measure in file.measures.values()]
-    return any(
-        REPORT in names_in(value) or any(part.startswith("orders.delay") for part in _parts(value)) for value in values
-    )
+    return any(REPORT in names_in(value) or any(map(_DELAY.match, _parts(value))) for value in values)
 
 
 def _plain(value: Any) -> Value:
