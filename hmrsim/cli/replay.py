@@ -6,7 +6,6 @@ import argparse
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,7 +22,8 @@ if TYPE_CHECKING:
 
     from hmrsim.settings.run import RunSettings
     from hmrsim.simulation.simulator import Simulator
-    from hmrsim.trace.replay import Difference, Outcome, Replayed
+    from hmrsim.trace.difference import Difference
+    from hmrsim.trace.replay import Outcome, Replayed
     from hmrsim.world.model import World
 
 
@@ -229,15 +229,23 @@ def _replay(args: argparse.Namespace) -> int:
 
 
 def _facts(outcome: Outcome) -> dict[str, Any]:
+    found = outcome.difference
     return {
-        "identical": outcome.difference is None,
+        "identical": found is None,
         "complete": outcome.complete,
         "lines": outcome.lines,
         "commands": outcome.commands,
         "sim_time": outcome.sim_time,
         "world": {"name": outcome.header.name, "hash": outcome.header.hash},
         "seed": outcome.header.seed,
-        "difference": None if outcome.difference is None else asdict(outcome.difference),
+        "difference": found
+        and {
+            "line": found.line,
+            "trace": found.was,
+            "replay": found.now,
+            "before": found.before,
+            "after": found.after,
+        },
         **({"sections": [_section(section) for section in outcome.sections]} if len(outcome.sections) > 1 else {}),
     }
 
@@ -281,8 +289,8 @@ def _difference_lines(path: Path, difference: Difference) -> Iterator[str]:
     number = difference.line
     yield f"{path}:{number}: the replay differs here"
     rows = [(number - len(difference.before) + i, " ", line) for i, line in enumerate(difference.before)]
-    rows.append((number, "-", difference.trace))
-    rows.append((number, "+", difference.replay or "(nothing happens any more)"))
+    rows.append((number, "-", difference.was or ""))
+    rows.append((number, "+", difference.now or "(nothing happens any more)"))
     rows += [(number + 1 + i, " ", line) for i, line in enumerate(difference.after)]
     width = len(str(rows[-1][0]))
     for at, sign, line in rows:

@@ -22,11 +22,15 @@ class Difference(NamedTuple):
         line: Its number, from 1.
         was: The line of the first trace; None if that ends before.
         now: The line of the second trace, in the same form.
+        before: The last lines that both have in common, if they were kept.
+        after: The next lines of the first trace, if they were kept.
     """
 
     line: int
     was: str | None
     now: str | None
+    before: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()
 
     def describe(self) -> str:
         """Return when and where it is, what was there, and what is there now."""

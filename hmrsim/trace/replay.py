@@ -28,6 +28,7 @@ from hmrsim.services import registry as services
 from hmrsim.settings.option import MAX_SECONDS
 from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
+from hmrsim.trace.difference import Difference
 from hmrsim.trace.sections import Line, begins_section, command_of, line_of
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
@@ -39,24 +40,6 @@ if TYPE_CHECKING:
 
 _CONTEXT: Final = 3
 """The number of lines that are shown before and after a difference."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The first difference between trace and replay.
-
-    Attributes:
-        line: The number of the line in the trace, from 1.
-        replay: The line of the replay; None if the replay has ended.
-        before: The last lines that both have in common.
-        after: The next lines of the trace.
-    """
-
-    line: int
-    trace: str
-    replay: str | None
-    before: tuple[str, ...]
-    after: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -81,7 +64,7 @@ class Outcome:
     Attributes:
         sections: The sections that were replayed, in order.
         complete: Whether the replay reached the end of the run; False for a truncated trace.
-        difference: The first difference; None if there is none.
+        difference: The first difference between the trace and the replay; None if there is none.
     """
 
     sections: tuple[Replayed, ...]

@@ -156,7 +156,7 @@ def test_an_extra_header_is_a_difference():
     header = traced(1.0, RESET)[2]
     difference = replay([*lines[:3], header, *lines[3:]]).difference
 
-    assert (4, header) == (difference.line, difference.trace + "\n")
+    assert (4, header) == (difference.line, difference.was + "\n")
 
 
 def test_a_missing_header_is_a_difference():
@@ -164,7 +164,7 @@ def test_a_missing_header_is_a_difference():
     number = next(i for i, line in enumerate(lines) if '"section":2' in line)
     difference = replay(lines[:number] + lines[number + 1 :]).difference
 
-    assert (number + 1, lines[number]) == (difference.line, difference.replay + "\n")
+    assert (number + 1, lines[number]) == (difference.line, difference.now + "\n")
 
 
 def test_a_trace_that_was_cut_is_replayed_to_its_end():

@@ -193,21 +193,21 @@ class TestReplay:
         difference = replay(changed).difference
 
         assert number + 1 == difference.line
-        assert (changed[number], lines[number]) == (difference.trace + "\n", difference.replay + "\n")
+        assert (changed[number], lines[number]) == (difference.was + "\n", difference.now + "\n")
         assert tuple(line[:-1] for line in lines[number - 3 : number]) == difference.before
         assert tuple(line[:-1] for line in lines[number + 1 : number + 4]) == difference.after
 
     def test_an_extra_line_is_a_difference(self):
         lines = traced((0.0, WAIT), close=False)
 
-        assert replay([*lines, lines[-1]]).difference.replay is None
+        assert replay([*lines, lines[-1]]).difference.now is None
 
     def test_a_missing_line_is_a_difference(self):
         lines = traced((0.0, WAIT))
         number = next(n for n, line in enumerate(lines) if '"status":4' in line)
         difference = replay(lines[:number] + lines[number + 1 :]).difference
 
-        assert (number + 1, lines[number]) == (difference.line, difference.replay + "\n")
+        assert (number + 1, lines[number]) == (difference.line, difference.now + "\n")
 
     @pytest.mark.parametrize("sec", [3, 7])
     def test_a_command_at_another_time_is_a_difference(self, sec):
