@@ -243,3 +243,15 @@ def test_a_page_of_another_origin_gets_no_websocket(viewed, browser):
 
     assert opened == "refused"
     stranger.context.close()
+
+
+def test_only_the_welcome_has_a_button_that_ends_it(viewed, open_page):
+    _, url = viewed("scenario1")
+    page = open_page(url)
+    hint = page.locator(".hint")
+
+    expect(hint.get_by_label("Got it")).to_be_visible()
+    page.keyboard.press("n")
+    page.keyboard.press("m")
+    expect(hint).to_contain_text("Click where wall_e should go")
+    expect(hint.get_by_label("Got it")).to_be_hidden()

@@ -61,7 +61,7 @@ export class Hint {
     say(this.text, text);
     say(this.key, key);
     this.key.hidden = key === '';
-    this.close.hidden = !this.welcomes;
+    this.close.hidden = true;
     this.element.hidden = text === '';
     if (lasts) this.timer = setTimeout(() => (this.element.hidden = true), lasts);
   }
@@ -71,15 +71,16 @@ export class Hint {
     if (!this.app.live || recall(KEY) !== null) return;
     const touch = matchMedia('(pointer: coarse)').matches;
     const more = touch ? ' Hold for more.' : innerWidth > WIDE ? ' Right click for more.' : '';
-    this.welcomes = true;
     this.show(`${touch ? 'Tap' : 'Click'} a robot, then its goal.${more}`);
+    this.welcomes = true;
+    this.close.hidden = false;
   }
 
   /** Hide the welcome after a click. */
   known() {
     if (!this.welcomes) return;
     this.welcomes = false;
-    this.show('');
+    if (!this.close.hidden) this.show('');
     remember(KEY, 'true');
   }
 }
