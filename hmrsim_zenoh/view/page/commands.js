@@ -5,6 +5,11 @@ const PLAYING = 1;
 const PAUSED = 2;
 const STEP_TIMEOUT = 60; // seconds, as the answer arrives after the steps
 
+/** Return a geometry_msgs/msg/PoseStamped on the map. @param {number} yaw In radians. */
+export function poseStamped(x, y, yaw) {
+  return { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation: { z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } } };
+}
+
 /** All of them throw an error with the reason if the simulator refuses. */
 export class Commands {
   constructor(connection, model, clock) {
@@ -29,9 +34,7 @@ export class Commands {
   goTo(robot, [x, y]) {
     const [x0, y0, before] = this.model.robots.get(robot)?.poseAt(this.clock.now()) ?? [x, y, 0];
     const facing = x === x0 && y === y0 ? before : Math.atan2(y - y0, x - x0);
-    const orientation = { z: Math.sin(facing / 2), w: Math.cos(facing / 2) };
-    const pose = { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation } };
-    return this.sendGoal(robot, 'navigate_to_pose', { pose });
+    return this.sendGoal(robot, 'navigate_to_pose', { pose: poseStamped(x, y, facing) });
   }
 
   dock(robot, dock) {

@@ -1,6 +1,6 @@
 /** Names of robots and items on plates, the most important first, where they cover no other name and no robot. */
 
-import { inSight, itemSize, stamp } from './robot_layer.js';
+import { inSight, isChosen, itemSize, stamp } from './robot_layer.js';
 import { stroke } from './shapes.js';
 
 const CELL = 8; // css pixels
@@ -111,7 +111,7 @@ export class Names {
 
   /** Place names where they cover nothing; those without room are omitted. @param {boolean} again Whether the best spot counts. */
   place(frame, poses, again) {
-    const { camera, selected, follow, hovered, layers, measures } = frame;
+    const { camera, selected, layers, measures } = frame;
     this.placed.length = 0;
     this.room.reset(camera.width, camera.height);
     for (let i = 0; i < poses.count && poses.count <= CROWD; i++) {
@@ -122,8 +122,7 @@ export class Names {
       const i = poses.index.get(name);
       if (i === undefined) continue;
       const sprite = this.sprites.name(name, name === selected);
-      const always = name === selected || name === follow || name === hovered;
-      const spot = this.spot(poses, i, sprite, this.spots.get(name) ?? 0, again) ?? (always ? 0 : null);
+      const spot = this.spot(poses, i, sprite, this.spots.get(name) ?? 0, again) ?? (isChosen(frame, { name }) ? 0 : null);
       if (spot === null) continue;
       this.spots.set(name, spot);
       this.put(name, ...corner(poses, i, sprite, spot), sprite, spot < NEXT_TO ? null : [poses.px[i], poses.py[i]]);

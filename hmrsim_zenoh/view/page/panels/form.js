@@ -1,5 +1,6 @@
 // A dialog made from JSON Schemas: choose an action or a fault, fill in its fields, see errors at the fields.
 
+import { poseStamped } from '../commands.js';
 import { button, el, mark, say } from './dom.js';
 
 const NANOSECONDS = 1e9;
@@ -107,13 +108,12 @@ function numberOf(text, { type, minimum, maximum, exclusiveMinimum: above, exclu
   return number;
 }
 
-/** Return the geometry_msgs/msg/PoseStamped of a place's name, or of x, y and a heading in degrees. */
+/** Return the PoseStamped of a place's name, or of x, y and a heading in degrees. */
 function poseOf(text, app) {
   const numbers = app.model.world.point(text.trim()) ?? text.trim().split(/[\s,]+/).map(Number);
   if (numbers.length < 2 || numbers.length > 3 || !numbers.every(Number.isFinite)) throw new Error(POINT);
   const [x, y, degrees = 0] = numbers;
-  const half = (degrees * Math.PI) / 360;
-  return { header: { frame_id: 'map' }, pose: { position: { x, y }, orientation: { z: Math.sin(half), w: Math.cos(half) } } };
+  return poseStamped(x, y, (degrees * Math.PI) / 180);
 }
 
 /** Return the id of a list of the names of places, docks and waypoints. */
