@@ -19,6 +19,8 @@ import { Player, TimeBar } from './panels/time.js';
 import { TreesPanel } from './panels/trees.js';
 
 const ZOOM = 60; // css pixels covered by the zoom buttons at the left
+/** The kinds of objects with names, those first that a name stands for if several have it. */
+const KINDS = ['robot', 'item', 'lift', 'waypoint', 'place', 'dock', 'door'];
 const PHONE = matchMedia('(max-width: 700px), (max-width: 1000px) and (orientation: portrait)'); // as in style.css
 
 export class App {
@@ -139,18 +141,10 @@ export class App {
    * @returns {number[]|undefined} Its position.
    */
   pointOf(name, kind) {
-    const { robots, items, doors, lifts, world } = this.model;
-    const ends = doors.get(name)?.at;
-    const points = {
-      robot: robots.get(name)?.poseAt(this.now()),
-      item: items.get(name)?.at,
-      lift: lifts.get(name)?.at,
-      waypoint: world.waypoints.get(name)?.at,
-      place: world.places.get(name)?.at,
-      dock: world.docks.get(name)?.at,
-      door: ends && middle(...ends),
-    };
-    return kind === undefined ? Object.values(points).find(Boolean) : points[kind];
+    if (kind === undefined) return KINDS.map((each) => this.pointOf(name, each)).find(Boolean);
+    const thing = this.model.allOf(kind)?.get(name);
+    if (kind === 'door') return thing && middle(...thing.at);
+    return kind === 'robot' ? thing?.poseAt(this.now()) : thing?.at;
   }
 
   centerOn(name, kind) {

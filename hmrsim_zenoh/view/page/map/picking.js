@@ -79,10 +79,9 @@ export class Tooltip {
 }
 
 /** Return the tooltip of a picked object; "" for none. */
-export function tooltipOf({ kind, name }, { model, world }, time) {
-  const group = { robot: model.robots, item: model.items, dock: model.docks, door: model.doors, lift: model.lifts, lane: world.lanesByKey }[kind];
-  const thing = group ? group.get(name) : { name };
-  return (thing && TOOLTIPS[kind]?.(thing, model, time)) ?? '';
+export function tooltipOf({ kind, name }, { model }, time) {
+  const thing = model.allOf(kind)?.get(name);
+  return thing ? TOOLTIPS[kind](thing, model, time) : '';
 }
 
 const TOOLTIPS = {

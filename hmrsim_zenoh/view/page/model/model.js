@@ -87,7 +87,7 @@ export class Model extends State {
     for (const said of robots) this.#loadRobot(this.robots.get(said.name), said);
     this.items = new Map(items.map(({ name, weight = 0, at = null, carrier = null }) => [name, { name, weight, at, carrier }]));
     for (const { name, kind, tags = [] } of fixtures) {
-      const known = { dock: this.docks, door: this.doors, lift: this.lifts }[kind];
+      const known = FROM_TAGS[kind] && this.allOf(kind);
       if (known?.has(name)) known.set(name, FROM_TAGS[kind](known.get(name), tags));
     }
     this.closedLanes = new Map(closed.filter(({ lane }) => lane).map(({ lane, why = '' }) => [lane.join('|'), why]));

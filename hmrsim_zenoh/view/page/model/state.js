@@ -39,6 +39,12 @@ export class State extends EventTarget {
   /** @returns {object[]} The latest 5,000 events or more with their times `t`, without motions and routes; oldest first. */
   get events() { return this._events.items; }
 
+  /** Return the objects of a kind by name; of lanes by `from|to`; undefined for what has no name, such as the floor. */
+  allOf(kind) {
+    const { robots, items, doors, lifts, docks, world: { places, waypoints, lanesByKey } } = this;
+    return { robot: robots, item: items, door: doors, lift: lifts, dock: docks, place: places, waypoint: waypoints, lane: lanesByKey }[kind];
+  }
+
   /** @returns {object} What `restore` takes, in this model or another. */
   snapshot() {
     const part = (names, copy) => Object.fromEntries(names.map((name) => [name, copy(this[name])]));

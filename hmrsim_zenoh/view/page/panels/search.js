@@ -32,12 +32,10 @@ export class Search {
 
   #find() {
     const text = this.input.value.trim().toLowerCase();
-    const { robots, items, docks, doors, world } = this.app.model;
-    const groups = { robot: robots, place: world.places, dock: docks, item: items, door: doors };
-    if (text) groups.waypoint = world.waypoints;
     const found = [[], [], []]; // the same name, names that begin with the text, and names that contain it
-    for (const [kind, things] of Object.entries(groups)) {
-      for (const name of things.keys()) {
+    for (const kind of Object.keys(ICON)) {
+      // There may be many waypoints.
+      for (const name of text || kind !== 'waypoint' ? this.app.model.allOf(kind).keys() : []) {
         const where = name.toLowerCase().indexOf(text);
         if (where >= 0) found[where ? 2 : Number(name.length > text.length)].push({ kind, name });
       }
