@@ -142,6 +142,12 @@ export class ListPanel {
   /** Return the text to search for, in lower case. */
   get text() { return this.filter.value.trim().toLowerCase(); }
 
+  /** Return the items that have the text in their words, which a function returns. */
+  matching(items, words) {
+    const { text } = this;
+    return text ? items.filter((item) => words(item).toLowerCase().includes(text)) : items;
+  }
+
   /** Show items, or a note if there are none. */
   showItems(items, note = '') {
     this.items = items;

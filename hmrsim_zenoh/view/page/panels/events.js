@@ -27,17 +27,14 @@ export class EventsPanel extends ListPanel {
   }
 
   render() {
-    const { app: { model }, kind: { value: kind }, text } = this;
-    const shown = [];
-    const all = this.held ?? model.events;
-    for (let i = all.length - 1; i >= 0; i -= 1) {
-      const event = all[i];
-      const description = this.#describe(event);
-      if (kind === BAD ? !['warning', 'error'].includes(description.severity) : kind !== ALL && description.group !== kind) continue;
-      if (text && !description.line.includes(text)) continue;
-      shown.push(event);
-    }
-    this.showItems(shown, all.length ? 'No event matches.' : 'No events yet.');
+    const { value: kind } = this.kind;
+    const all = this.held ?? this.app.model.events;
+    const ofKind = (event) => {
+      const { severity, group } = this.#describe(event);
+      return kind === BAD ? ['warning', 'error'].includes(severity) : group === kind;
+    };
+    const found = this.matching(kind === ALL ? all : all.filter(ofKind), (event) => this.#describe(event).line);
+    this.showItems([...found].reverse(), all.length ? 'No event matches.' : 'No events yet.');
   }
 
   #groups() {
@@ -51,7 +48,7 @@ export class EventsPanel extends ListPanel {
     let description = this.descriptions.get(event);
     if (description === undefined) {
       description = describe(event, this.app.model);
-      description.line = `${description.subject} ${event.kind} ${description.text}`.toLowerCase();
+      description.line = `${description.subject} ${event.kind} ${description.text}`;
       this.descriptions.set(event, description);
     }
     return description;

@@ -16,7 +16,6 @@ export class GoalsPanel extends ListPanel {
   constructor(app) {
     super(app, 'Goals', 'Robot, action, place, error', { height: 64, role: 'table' });
     this.shown = 'all';
-    this.lines = new WeakMap(); // the text to search for each goal
     this.chips = Object.keys(SHOWN).map((word) => {
       const count = el('span', { class: 'count' });
       return { word, count, chip: el('button', { type: 'button', class: 'chip', onclick: () => this.#show(word) }, word, count) };
@@ -33,8 +32,7 @@ export class GoalsPanel extends ListPanel {
 
   render() {
     const all = [...this.app.model.goals.values()].reverse();
-    const { text } = this;
-    const asked = text ? all.filter((goal) => this.#line(goal).includes(text)) : all;
+    const asked = this.matching(all, (goal) => this.#words(goal));
     for (const { word, chip, count } of this.chips) {
       say(count, String(asked.filter(SHOWN[word]).length));
       mark(chip, 'aria-pressed', String(word === this.shown));
@@ -43,13 +41,9 @@ export class GoalsPanel extends ListPanel {
     this.showItems(asked.filter(SHOWN[this.shown]), all.length ? 'No goal matches.' : none);
   }
 
-  #line(goal) {
-    const known = this.lines.get(goal);
-    if (known !== undefined) return known;
+  #words(goal) {
     const { robot, action, status, errorMsg } = goal;
-    const line = `${robot} ${action} ${taskWords(goal, this.app.model.world)} ${STATUS_WORDS[status]} ${errorMsg}`.toLowerCase();
-    this.lines.set(goal, line);
-    return line;
+    return `${robot} ${action} ${taskWords(goal, this.app.model.world)} ${STATUS_WORDS[status]} ${errorMsg}`;
   }
 
   row() {

@@ -27,22 +27,17 @@ export class OrdersPanel extends ListPanel {
     const totals = { ...demand.totals, open: demand.open.size };
     for (const [word, number] of this.totals) say(number, String(totals[word]));
     for (const word of ['late', 'lost']) mark(this.totals.get(word), 'data-some', String(totals[word] > 0));
-    const open = this.#matching([...demand.open.values()]).sort(byUrgency);
-    const ended = this.#matching(demand.ended).reverse();
+    const open = this.matching([...demand.open.values()], (order) => this.#words(order)).sort(byUrgency);
+    const ended = this.matching([...demand.ended], (order) => this.#words(order)).reverse();
     const none = demand.open.size === 0 && demand.ended.length === 0;
     this.tools.hidden = none && demand.totals.placed === 0 && world.demand.length === 0;
     const nothing = this.tools.hidden ? 'No orders: this world has no demand.' : 'No order is open.';
     this.showItems(ended.length ? [...open, ENDED, ...ended] : open, none ? nothing : 'No order matches.');
   }
 
-  #matching(orders) {
-    const { text } = this;
-    return text ? orders.filter((order) => this.#line(order).includes(text)) : [...orders];
-  }
-
-  #line(order) {
+  #words(order) {
     const { name, item, from, to, state, robot, late } = asItemIs(order, this.app.model.items);
-    return `${name} ${item} ${from} ${to} ${state} ${robot} ${late ? 'late' : ''}`.toLowerCase();
+    return `${name} ${item} ${from} ${to} ${state} ${robot} ${late ? 'late' : ''}`;
   }
 
   row() {

@@ -35,11 +35,11 @@ export class RobotsPanel extends ListPanel {
 
   /** Filter and sort the robots. */
   changed() {
-    const { app: { model: { robots } }, text } = this;
+    const { robots } = this.app.model;
     const now = this.app.now();
     const key = ORDERS[this.order.value];
-    const found = [];
-    for (const robot of robots.values()) if (!text || this.#line(robot, now).includes(text)) found.push([key(robot, now), robot]);
+    const matching = this.matching([...robots.values()], (robot) => [robot.name, robot.type, ...Object.values(this.#words(robot, now))].join(' '));
+    const found = matching.map((robot) => [key(robot, now), robot]);
     found.sort(([a, one], [b, other]) => (a === b ? byName(one.name, other.name) : a < b ? -1 : 1));
     this.shown = found.map(([, robot]) => robot);
     this.known = robots.size;
@@ -53,10 +53,6 @@ export class RobotsPanel extends ListPanel {
     const state = robot.stateAt(now);
     const task = robot.goal ? taskWords(robot.goal, model.world) : '';
     return { state, why: whyWords(robot, state, model, now), task, faults: faultWords(robot, model) };
-  }
-
-  #line(robot, now) {
-    return [robot.name, robot.type, ...Object.values(this.#words(robot, now))].join(' ').toLowerCase();
   }
 
   row() {
