@@ -53,9 +53,8 @@ export class MapView extends EventTarget {
     this.world = this.hovered = null;
     this.theme = 'light';
     new Gestures(element, this._handler());
-    this._fixed = { fixtures: [], closed: '' }; // the fixtures and closed lanes as drawn; fixtures are replaced and never changed
     model.addEventListener('world', () => this.worldChanged());
-    for (const kind of ['scene', 'robots', 'faults']) model.addEventListener(kind, () => this.changed(this._fixedChanged()));
+    for (const kind of ['fixtures', 'scene', 'robots', 'faults']) model.addEventListener(kind, () => this.changed(kind === 'fixtures'));
     new ResizeObserver(() => (this._stillDirty = true)).observe(element);
     if (model.world.known) this.worldChanged();
   }
@@ -124,15 +123,6 @@ export class MapView extends EventTarget {
   changed(still) {
     if (still) this._stillDirty = true;
     this._movingDirty = true;
-  }
-
-  /** Return whether a fixture or the closed lanes have changed since the last look. */
-  _fixedChanged() {
-    const { model: { docks, doors, lifts, closedLanes }, _fixed: before } = this;
-    const now = { fixtures: [...docks.values(), ...doors.values(), ...lifts.values()], closed: [...closedLanes.keys()].join() };
-    this._fixed = now;
-    return now.closed !== before.closed || now.fixtures.length !== before.fixtures.length ||
-      now.fixtures.some((each, i) => each !== before.fixtures[i]);
   }
 
   /** Set a value, and request a redraw if it differs. */

@@ -14,7 +14,7 @@ const CHARGING = 1;
 const LASTING = new Set(['robots.goals', 'orders']);
 
 /**
- * Dispatches 'world', 'scene', 'goals', 'orders', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
+ * Dispatches 'world', 'fixtures' (which includes closed lanes), 'scene', 'goals', 'orders', 'events', 'trees', 'robots' and 'faults', each at most once a `flush()`.
  *
  * Robots, goals, items, doors, lifts, docks and lanes are in maps by name. Only robots are ever changed, all other
  * values are replaced.
@@ -100,7 +100,7 @@ export class Model extends State {
     }
     this.deadlocks = this.deadlocks.filter((each) => each.robots.every((name) => this.robots.get(name)?.waiting));
     this.history.advance(time, this.robots);
-    this.touch('scene', 'robots', 'goals', 'faults');
+    this.touch('fixtures', 'scene', 'robots', 'goals', 'faults');
   }
 
   #loadRobot(robot, said) {

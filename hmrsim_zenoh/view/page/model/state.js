@@ -69,7 +69,7 @@ export class State extends EventTarget {
     }
     for (const name of MAPS) this[name] = copyOf(saved.maps[name]);
     for (const name of COPIED) this[name] = saved.copied[name].copy();
-    this.touch('scene', 'robots', 'goals', 'orders', 'events', 'trees', 'faults');
+    this.touch('fixtures', 'scene', 'robots', 'goals', 'orders', 'events', 'trees', 'faults');
   }
 
   touch(...what) {
@@ -147,7 +147,7 @@ export class State extends EventTarget {
     if (why === null) this.closedLanes.delete(lane.join('|'));
     else this.closedLanes.set(lane.join('|'), why);
     lockDoors(this, lane);
-    this.touch('scene');
+    this.touch('fixtures');
   }
 
   /** Begin or end the effects of a fault. */
@@ -168,7 +168,7 @@ export class State extends EventTarget {
     for (const name of ['robots', 'items', 'trees', 'closedLanes', 'faults']) this[name] = new Map();
     this.deadlocks = [];
     this.goals = new Goals();
-    this.touch('scene', 'robots', 'goals', 'trees', 'faults');
+    this.touch('fixtures', 'scene', 'robots', 'goals', 'trees', 'faults');
   }
 
   /** Return to the initial state of the world; spawned entities that remain are in the next scene. */
@@ -186,7 +186,7 @@ export class State extends EventTarget {
     this.faults = new Map();
     this.deadlocks = [];
     this.demand.clear();
-    this.touch('scene', 'robots', 'orders', 'faults');
+    this.touch('fixtures', 'scene', 'robots', 'orders', 'faults');
   }
 
   /** Restart time, and forget what was recorded over time. */
@@ -217,7 +217,7 @@ export class State extends EventTarget {
     const fixture = fixtures.get(name);
     if (!fixture) return;
     fixtures.set(name, changed(fixture));
-    this.touch('scene');
+    this.touch('fixtures');
   }
 }
 
