@@ -2,7 +2,7 @@
 
 import { middle } from '../model/motion.js';
 import { isChosen } from './robot_layer.js';
-import { drawBadge, drawGlyph, drawWarning, faint, fill, stroke, trace } from './shapes.js';
+import { drawBadge, drawGlyph, drawWarning, faint, fill, plate, polyline, stroke, trace } from './shapes.js';
 
 export function drawFixtures(c, frame) {
   const { model } = frame;
@@ -27,8 +27,7 @@ function drawDocks(c, frame) {
     if (!camera.sees(px, py, 40)) continue;
     const color = dock.charges ? colors.charger : colors.dock;
     const taken = dock.docked.length;
-    c.beginPath();
-    c.roundRect(px - size, py - size, 2 * size, 2 * size, size * 0.3);
+    plate(c, px - size, py - size, 2 * size, 2 * size, size * 0.3);
     fill(c, faint(color, taken ? 0.3 : 0.1));
     stroke(c, color, size < 6 ? 1 : 1.5, !taken && size >= 6 ? [4, 3] : undefined);
     if (size < 7) continue;
@@ -63,9 +62,7 @@ function drawDoor(c, { camera, measures, colors }, door) {
   }
   if (leaf < 0.5) {
     // A thin line between the leaves marks the door.
-    c.beginPath();
-    c.moveTo(ax + dx * leaf, ay + dy * leaf);
-    c.lineTo(ax + dx * (1 - leaf), ay + dy * (1 - leaf));
+    polyline(c, [leaf, 1 - leaf].map((share) => [ax + dx * share, ay + dy * share]));
     stroke(c, color, 1, [2, 3]);
   }
   if (!door.locked || Math.hypot(dx, dy) < 14) return;
@@ -81,8 +78,7 @@ function drawLift(c, { camera, measures, colors }, lift) {
   for (const [i, stop] of lift.stops.entries()) {
     const [px, py] = camera.toScreen(lift.points[i]);
     const here = stop === lift.stop;
-    c.beginPath();
-    c.roundRect(px - size, py - size, 2 * size, 2 * size, 2);
+    plate(c, px - size, py - size, 2 * size, 2 * size, 2);
     fill(c, faint(colors.lift, here ? 0.35 : 0.08));
     stroke(c, colors.lift, here ? 2 : 1, here ? undefined : [3, 3]);
     if (stop !== lift.to || size <= 5) continue;

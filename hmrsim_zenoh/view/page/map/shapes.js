@@ -82,10 +82,21 @@ export function drawSmall(c, look, outline, line) {
   c.stroke(look.small);
 }
 
+/** Begin a path with a rectangle that has round corners. */
+export function plate(c, x, y, width, height, radius) {
+  c.beginPath();
+  c.roundRect(x, y, width, height, radius);
+}
+
+/** Begin a path with lines from point to point. */
+export function polyline(c, points) {
+  c.beginPath();
+  for (const [x, y] of points) c.lineTo(x, y);
+}
+
 /** Begin a path with a polygon. */
 export function polygon(c, corners) {
-  c.beginPath();
-  for (const [x, y] of corners) c.lineTo(x, y);
+  polyline(c, corners);
   c.closePath();
 }
 

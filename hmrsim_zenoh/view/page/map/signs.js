@@ -3,7 +3,7 @@
 import { middle } from '../model/motion.js';
 import { dockSize } from './fixtures.js';
 import { AROUND, Room } from './names.js';
-import { faint, fill, polygon, stroke } from './shapes.js';
+import { faint, fill, polygon, polyline, stroke } from './shapes.js';
 
 const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif';
 const HEIGHT = 13;
@@ -161,9 +161,7 @@ export class Signs {
 /** Draw a line from an object to the edge of its name. */
 function lead(c, [px, py], [x, y], [left, top, width, height], color) {
   c.save();
-  c.beginPath();
-  c.moveTo(px, py);
-  c.lineTo(Math.min(left + width, Math.max(left, px)), y > py ? top : y < py ? top + height : y);
+  polyline(c, [[px, py], [Math.min(left + width, Math.max(left, px)), y > py ? top : y < py ? top + height : y]]);
   stroke(c, faint(color, 0.6), 1);
   c.restore();
 }

@@ -1,6 +1,6 @@
 /** Pictures that are drawn once and copied often: bodies, badges, batteries and names. */
 
-import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, lookOf, mixed, stroke } from './shapes.js';
+import { STATE_GLYPHS, circle, drawBadge, drawBody, drawSmall, faint, fill, inkOn, lookOf, mixed, plate, stroke } from './shapes.js';
 import { STATES } from '../model/robot.js';
 
 /** Whether the browser draws by software, where a GPU's way of drawing canvases is many times as slow. */
@@ -104,11 +104,9 @@ export class Sprites {
   battery(tenths, width) {
     const colors = this.palette[this.theme];
     return this.get(`battery|${tenths}|${width}`, width + 2, 6, (c) => {
-      c.beginPath();
-      c.roundRect(-width / 2, -2.5, width, 5, 2.5);
+      plate(c, -width / 2, -2.5, width, 5, 2.5);
       fill(c, mixed(colors.floor, colors.muted, 0.7));
-      c.beginPath();
-      c.roundRect(-width / 2 + 1, -1.5, Math.max(2, ((width - 2) * tenths) / 10), 3, 1.5);
+      plate(c, -width / 2 + 1, -1.5, Math.max(2, ((width - 2) * tenths) / 10), 3, 1.5);
       fill(c, tenths <= 2 ? this.palette.dark.fault : this.palette.dark.charger);
     });
   }
@@ -118,8 +116,7 @@ export class Sprites {
     const colors = this.palette[this.theme];
     const width = Math.ceil(this.measure.measureText(text).width) + 10;
     return this.get(`name|${text}|${chosen}`, width, NAME_HEIGHT, (c) => {
-      c.beginPath();
-      c.roundRect(-width / 2 + 0.5, -NAME_HEIGHT / 2 + 0.5, width - 1, NAME_HEIGHT - 1, 4);
+      plate(c, -width / 2 + 0.5, -NAME_HEIGHT / 2 + 0.5, width - 1, NAME_HEIGHT - 1, 4);
       fill(c, chosen ? colors.selected : faint(colors.background, 0.88));
       stroke(c, chosen ? colors.selected : colors.line, 1);
       const fillStyle = chosen ? inkOn(colors.selected) : colors.ink;
@@ -132,8 +129,7 @@ export class Sprites {
   item(size) {
     const colors = this.palette[this.theme];
     return this.get(`item|${size}`, size + 4, size + 4, (c) => {
-      c.beginPath();
-      c.roundRect(-size / 2, -size / 2, size, size, size * 0.22);
+      plate(c, -size / 2, -size / 2, size, size, size * 0.22);
       fill(c, colors.item);
       stroke(c, colors.floor, 1);
       if (size < 10) return;

@@ -5,7 +5,7 @@
 
 import { drawFixtures } from './fixtures.js';
 import { drawLanes } from './lanes.js';
-import { faint, fill, stroke, trace } from './shapes.js';
+import { faint, fill, plate, polyline, stroke, trace } from './shapes.js';
 import { Signs } from './signs.js';
 import { NAME_FONT, SOFTWARE } from './sprites.js';
 
@@ -60,11 +60,9 @@ export function drawScaleBar(c, { camera, world, colors }) {
   const left = Math.round(camera.width - camera.insets.right - 16 - width) + 0.5;
   const bottom = Math.round(camera.height - camera.insets.bottom - 14) + 0.5;
   const text = world.units === 'm' && length < 1 ? `${Math.round(length * 100)} cm` : `${length} ${world.units}`;
-  c.beginPath();
-  c.roundRect(left - 8, bottom - 20, width + 16, 28, 5);
+  plate(c, left - 8, bottom - 20, width + 16, 28, 5);
   fill(c, faint(colors.background, 0.8));
-  c.beginPath();
-  for (const [x, y] of [[left, bottom - 4], [left, bottom], [left + width, bottom], [left + width, bottom - 4]]) c.lineTo(x, y);
+  polyline(c, [[left, bottom - 4], [left, bottom], [left + width, bottom], [left + width, bottom - 4]]);
   Object.assign(c, { lineCap: 'butt', lineJoin: 'miter' });
   stroke(c, colors.muted, 1.5);
   Object.assign(c, { font: NAME_FONT, textAlign: 'center', textBaseline: 'alphabetic', fillStyle: colors.muted });
@@ -98,15 +96,11 @@ export class StaticLayer {
   }
 
   draw(view) {
-    this.camera = view.camera.widened(MARGIN);
-    const frame = Object.create(view, { camera: { value: this.camera } });
-    this.place(0, 0);
-    this.paint(frame);
-  }
-
-  paint(frame) {
+    const camera = this.camera = view.camera.widened(MARGIN);
+    const frame = Object.create(view, { camera: { value: camera } });
     const { c } = this;
-    const { camera, world, colors, layers, ratio } = frame;
+    const { world, colors, layers, ratio } = frame;
+    this.place(0, 0);
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.fillStyle = colors.background;
     c.fillRect(0, 0, camera.width, camera.height);

@@ -1,7 +1,7 @@
 /** Driven trails, fading, and paths ahead, dashed, with a flag at the end; one canvas path for each color. */
 
 import { isChosen } from './robot_layer.js';
-import { circle, faint, fill, stroke } from './shapes.js';
+import { circle, faint, fill, polyline, stroke } from './shapes.js';
 
 const FADES = [0.16, 0.32, 0.6]; // opacity of the oldest part, the middle, the newest
 const POINTS = 2400; // points of all driven trails together
@@ -89,9 +89,7 @@ export function drawPreview(c, frame, from) {
   const { camera, colors, goalPreview } = frame;
   const [px, py] = camera.toScreen(goalPreview);
   if (from) {
-    c.beginPath();
-    c.moveTo(from[0], from[1]);
-    c.lineTo(px, py);
+    polyline(c, [from, [px, py]]);
     stroke(c, colors.selected, 1.5, [3, 4]);
   }
   circle(c, px, py, 11);
