@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, get_args
 from hmrsim.diagnostics import dotted, instead, shortened, shown
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, Quaternion
 from hmrsim.interfaces.message import defaults, is_message
+from hmrsim.interfaces.std_msgs import Header
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
@@ -27,6 +28,8 @@ radians; or a pose."""
 _Change: TypeAlias = "Callable[[Any, type[Message], Path], Any]"
 
 _COORDINATES: Final = (2, 3)
+
+_HEADER: Final = Header()
 
 _EXPECTED: Final = "expected the name of a place, finite numbers (x, y) or (x, y, yaw), or a PoseStamped"
 
@@ -63,7 +66,8 @@ class NamedPlaces:
             poses = self.load()
             if target not in poses:
                 raise ValueError(f"no place {shown(target)}{instead(target, sorted(poses))}")
-            stamped = self._stamped[target] = PoseStamped(pose=poses[target])
+            # Its parts are valid.
+            stamped = self._stamped[target] = PoseStamped.model_construct({"pose"}, header=_HEADER, pose=poses[target])
         return stamped
 
     def load(self) -> Mapping[str, Pose]:
