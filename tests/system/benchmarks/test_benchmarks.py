@@ -123,7 +123,7 @@ def test_a_goal_within_one_process_takes_no_more_calls():
     done = subprocess.run([sys.executable, "-c", said], cwd=ROOT, check=True, capture_output=True, text=True)
     counts = json.loads(done.stdout)
 
-    limits = [[250, 0], [2_540, 4], [1_425, 4], [222, 3], [5_400, 12], [1_160, 1]]
+    limits = [[245, 0], [2_200, 4], [1_270, 4], [222, 3], [5_050, 12], [1_160, 1]]
     pairs = [pair for count, limit in zip(counts, limits, strict=True) for pair in zip(count, limit, strict=True)]
     assert [] == [(value, most) for value, most in pairs if value > most]
 
