@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable
 from pathlib import Path
 from struct import pack
 from typing import Final, Generic, NamedTuple, TypeVar
@@ -60,7 +60,7 @@ class Memo(dict[K, V]):
     """The values of a function, each computed on first access: ``memo[key]``.
 
     Args:
-        make: Computes the value of a key.
+        make: Computes the value of a key; it must not refer to the owner of the memo, see `LruCache`.
     """
 
     def __init__(self, make: Callable[[K], V]) -> None:
@@ -70,36 +70,6 @@ class Memo(dict[K, V]):
     def __missing__(self, key: K) -> V:
         """Compute and keep the value of a new key."""
         value = self[key] = self._make(key)
-        return value
-
-
-class LazySequence(Generic[T]):
-    """A sequence whose values are computed on first access.
-
-    Args:
-        count: The number of values.
-        make: Computes the value at an index; it must not refer to the owner of the sequence, see `LruCache`.
-    """
-
-    def __init__(self, count: int, make: Callable[[int], T]) -> None:
-        self._count = count
-        self._make = make
-        self._values: dict[int, T] = {}
-
-    def __len__(self) -> int:
-        """Return the number of values, computed or not."""
-        return self._count
-
-    def __iter__(self) -> Iterator[T]:
-        """Iterate over all values, and compute those that are missing."""
-        return map(self.__getitem__, range(self._count))
-
-    def __getitem__(self, number: int) -> T:
-        """Return the value at an index."""
-        values = self._values
-        if number in values:
-            return values[number]
-        value = values[number] = self._make(number)
         return value
 
 

@@ -11,8 +11,7 @@ none of its memory.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -73,25 +72,13 @@ class RoadMap:
         return self._planners.get(key, lambda: Planners(self.lanes, *key))
 
 
-@dataclass(frozen=True)
-class _Map:
-    """The key of a world's map: its text, which distinguishes equal numbers such as 0 and -0.
-
-    Attributes:
-        world: A world with the map only, so that nothing else can get into the cache.
-    """
-
-    text: str
-    world: World = field(compare=False)
-
-
 def road_map_of(world: World) -> RoadMap:
     """Return the road map of a world, which worlds with the same map share."""
     return _ROAD_MAPS(world) if len(world.waypoints) <= _MOST_WAYPOINTS else RoadMap(_bare(world))
 
 
 def _bare(world: World) -> World:
-    """Return a world that has only the map of another one."""
+    """Return a world that has only the map of another one, so that nothing else gets into the cache."""
     doors = {name: Door.model_construct(at=door.at) for name, door in world.doors.items()}
     return World.model_construct(
         bounds=world.bounds,
@@ -105,14 +92,11 @@ def _bare(world: World) -> World:
 
 def _cached(world: World) -> RoadMap:
     bare = _bare(world)
-    return _road_map(_Map(bare.model_dump_json(exclude_unset=True), bare))
+    # The text distinguishes equal numbers such as 0 and -0.
+    return _BY_TEXT.get(bare.model_dump_json(exclude_unset=True), lambda: RoadMap(bare))
 
 
-@lru_cache(_KEPT_MAPS)
-def _road_map(at: _Map) -> RoadMap:
-    return RoadMap(at.world)
-
-
+_BY_TEXT: Final[LruCache[str, RoadMap]] = LruCache(_KEPT_MAPS)
 _ROAD_MAPS: Final = Derived(_cached, "bounds", "waypoints", "lanes", "walls", "doors", "lifts")
 
 
@@ -196,7 +180,7 @@ class WaypointGraph:
 
     def speed_limit(self, lane: Lane) -> float:
         """Return the speed limit of a lane; infinite without one."""
-        return self.lanes.edges[self.lanes.numbers[lane]].speed_limit
+        return self.lanes.legs[self.lanes.numbers[lane]].speed_limit
 
     def avoid(self, ways: Sequence[int], factor: float) -> None:
         """Count ways in planning for a multiple of their travel times."""
@@ -288,7 +272,7 @@ class WaypointGraph:
         on_map = self.lanes.share_on_map(a, b)
         free = 1.0 if flies else self.doors.obstacles.free(a, b)
         lane = self.lanes.edge_between(a, b)
-        if not flies and (lane is None or lane.ride):
+        if not flies and (lane is None or lane.leg.ride):
             free = min(free, self.lanes.free(a, b))
         if min(on_map, free) >= 1.0:
             return b, ""

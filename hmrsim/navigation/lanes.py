@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from hmrsim.caches import LazySequence, LruCache, exact
+from hmrsim.caches import LruCache, Memo, exact
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import MAX_COORDINATE, SAME_PLACE, Point, distance, foot
 from hmrsim.interfaces.nav2_msgs import ComputePathToPose
@@ -82,47 +82,13 @@ class Edge:
         number: Its index among all.
         start: Index of the waypoint where it begins; indices order as names do.
         end: Likewise where it ends.
-        length: In the world's unit.
-        speed_limit: Most that may be driven there; infinite without a limit.
         leg: All of it, as part of a route.
-        ride: Seconds that a lift carries the robot; 0 where it drives.
     """
 
     number: int
     start: int
     end: int
-    length: float
-    speed_limit: float
     leg: Leg
-    ride: float = 0.0
-
-    def seconds(self, speed: float) -> float:
-        """Return the travel time of a robot with this maximum speed over all of it, in seconds."""
-        return self.leg.seconds(speed)
-
-
-class Legs(dict[int, Leg]):
-    """The legs of whole ways, by number; created on access, since few of them are ever driven."""
-
-    def __init__(self, ways: Adjacency) -> None:
-        super().__init__()
-        self._ways = ways
-
-    def __missing__(self, number: int) -> Leg:
-        """Make a leg."""
-        ways = self._ways
-        a, b = ways.starts[number], ways.ends[number]
-        start, end, ride = ways.points[a], ways.points[b], ways.rides.get(number, 0.0)
-        leg = self[number] = Leg(
-            start,
-            end,
-            0.0 if ride else distance(start, end),
-            (ways.names[a], ways.names[b]),
-            ways.limits.get(number, math.inf),
-            (len(ways.names) + ways.tracks[0][number], b),
-            ride,
-        )
-        return leg
 
 
 class Lanes:
@@ -134,7 +100,7 @@ class Lanes:
     Attributes:
         ways: Which waypoints each way joins.
         legs: Each way as a leg.
-        edges: The ways of the world in order of the names of their ends.
+        edges: The ways of the world by number; numbers order as the names of their ends do.
         driven: The numbers of those that are driven; a robot can enter and leave the others at their ends only.
         out: By waypoint, the edges that begin there.
         into: By waypoint, the edges that end there.
@@ -153,13 +119,14 @@ class Lanes:
         self._obstacles = world.obstacles(doors=True) if world.doors else self._walls
         self.ways = ways = Adjacency(world)
         self.names, self.points, self.numbers = ways.names, ways.points, Numbers(ways)
-        self.legs = Legs(ways)
-        self.edges = LazySequence(len(ways.ends), partial(_edge, ways, self.legs))
+        # Few of them are ever driven.
+        self.legs = Memo(partial(_leg, ways))
+        self.edges = Memo(partial(_edge, ways, self.legs))
         self.driven: Sequence[int] = range(len(ways.ends))
         if ways.rides:
             self.driven = [number for number in self.driven if number not in ways.rides]
-        self.out = LazySequence(len(ways.names), partial(_out, ways, self.edges))
-        self.into = LazySequence(len(ways.names), partial(_into, ways, self.edges))
+        self.out = Memo(partial(_out, ways, self.edges))
+        self.into = Memo(partial(_into, ways, self.edges))
         entered = set(ways.ends)
         touched = [
             node for node in range(len(ways.names)) if ways.first[node] < ways.first[node + 1] or node in entered
@@ -286,10 +253,10 @@ class Lanes:
 
     def part(self, edge: Edge, a: Point, b: Point) -> Leg:
         """Return the leg that drives a part of a lane."""
-        if edge.ride:
+        if edge.leg.ride:
             return edge.leg
         slots = edge.leg.slots if b == edge.leg.end else edge.leg.slots[:1]
-        return Leg(a, b, distance(a, b), edge.leg.lane, edge.speed_limit, slots)
+        return Leg(a, b, distance(a, b), edge.leg.lane, edge.leg.speed_limit, slots)
 
     def route(self, legs: Sequence[Leg], goal: Point | None = None) -> Route:
         """Return the route of these legs, without legs of length 0.
@@ -437,15 +404,28 @@ class Lanes:
         return [self._foot(eye, number, at, nearest=False) for at in edges]
 
 
-def _edge(ways: Adjacency, legs: Legs, number: int) -> Edge:
-    leg = legs[number]
-    return Edge(number, ways.starts[number], ways.ends[number], leg.length, leg.speed_limit, leg, leg.ride)
+def _leg(ways: Adjacency, number: int) -> Leg:
+    a, b = ways.starts[number], ways.ends[number]
+    start, end, ride = ways.points[a], ways.points[b], ways.rides.get(number, 0.0)
+    return Leg(
+        start,
+        end,
+        0.0 if ride else distance(start, end),
+        (ways.names[a], ways.names[b]),
+        ways.limits.get(number, math.inf),
+        (len(ways.names) + ways.tracks[0][number], b),
+        ride,
+    )
 
 
-def _out(ways: Adjacency, edges: LazySequence[Edge], node: int) -> list[Edge]:
+def _edge(ways: Adjacency, legs: Memo[int, Leg], number: int) -> Edge:
+    return Edge(number, ways.starts[number], ways.ends[number], legs[number])
+
+
+def _out(ways: Adjacency, edges: Memo[int, Edge], node: int) -> list[Edge]:
     return [edges[number] for number in range(ways.first[node], ways.first[node + 1])]
 
 
-def _into(ways: Adjacency, edges: LazySequence[Edge], node: int) -> list[Edge]:
+def _into(ways: Adjacency, edges: Memo[int, Edge], node: int) -> list[Edge]:
     begins, numbers = ways.into
     return [edges[number] for number in numbers[begins[node] : begins[node + 1]]]

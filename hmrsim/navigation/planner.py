@@ -73,7 +73,7 @@ class Trees:
         self._durations = durations
         self._closed = closed
         self._kept_seconds: LruCache[float, array[float]] = LruCache(_KEPT_SPEEDS)
-        most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.out))))
+        most = min(_KEPT_TREES, max(64, _KEPT_NODES // max(1, len(lanes.names))))
         self._trees: LruCache[bytes, Tree] = LruCache(most)
 
     def __contains__(self, key: tuple[Point, float]) -> bool:

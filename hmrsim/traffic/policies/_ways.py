@@ -75,7 +75,7 @@ class Ways:
         if not held:
             return []
         place = held[-1]
-        found = self.from_waypoint(place) if place < len(self._lanes.out) else self._at(place, robot.pose().point)
+        found = self.from_waypoint(place) if place < len(self._lanes.names) else self._at(place, robot.pose().point)
         return self.open(robot, found)
 
     def open(self, robot: Vehicle, ways: list[Way]) -> list[Way]:

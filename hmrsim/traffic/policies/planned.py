@@ -304,7 +304,7 @@ class Planned(Priority):
             # A vehicle that waits can make room only along its own route.
             leg, needed = wait.leg, slots.of(wait.leg)
             ways = [] if wait.why or leg.lane is None else [(Way((leg,), needed, needed[-1]), 0.0)]
-        elif place < len(self.admission.graph.lanes.out):
+        elif place < len(self.admission.graph.lanes.names):
             ways = [(way, takes[way.number]) for way in self.ways.from_waypoint(place)]
         else:
             ways = [(way, sum(leg.seconds(speed) for leg in way.legs)) for way in self.ways.leaving(robot)]

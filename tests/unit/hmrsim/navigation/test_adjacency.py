@@ -48,12 +48,13 @@ def sorted_ways(world):
 @given(worlds())
 def test_lanes_are_numbered_by_name(world):
     made = Lanes(world)
-    legs = [edge.leg for edge in made.edges]
+    edges = [made.edges[number] for number in range(len(world.ways))]
+    legs = [edge.leg for edge in edges]
 
     assert [((way.start, way.end), way.length, way.speed_limit, way.ride) for way in sorted_ways(world)] == [
         (leg.lane, leg.length, leg.speed_limit, leg.ride) for leg in legs
     ]
-    assert [(edge.number, made.names[edge.start], made.names[edge.end]) for edge in made.edges] == [
+    assert [(edge.number, made.names[edge.start], made.names[edge.end]) for edge in edges] == [
         (number, way.start, way.end) for number, way in enumerate(sorted_ways(world))
     ]
 
@@ -65,7 +66,7 @@ def test_both_directions_share_a_slot(world):
     for way in sorted_ways(world):
         tracks.setdefault(frozenset((way.start, way.end)), len(made.names) + len(tracks))
 
-    assert [made.legs[number].slots[0] for number in range(len(made.edges))] == [
+    assert [made.legs[number].slots[0] for number in range(len(world.ways))] == [
         tracks[frozenset((way.start, way.end))] for way in sorted_ways(world)
     ]
     assert [frozenset(ends) for ends in made.tracks] == [*tracks]
@@ -112,4 +113,6 @@ def test_the_last_of_two_lanes_between_the_same_waypoints_counts():
         }
     )
 
-    assert [(0.0, 9.0, math.inf)] * 2 == [(edge.length, edge.ride, edge.speed_limit) for edge in Lanes(world).edges]
+    assert [(0.0, 9.0, math.inf)] * 2 == [
+        (leg.length, leg.ride, leg.speed_limit) for leg in map(Lanes(world).legs.__getitem__, range(2))
+    ]

@@ -89,8 +89,8 @@ class Stage:
         self.begin(self.robot.perform(drive_of(spin(self.robot.pose(), math.pi, 1.0))))
 
     def yield_to(self, name: str) -> None:
-        edges = self.run.simulator.graph.lanes.edges
-        self.robot.yield_along([next(edge.leg for edge in edges if edge.leg.lane == ("a", name))], "other")
+        lanes = self.run.simulator.graph.lanes
+        self.robot.yield_along([lanes.legs[lanes.numbers["a", name]]], "other")
 
     def finish(self) -> None:
         """Advance time until the vehicle is at rest."""
