@@ -9,15 +9,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from hmrsim.diagnostics import Finding, limited, problems_of, shown
-from hmrsim.documents.validation import Models, explain
+from hmrsim.documents.valid_parts import valid_parts
 from hmrsim.documents.yaml_text import Unreadable, as_yaml, line_of, read_yaml
 from hmrsim.errors import DocumentError, Problem, WorldError, reason_of
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path as FieldPath
+    from hmrsim.documents.validation import Models
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -81,13 +82,11 @@ class Document:
         Raises:
             DocumentError: The content is invalid; the error is of the document's class and has all errors.
         """
-        try:
-            value = model.model_validate(self.data)
-        except ValidationError as error:
-            self.raise_for(explain(error, self.data, parts or model))
-            raise AssertionError from error
-        self.raise_for()
-        return value
+        valid = valid_parts(self.data, model, parts or model)
+        self.raise_for(valid.findings)
+        if valid.value is None:
+            raise AssertionError
+        return valid.value
 
 
 def read_document(path: str | Path, error: type[DocumentError], expected: str = "") -> Document:

@@ -7,7 +7,7 @@ from array import array
 from bisect import bisect_left
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import accumulate, chain, permutations, repeat
+from itertools import accumulate, chain, repeat
 from typing import TYPE_CHECKING
 
 from hmrsim.caches import LruCache
@@ -70,12 +70,11 @@ class Adjacency:
                 rows[a].append(b)
                 if lane.speed_limit or (a, b) in limits:
                     limits[a, b] = lane.speed_limit or math.inf
-        for lift in world.lifts.values():
-            for i, j in permutations(range(len(lift.stops)), 2):
-                a, b = index[lift.stops[i]], index[lift.stops[j]]
-                rows[a].append(b)
-                rides[a, b] = lift.seconds(i, j)
-                limits.pop((a, b), None)
+        for begin, stop, _, seconds in world.rides:
+            a, b = index[begin], index[stop]
+            rows[a].append(b)
+            rides[a, b] = seconds
+            limits.pop((a, b), None)
         for node, row in enumerate(rows):
             rows[node] = sorted({*row})
         return rows

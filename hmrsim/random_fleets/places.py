@@ -157,7 +157,7 @@ class Places:
         return 0.0 if here.lane == there.lane >= 0 else distance(here.at, there.at)
 
     def _find_moves(self) -> Iterator[Move]:
-        yield from self._find_rides()
+        yield from (Move(self._by_name[a], self._by_name[b], -1) for a, b, *_ in self._world.rides)
         stations: list[list[tuple[float, Point, int]]] = [
             [(0.0, lane.a, self._by_name[lane.start]), (distance(lane.a, lane.b), lane.b, self._by_name[lane.end])]
             for lane in self._tracks
@@ -178,13 +178,6 @@ class Places:
                     if start != end and (to_along >= along or not lane.one_way):
                         path = ((self.all[start].at, at), (at, to), (to, self.all[end].at))
                         yield Move(start, end, track, lane.doors, path)
-
-    def _find_rides(self) -> Iterator[Move]:
-        for lift in self._world.lifts.values():
-            for a in lift.stops:
-                for b in lift.stops:
-                    if a != b:
-                        yield Move(self._by_name[a], self._by_name[b], -1)
 
     def _entrance(self, place: Place) -> tuple[Point, int]:
         """Return the nearest point on a lane that is visible from a place, and the lane, or -1 if none is visible."""

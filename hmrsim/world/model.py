@@ -581,6 +581,13 @@ class World(Model):
         closed = [door.at for door in self.doors.values()] if doors else []
         return Obstacles([*self.polylines, *closed], self.solids)
 
+    @property
+    def rides(self) -> Iterator[tuple[str, str, str, float]]:
+        """The rides of lifts: the stops where they begin and end, the lift, and the mean duration in seconds."""
+        for name, lift in self.lifts.items():
+            for (i, start), (j, end) in permutations(enumerate(lift.stops), 2):
+                yield start, end, name, lift.seconds(i, j)
+
     @cached_property
     def ways(self) -> tuple[Way, ...]:
         """Lanes in each direction in which they can be driven, and rides in lifts, by the waypoints where they begin.
@@ -593,10 +600,8 @@ class World(Model):
             limits = lane.speed_limit or math.inf, lane.capacity
             for start, end in [(lane.from_, lane.to), (lane.to, lane.from_)][: 1 if lane.one_way else 2]:
                 found[start][end] = Way(start, end, length, *limits, one_way=lane.one_way)
-        for name, lift in self.lifts.items():
-            for i, j in permutations(range(len(lift.stops)), 2):
-                start, end = lift.stops[i], lift.stops[j]
-                found[start][end] = Way(start, end, 0.0, math.inf, lift.capacity, lift.seconds(i, j), name)
+        for start, end, name, seconds in self.rides:
+            found[start][end] = Way(start, end, 0.0, math.inf, self.lifts[name].capacity, seconds, name)
         return tuple(way for ways in found.values() for way in ways.values())
 
     @cached_property

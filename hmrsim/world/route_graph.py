@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from itertools import count, permutations
+from itertools import count
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hmrsim.geometry import distance
@@ -30,7 +30,7 @@ def route_ids(world: World) -> RouteIds:
     numbers = count()
     nodes = {name: next(numbers) for name in world.waypoints}
     lanes = {(start, end): next(numbers) for _, start, end in _ways(world)}
-    return RouteIds(nodes, lanes | {(start, end): next(numbers) for start, end, _ in _rides(world)})
+    return RouteIds(nodes, lanes | {(start, end): next(numbers) for start, end, *_ in world.rides})
 
 
 def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts: bool = False) -> dict[str, Any]:
@@ -63,11 +63,12 @@ def to_geojson(world: World, *, closed: Collection[tuple[str, str]] = (), lifts:
         ends = {"startid": ids[start], "endid": ids[end]}
         properties = {"id": numbers[start, end], **ends, "cost": length, "metadata": metadata}
         features.append(_feature("MultiLineString", [[[*a], [*b]]], properties))
-    rides = [ride for ride in _rides(world) if ride[:2] not in closed] if lifts else []
-    for start, end, metadata in rides:
+    rides = [ride for ride in world.rides if ride[:2] not in closed] if lifts else []
+    for start, end, lift, seconds in rides:
         line = [[[*world.points[start]], [*world.points[end]]]]
         ends = {"startid": ids[start], "endid": ids[end]}
-        properties = {"id": numbers[start, end], **ends, "cost": metadata["ride"], "metadata": metadata}
+        metadata = {"length": 0.0, "lift": lift, "ride": seconds}
+        properties = {"id": numbers[start, end], **ends, "cost": seconds, "metadata": metadata}
         features.append(_feature("MultiLineString", line, properties))
     return {"type": "FeatureCollection", "name": world.name, "features": features}
 
@@ -86,13 +87,6 @@ def _ways(world: World) -> Iterator[tuple[Lane, str, str]]:
         yield lane, lane.from_, lane.to
         if not lane.one_way:
             yield lane, lane.to, lane.from_
-
-
-def _rides(world: World) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield the rides of lifts: both stops and the metadata."""
-    for name, lift in world.lifts.items():
-        for (i, start), (j, end) in permutations(enumerate(lift.stops), 2):
-            yield start, end, {"length": 0.0, "lift": name, "ride": lift.seconds(i, j)}
 
 
 def _feature(kind: str, coordinates: list[Any], properties: dict[str, Any]) -> dict[str, Any]:

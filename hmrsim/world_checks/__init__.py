@@ -5,7 +5,6 @@ Commands use it for files, and services for worlds that clients send.
 
 from __future__ import annotations
 
-from hmrsim.world_checks.checks import check_world
 from hmrsim.world_checks.loading import LoadedWorld, load_world, world_hash
 
-__all__ = ["LoadedWorld", "check_world", "load_world", "world_hash"]
+__all__ = ["LoadedWorld", "load_world", "world_hash"]

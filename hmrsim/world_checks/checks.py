@@ -16,7 +16,6 @@ from hmrsim.components import registry as components
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
 from hmrsim.documents.valid_parts import Lost
 from hmrsim.documents.validation import explain
-from hmrsim.errors import Problem
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
@@ -31,17 +30,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import RobotSpec, World
 
 _CHUNKS = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]*/[A-Za-z0-9_]+")
-
-
-def check_world(world: World, file: str = "") -> list[Problem]:
-    """Return the errors and warnings of a world whose fields are valid individually.
-
-    The world has its includes merged; *file* is the name of its file, for the problems.
-    """
-    return [
-        Problem(file, dotted(finding.path), finding.message, finding.line, finding.value, finding.severity)
-        for finding in check(world)
-    ]
 
 
 def check(world: World, lost: Lost | None = None) -> list[Finding]:

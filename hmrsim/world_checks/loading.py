@@ -129,7 +129,10 @@ def load_world(
     merged = read_all(path, str(path), options)
     for texts, parse in ((add_robots, added_robot), (add_items, added_item)):
         for text in texts:
-            merged.problems += _added(text, parse, merged.add)
+            try:
+                merged.add(parse(text))
+            except WorldError as error:
+                merged.problems += error.problems
     return _checked(merged, path, overlays, further)
 
 
@@ -276,14 +279,6 @@ def world_of(
 def validate(data: Mapping[str, Any]) -> ValidParts[World]:
     """Return the world of plain values without the invalid parts, and the errors."""
     return valid_parts(data, World, _PARTS, _STAND_INS)
-
-
-def _added(text: str, parse: Callable[[str], Source], add: Callable[[Source], None]) -> tuple[Problem, ...]:
-    try:
-        add(parse(text))
-    except WorldError as error:
-        return error.problems
-    return ()
 
 
 def world_hash(world: World) -> str:

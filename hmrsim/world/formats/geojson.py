@@ -56,7 +56,7 @@ def _read(text: str, file: str, _options: ReadOptions = AS_IT_IS) -> Document:
     reading = of_json(text, file)
     graph = _Graph(reading, Edges(reading))
     nodes, edges = [], []
-    for feature in reading.attempt(partial(_features, reading.root)) or []:
+    for feature in reading.attempt(partial(reading.root.parts, "features")) or []:
         kind = reading.attempt(partial(_kind, feature))
         if kind == "Point":
             nodes.append(feature)
@@ -72,11 +72,6 @@ def _read(text: str, file: str, _options: ReadOptions = AS_IT_IS) -> Document:
     name = reading.root.value.get("name")
     data = {"waypoints": graph.data, "lanes": graph.edges.lanes()}
     return reading.document({"name": name[:100], **data} if isinstance(name, str) and name else data)
-
-
-def _features(root: Part) -> list[Part]:
-    features = root.get("features")
-    return [] if features is None else features.all()
 
 
 def _kind(feature: Part) -> str:

@@ -15,7 +15,8 @@ from hmrsim.world import World
 from hmrsim.world.files import AS_IT_IS
 from hmrsim.world.formats import _reading, registry
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks import check_world, lanes, load_world
+from hmrsim.world_checks import lanes, load_world
+from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.loading import validate
 from tests.profiles import examples
 
@@ -64,9 +65,9 @@ def test_lanes_and_walls_are_compared_within_bounds(monkeypatch):
         }
     )
 
-    assert [(problem.path, problem.message) for problem in check_world(world)] == [
-        ("lanes.0", "'a'-'b' crosses walls.0; a drawn lane is open all the same"),
-        ("lanes", "and walls are too many to compare all; those from lanes.1 on were not"),
+    assert [(finding.path, finding.message) for finding in check(world)] == [
+        (("lanes", 0), "'a'-'b' crosses walls.0; a drawn lane is open all the same"),
+        (("lanes",), "and walls are too many to compare all; those from lanes.1 on were not"),
     ]
 
 

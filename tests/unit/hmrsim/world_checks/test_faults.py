@@ -6,15 +6,16 @@ import json
 
 import pytest
 
+from hmrsim.diagnostics import dotted
 from hmrsim.world import World
-from hmrsim.world_checks.checks import check_world
+from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.loading import load_world
 from tests.simulation import SMALL_WORLD
 
 
 def problems(*faults, **keys):
     world = World.model_validate({**SMALL_WORLD, **keys, "faults": [*faults]})
-    return [(one.path, one.message) for one in check_world(world) if one.path.startswith("faults")]
+    return [(dotted(one.path), one.message) for one in check(world) if one.path[0] == "faults"]
 
 
 def test_valid_faults_have_no_problems():

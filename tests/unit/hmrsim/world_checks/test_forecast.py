@@ -11,7 +11,7 @@ from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.commands import SendGoal
 from hmrsim.world import World
-from hmrsim.world_checks import check_world
+from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.forecast import forecast
 from tests.shipped import shipped
 from tests.simulation import simulate
@@ -46,7 +46,7 @@ FULL = {name: {"at": name} for name in "abc"}
 def warnings(world, policy="reserve", **fields):
     """Return the warnings of a world with these fields under a policy; the world must be valid otherwise."""
     model = World.model_validate({**world, "traffic": {"policy": policy}, **fields})
-    assert [] == [problem for problem in check_world(model) if problem.severity == "error"]
+    assert [] == [finding for finding in check(model) if finding.severity == "error"]
     return [(finding.path, finding.message) for finding in forecast(model)]
 
 

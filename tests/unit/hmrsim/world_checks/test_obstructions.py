@@ -6,7 +6,7 @@ import pytest
 
 from hmrsim.world import World
 from hmrsim.world.files import shipped_maps
-from hmrsim.world_checks import check_world
+from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.obstructions import check_obstructions
 from tests.shipped import shipped
 
@@ -29,7 +29,7 @@ FORK = {
 def warnings(world=ROAD, policy="priority", **fields):
     """Return the warnings of a world with these fields under a policy; the world must be valid otherwise."""
     model = World.model_validate({**world, "traffic": {"policy": policy}, **fields})
-    assert [] == [problem for problem in check_world(model) if problem.severity == "error"]
+    assert [] == [finding for finding in check(model) if finding.severity == "error"]
     return [(finding.path, finding.message) for finding in check_obstructions(model)]
 
 

@@ -8,11 +8,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from hmrsim.diagnostics import dotted
 from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.model import World
-from hmrsim.world_checks import check_world
+from hmrsim.world_checks.checks import check
 from hmrsim.world_checks.facilities import _Ways
 from hmrsim.world_checks.robots import check_batteries
 from tests.profiles import examples
@@ -65,7 +66,7 @@ WALLED_IN = "(5, 5) is walled in: no straight line leads to a lane; start it whe
 
 def problems(robot, **fields):
     world = World.model_validate({**MAP, **fields, "robots": {"wall_e": robot}})
-    return [(problem.severity, problem.path, problem.message) for problem in check_world(world)]
+    return [(finding.severity, dotted(finding.path), finding.message) for finding in check(world)]
 
 
 def test_a_start_inside_four_walls_is_reported():
@@ -121,7 +122,7 @@ def test_the_planner_agrees_with_the_warnings(waypoints, walls, start):
     robots = {"wall_e": {"at": start}}
     lanes = [["a", "b"], ["b", "c"]]
     world = World.model_validate({"waypoints": names, "lanes": lanes, "walls": walls, "robots": robots})
-    reported = [problem for problem in check_world(world) if problem.path == "robots.wall_e.at"]
+    reported = [finding for finding in check(world) if finding.path == ("robots", "wall_e", "at")]
 
     assert bool(reported) != is_planned(world, world.point(world.robots["wall_e"].at), world.points.values())
 
