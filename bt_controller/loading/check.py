@@ -18,7 +18,7 @@ from py_trees.ports import CONST_PREFIX, DOT_REPLACEMENT
 from bt_controller.core.ports import CHILDREN
 from bt_controller.nodes import UNSUPPORTED
 from bt_controller.scripting.parser import ScriptError, parse
-from bt_controller.scripting.scripted import ATTRIBUTES, conditioned
+from bt_controller.scripting.scripted import ATTRIBUTES, ScriptConditions
 from hmrsim.diagnostics import instead, meant, shown
 
 if TYPE_CHECKING:
@@ -230,7 +230,7 @@ class _Checker:
                 known = (*ATTRIBUTES, _AUTOREMAP) if origin.tag == _SUBTREE else ATTRIBUTES
                 self._faults.add(origin, f"unknown attribute {shown(name)}{instead(name, known)}")
         scripts = self._scripts(origin, attributes, ATTRIBUTES)
-        return (conditioned(scripts) if scripts else None), scripts
+        return (ScriptConditions.bind(scripts) if scripts else None), scripts
 
     def _scripts(self, origin: Origin, attributes: dict[str, str], names: Iterable[str]) -> dict[str, Script]:
         """Process the attributes that are scripts."""

@@ -101,11 +101,6 @@ _AFTER: Final[Mapping[Status, tuple[str, ...]]] = MappingProxyType(
 ATTRIBUTES: Final = (*(name for name, _ in _BEFORE), "_while", "_onHalted", "_onFailure", "_onSuccess", "_post")
 
 
-def conditioned(scripts: Mapping[str, Script]) -> type[Node]:
-    """Return the decoration that gives a node these scripts, by attribute; `ATTRIBUTES` are all there are."""
-    return ScriptConditions.bind(scripts)
-
-
 class ScriptConditions(Scripted, Decoration):
     """Runs scripts before and after its child.
 

@@ -60,21 +60,6 @@ def same(one: object, other: object) -> bool:
     return left is not None and right is not None and _equal(left, right)
 
 
-def negated(value: object) -> float:
-    """Return minus a value."""
-    return _bounded(-_number(value))
-
-
-def complement(value: object) -> int:
-    """Return the complement of a whole number's bits."""
-    return ~_whole(value)
-
-
-def inverted(value: object) -> bool:
-    """Return the negated truth value."""
-    return not truth(value)
-
-
 def _equal(left: float, right: float) -> bool:
     return left == right or abs(left - right) <= _EPSILON
 
@@ -123,10 +108,6 @@ def _quotient(left: float, right: float) -> float:
     return left / right
 
 
-def _joined(left: object, right: object) -> str:
-    return _text(left) + _text(right)
-
-
 def _text(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
@@ -139,16 +120,6 @@ def _bitwise(operation: Callable[[int, int], int], left: object, right: object) 
     return operation(_whole(left), _whole(right))
 
 
-def _both(left: object, right: object) -> bool:
-    first, second = truth(left), truth(right)
-    return first and second
-
-
-def _either(left: object, right: object) -> bool:
-    first, second = truth(left), truth(right)
-    return first or second
-
-
 def _compared(operation: Callable[[Any, Any], bool], left: object, right: object) -> bool:
     if isinstance(left, str) and isinstance(right, str):
         return operation(left, right)
@@ -159,24 +130,20 @@ def _same_number(left: Any, right: Any) -> bool:
     return left == right if isinstance(left, str) else _equal(left, right)
 
 
-def _other_number(left: Any, right: Any) -> bool:
-    return not _same_number(left, right)
-
-
 OPERATIONS: Final[Mapping[str, Callable[[Any, Any], Any]]] = MappingProxyType(
     {
         "+": _sum,
         "-": partial(_calculated, operator.sub),
         "*": partial(_calculated, operator.mul),
         "/": partial(_calculated, _quotient),
-        "..": _joined,
+        "..": lambda left, right: _text(left) + _text(right),
         "&": partial(_bitwise, operator.and_),
         "|": partial(_bitwise, operator.or_),
         "^": partial(_bitwise, operator.xor),
-        "&&": _both,
-        "||": _either,
+        "&&": lambda left, right: truth(left) & truth(right),
+        "||": lambda left, right: truth(left) | truth(right),
         "==": partial(_compared, _same_number),
-        "!=": partial(_compared, _other_number),
+        "!=": partial(_compared, lambda left, right: not _same_number(left, right)),
         "<": partial(_compared, operator.lt),
         ">": partial(_compared, operator.gt),
         "<=": partial(_compared, operator.le),
@@ -184,6 +151,13 @@ OPERATIONS: Final[Mapping[str, Callable[[Any, Any], Any]]] = MappingProxyType(
     }
 )
 """The operators by sign. They raise ValueError, and OverflowError for numbers that are too large."""
+_UNARY: Final[Mapping[str, Callable[[Any], Any]]] = MappingProxyType(
+    {
+        "-": lambda value: _bounded(-_number(value)),
+        "~": lambda value: ~_whole(value),
+        "!": lambda value: not truth(value),
+    }
+)
 
 
 class Environment(Protocol):
@@ -231,7 +205,7 @@ def lookup(name: str) -> Callable[[Environment], Any]:
 
 def unary(sign: str, operand: Term) -> Callable[[Environment], Any]:
     """Return a unary operation."""
-    operation = {"-": negated, "~": complement, "!": inverted}[sign]
+    operation = _UNARY[sign]
     return lambda environment: operation(operand.evaluate(environment))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bt_controller.scripting.parser import parse
-from bt_controller.scripting.scripted import conditioned
+from bt_controller.scripting.scripted import ScriptConditions
 from tests.unit.bt_controller.nodes.conftest import NEVER, Row, rows
 
 LOGS = {"_onSuccess": "log := 'success'", "_onFailure": "log := 'failure'", "_post": "log = log .. ', done'"}
@@ -13,7 +13,7 @@ STOP, GO = {"stop": True}, {"go": True}
 
 
 def when(**scripts):
-    return conditioned({attribute: parse(text) for attribute, text in scripts.items()})
+    return ScriptConditions.bind({attribute: parse(text) for attribute, text in scripts.items()})
 
 
 @rows(

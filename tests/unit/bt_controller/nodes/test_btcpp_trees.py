@@ -12,7 +12,7 @@ from bt_controller.errors import TreeError
 from bt_controller.loading.file_tree import load_file
 from bt_controller.nodes import registry
 from bt_controller.scripting.parser import parse
-from bt_controller.scripting.scripted import conditioned
+from bt_controller.scripting.scripted import ScriptConditions
 from tests.profiles import examples
 
 _CONTROLS = {
@@ -64,7 +64,7 @@ def test_what_has_ended_has_nothing_that_runs(node, tree, told, plan, acts):
         tag, parts = plan
         children = [build(part) for part in parts]
         if tag == "conditions":
-            return node(conditioned({name: parse(text) for name, text in _CONDITIONS.items()}), *children)
+            return node(ScriptConditions.bind({name: parse(text) for name, text in _CONDITIONS.items()}), *children)
         return node(registry()[tag], *children, **_CONTROLS.get(tag, _DECORATORS.get(tag, {})))
 
     Blackboard.set("/turn", 0)
