@@ -140,32 +140,29 @@ _LEAVES: Final[Mapping[str, Outcomes]] = MappingProxyType(
             ("py_trees.behaviours", _S | _F, "SetBlackboardVariable"),
             ("py_trees.behaviours", _S | _R, "WaitForBlackboardVariable WaitForBlackboardVariableValue"),
             ("py_trees.timers", _S | _R, "Timer"),
-            ("bt_controller.behaviours.detections", _S | _F, "IsDetected"),
-            ("bt_controller.behaviours.places", _S, "ToBlackboard"),
-            ("bt_controller.behaviours.subscribers", _S | _R, "WaitForData ToBlackboard"),
-            ("bt_controller.core.node", _S | _F, "Condition"),
-            ("bt_controller.fleet.fleet_manager", _S | _R, "FleetManager"),
-            ("bt_controller.fleet.workers", _S | _R, "Charged"),
-            ("bt_controller.nodes.actions.navigation", _S | _F, "_Cancel"),
-            ("bt_controller.nodes.actions.btcpp", _S, "UnsetBlackboard Script"),
-            ("bt_controller.nodes.actions.btcpp", _S | _F, "SetBlackboard"),
-            ("bt_controller.nodes.actions.navigation", _S, "_NoOp"),
-            ("bt_controller.nodes.actions.navigation", _S | _F, "_Selector"),
-            ("bt_controller.nodes.actions.btcpp", _S, "AlwaysSuccess"),
-            ("bt_controller.nodes.actions.btcpp", _F, "AlwaysFailure"),
-            ("bt_controller.nodes.actions.paths", _S, "TruncatePath TruncatePathLocal"),
-            ("bt_controller.nodes.actions.paths", _S | _F, "ConcatenatePaths GetPoseFromPath"),
-            ("bt_controller.nodes.actions.paths", _S, "GetCurrentPose RemovePassedGoals AppendGoalPoseToGoals"),
-            ("bt_controller.nodes.actions.paths", _S | _F, "GetNextFewGoals"),
-            ("bt_controller.nodes.actions.routes", _S | _F, "ExtractRouteNodesAsGoals"),
-            ("bt_controller.nodes.actions.btcpp", _S | _R, "Sleep"),
-            ("bt_controller.nodes.conditions.robot", _S | _F, "InitialPoseReceived TransformAvailable"),
-            ("bt_controller.nodes.conditions.robot", _ANY, "IsStopped"),
+            ("behaviours.detections", _S | _F, "IsDetected"),
+            ("behaviours.places", _S, "ToBlackboard"),
+            ("behaviours.subscribers", _S | _R, "WaitForData ToBlackboard"),
+            ("core.node", _S | _F, "Condition"),
+            ("fleet.fleet_manager", _S | _R, "FleetManager"),
+            ("fleet.workers", _S | _R, "Charged"),
+            ("nodes.actions.navigation", _S | _F, "_Cancel _Selector"),
+            ("nodes.actions.btcpp", _S, "UnsetBlackboard Script AlwaysSuccess"),
+            ("nodes.actions.btcpp", _S | _F, "SetBlackboard"),
+            ("nodes.actions.navigation", _S, "_NoOp"),
+            ("nodes.actions.btcpp", _F, "AlwaysFailure"),
+            ("nodes.actions.paths", _S, "TruncatePath TruncatePathLocal"),
+            ("nodes.actions.paths", _S | _F, "ConcatenatePaths GetPoseFromPath GetNextFewGoals"),
+            ("nodes.actions.paths", _S, "GetCurrentPose RemovePassedGoals AppendGoalPoseToGoals"),
+            ("nodes.actions.routes", _S | _F, "ExtractRouteNodesAsGoals"),
+            ("nodes.actions.btcpp", _S | _R, "Sleep"),
+            ("nodes.conditions.robot", _S | _F, "InitialPoseReceived TransformAvailable"),
+            ("nodes.conditions.robot", _ANY, "IsStopped"),
         )
         for name in names.split()
     }
 )
-"""The possible outcomes of leaves, by class."""
+"""The possible outcomes of leaves, by class; names of modules of this package lack ``bt_controller``."""
 
 _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
     {
@@ -185,57 +182,45 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("py_trees.decorators", Kind(_becomes(SUCCESS=RUNNING)), "SuccessIsRunning"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
-            ("bt_controller.loading.builder", Kind(_union), "SubTree"),
-            ("bt_controller.behaviours.charging", Kind(halts=_all), "BatteryGuard"),
-            ("bt_controller.nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
-            ("bt_controller.nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
-            ("bt_controller.nodes.controls.nav2", Kind(_sequence), "PersistentSequence"),
-            (
-                "bt_controller.nodes.controls.nav2",
-                Kind(_sequence, halts=_any_with_siblings),
-                "NonblockingSequence PipelineSequence",
-            ),
-            ("bt_controller.nodes.controls.sequences", Kind(_fallback, recovers=_but_last), "Fallback"),
-            (
-                "bt_controller.nodes.controls.sequences",
-                Kind(_fallback, halts=_later, recovers=_but_last),
-                "ReactiveFallback",
-            ),
-            ("bt_controller.nodes.controls.nav2", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
-            ("bt_controller.nodes.controls.nav2", Kind(_union, recovers=_all), "RoundRobin"),
-            ("bt_controller.nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
-            (
-                "bt_controller.nodes.controls.branches",
-                Kind(_also(_F), halts=_later, swallows=_first_of_three),
-                "WhileDoElse",
-            ),
-            ("bt_controller.nodes.controls.branches", Kind(_union, halts=_all), "Switch"),
-            ("bt_controller.nodes.controls.branches", Kind(_union, swallows=_last), "TryCatch"),
-            ("bt_controller.nodes.controls.sequences", Kind(_parallel, halts=_any_with_siblings), "Parallel"),
-            ("bt_controller.nodes.controls.sequences", Kind(_also(_S)), "ParallelAll"),
-            ("bt_controller.nodes.decorators.nav2", Kind(_also(_R)), "_Controller"),
-            ("bt_controller.nodes.decorators.nav2", Kind(_union), "GoalUpdater"),
-            ("bt_controller.nodes.decorators.gates", Kind(_also(_F)), "SingleTrigger"),
-            ("bt_controller.nodes.decorators.gates", Kind(_also(_SKIPPED)), "RunOnce"),
-            ("bt_controller.nodes.decorators.nav2", Kind(_also(_S)), "PathLongerOnApproach"),
-            ("bt_controller.nodes.decorators.gates", Kind(), "Precondition"),
-            ("bt_controller.nodes.decorators.repetition", Kind(_union), "Repeat"),
-            ("bt_controller.nodes.decorators.repetition", Kind(_union, recovers=_all), "RetryUntilSuccessful"),
-            ("bt_controller.nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
-            (
-                "bt_controller.nodes.decorators.gates",
-                Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all),
-                "Inverter",
-            ),
-            ("bt_controller.nodes.decorators.gates", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
-            ("bt_controller.nodes.decorators.gates", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
-            ("bt_controller.nodes.decorators.gates", Kind(_also(_R)), "Delay"),
-            ("bt_controller.nodes.decorators.gates", Kind(_also(_F), halts=_all), "Timeout"),
+            ("loading.builder", Kind(_union), "SubTree"),
+            ("behaviours.charging", Kind(halts=_all), "BatteryGuard"),
+            ("nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
+            ("nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
+            ("nodes.controls.nav2", Kind(_sequence), "PersistentSequence"),
+            ("nodes.controls.nav2", Kind(_sequence, halts=_any_with_siblings), "NonblockingSequence PipelineSequence"),
+            ("nodes.controls.sequences", Kind(_fallback, recovers=_but_last), "Fallback"),
+            ("nodes.controls.sequences", Kind(_fallback, halts=_later, recovers=_but_last), "ReactiveFallback"),
+            ("nodes.controls.nav2", Kind(_first_and_running, recovers=_first), "RecoveryNode"),
+            ("nodes.controls.nav2", Kind(_union, recovers=_all), "RoundRobin"),
+            ("nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
+            ("nodes.controls.branches", Kind(_also(_F), halts=_later, swallows=_first_of_three), "WhileDoElse"),
+            ("nodes.controls.branches", Kind(_union, halts=_all), "Switch"),
+            ("nodes.controls.branches", Kind(_union, swallows=_last), "TryCatch"),
+            ("nodes.controls.sequences", Kind(_parallel, halts=_any_with_siblings), "Parallel"),
+            ("nodes.controls.sequences", Kind(_also(_S)), "ParallelAll"),
+            ("nodes.decorators.nav2", Kind(_also(_R)), "_Controller"),
+            ("nodes.decorators.nav2", Kind(_union), "GoalUpdater"),
+            ("nodes.decorators.gates", Kind(_also(_F)), "SingleTrigger"),
+            ("nodes.decorators.gates", Kind(_also(_SKIPPED)), "RunOnce"),
+            ("nodes.decorators.nav2", Kind(_also(_S)), "PathLongerOnApproach"),
+            ("nodes.decorators.gates", Kind(), "Precondition"),
+            ("nodes.decorators.repetition", Kind(_union), "Repeat"),
+            ("nodes.decorators.repetition", Kind(_union, recovers=_all), "RetryUntilSuccessful"),
+            ("nodes.decorators.repetition", Kind(_becomes(SUCCESS=RUNNING)), "KeepRunningUntilFailure"),
+            ("nodes.decorators.gates", Kind(_becomes(SUCCESS=FAILURE, FAILURE=SUCCESS), swallows=_all), "Inverter"),
+            ("nodes.decorators.gates", Kind(_becomes(FAILURE=SUCCESS), swallows=_all), "ForceSuccess"),
+            ("nodes.decorators.gates", Kind(_becomes(SUCCESS=FAILURE)), "ForceFailure"),
+            ("nodes.decorators.gates", Kind(_also(_R)), "Delay"),
+            ("nodes.decorators.gates", Kind(_also(_F), halts=_all), "Timeout"),
         )
         for name in names.split()
     }
 )
-"""The kinds of composites and decorators, by class."""
+"""The kinds of composites and decorators, by class, as above."""
+
+
+def _name_of(kind: type) -> str:
+    return f"{kind.__module__.removeprefix('bt_controller.')}.{kind.__name__}"
 
 
 _MAX_CLASSES: Final = 1024
@@ -246,7 +231,7 @@ _MAX_CLASSES: Final = 1024
 def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
     """Return the possible outcomes of a leaf of a class."""
     for base in kind.__mro__:
-        if (outcomes := _LEAVES.get(f"{base.__module__}.{base.__name__}")) is not None:
+        if (outcomes := _LEAVES.get(_name_of(base))) is not None:
             return outcomes
     return _ANY
 
@@ -277,7 +262,7 @@ def variant_of(node: Behaviour) -> object:
 def _kind_of_class(cls: type[Behaviour]) -> tuple[Kind, bool]:
     """Return the kind of a class, and whether its nodes may lack a memory, as in py_trees."""
     for base in cls.__mro__:
-        if (kind := _PARENTS.get(f"{base.__module__}.{base.__name__}")) is not None:
+        if (kind := _PARENTS.get(_name_of(base))) is not None:
             return kind, issubclass(cls, (SequenceOfPyTrees, Selector))
     return _UNKNOWN, False
 

@@ -28,7 +28,7 @@ def sequence(*children, memory=True):
 
 @pytest.mark.parametrize("name", [*_LEAVES, *_PARENTS])
 def test_each_kind_exists(name):
-    module, _, kind = name.rpartition(".")
+    module, _, kind = (name if name.startswith("py_trees") else f"bt_controller.{name}").rpartition(".")
 
     assert issubclass(getattr(importlib.import_module(module), kind), object)
 
