@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import IO, TYPE_CHECKING, Any, Final, Protocol
+from typing import IO, TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 from py_trees.common import Status
 
@@ -30,46 +30,39 @@ class Watcher(Protocol):
         """Process a tick of a tree at a simulated time."""
 
 
-class PlainDisplay:
-    """Writes a tree as text whenever it has changed."""
-
-    def __init__(self, out: IO[str]) -> None:
-        self._out = out
-        self._symbols = symbols_for(out)
-        self._encoding = getattr(out, "encoding", None) or _UTF_8
-        self._shown: dict[str, Snapshot] = {}
-
-    def ticked(self, mission: Mission, now: float | None) -> None:
-        """Show the tree."""
-        self.show(mission.snapshot(now))
-
-    def show(self, snapshot: Snapshot) -> None:
-        """Write the tree, if it has changed."""
-        if snapshot.differs(self._shown.get(snapshot.robot)):
-            self._shown[snapshot.robot] = snapshot
-            lines = [snapshot.title, *(node.line(self._symbols) for node in snapshot.nodes), ""]
-            text = "\n".join(lines) + "\n"
-            self._out.write(text.encode(self._encoding, "replace").decode(self._encoding))
-            self._out.flush()
-
-
 class JsonDisplay:
     """Writes a tree as one line of JSON whenever the tree or its blackboard has changed."""
 
+    blackboard: ClassVar = True
+
     def __init__(self, out: IO[str]) -> None:
         self._out = out
         self._shown: dict[str, Snapshot] = {}
 
     def ticked(self, mission: Mission, now: float | None) -> None:
         """Show the tree."""
-        self.show(mission.snapshot(now, blackboard=True))
+        self.show(mission.snapshot(now, blackboard=self.blackboard))
 
     def show(self, snapshot: Snapshot) -> None:
         """Write the tree, if it has changed."""
         if snapshot.differs(self._shown.get(snapshot.robot)):
             self._shown[snapshot.robot] = snapshot
-            self._out.write(json.dumps(snapshot.to_json()) + "\n")
+            self._out.write(self._text(snapshot))
             self._out.flush()
+
+    def _text(self, snapshot: Snapshot) -> str:
+        return json.dumps(snapshot.to_json()) + "\n"
+
+
+class PlainDisplay(JsonDisplay):
+    """Writes a tree as text whenever it has changed."""
+
+    blackboard = False
+
+    def _text(self, snapshot: Snapshot) -> str:
+        symbols, encoding = symbols_for(self._out), getattr(self._out, "encoding", None) or _UTF_8
+        lines = [snapshot.title, *(node.line(symbols) for node in snapshot.nodes), "", ""]
+        return "\n".join(lines).encode(encoding, "replace").decode(encoding)
 
 
 def symbols_for(out: IO[str]) -> Mapping[Status, str]:
