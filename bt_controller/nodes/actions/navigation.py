@@ -150,40 +150,22 @@ class _Cancel(Leaf):
         return Status.SUCCESS
 
 
-class CancelBackUp(_Cancel):
-    """Cancels all goals of `BackUp` nodes."""
-
-    ACTION = "back_up"
-
-
-class CancelComputeAndTrackRoute(_Cancel):
-    """Cancels all goals of `ComputeAndTrackRoute` nodes."""
-
-    ACTION = "compute_and_track_route"
-
-
-class CancelControl(_Cancel):
-    """Cancels all goals of `FollowPath` nodes."""
-
-    ACTION = "follow_path"
+_CANCELED: Final = {
+    "CancelBackUp": ("back_up", "BackUp"),
+    "CancelComputeAndTrackRoute": ("compute_and_track_route", "ComputeAndTrackRoute"),
+    "CancelControl": ("follow_path", "FollowPath"),
+    "CancelDriveOnHeading": ("drive_on_heading", "DriveOnHeading"),
+    "CancelSpin": ("spin", "Spin"),
+    "CancelWait": ("wait", "Wait"),
+}
+"""The action that a node cancels, and the node that sends its goals."""
 
 
-class CancelDriveOnHeading(_Cancel):
-    """Cancels all goals of `DriveOnHeading` nodes."""
-
-    ACTION = "drive_on_heading"
-
-
-class CancelSpin(_Cancel):
-    """Cancels all goals of `Spin` nodes."""
-
-    ACTION = "spin"
-
-
-class CancelWait(_Cancel):
-    """Cancels all goals of `Wait` nodes."""
-
-    ACTION = "wait"
+def _cancel(tag: str) -> type[_Cancel]:
+    """Return the node that cancels the goals of an action."""
+    action, sender = _CANCELED[tag]
+    doc = f"Cancels all goals of `{sender}` nodes."
+    return type(tag, (_Cancel,), {"__doc__": doc, "__module__": __name__, "ACTION": action})
 
 
 _NOT_NEEDED = "Ignored"
@@ -286,12 +268,7 @@ FAMILY = Family.of(
     DriveOnHeading,
     Spin,
     Wait,
-    CancelBackUp,
-    CancelComputeAndTrackRoute,
-    CancelControl,
-    CancelDriveOnHeading,
-    CancelSpin,
-    CancelWait,
+    *map(_cancel, _CANCELED),
     ClearCostmapAroundPose,
     ClearCostmapAroundRobot,
     ClearCostmapExceptRegion,

@@ -9,7 +9,6 @@ import pytest
 
 from bt_controller.core.robots import Directory
 from bt_controller.nodes import registry
-from bt_controller.nodes.actions.navigation import CancelControl
 from bt_controller.nodes.actions.paths import (
     AppendGoalPoseToGoals,
     ConcatenatePaths,
@@ -297,13 +296,13 @@ class TestCancels:
 
     def test_a_robot_that_does_not_answer_is_a_failure(self, node, tree, asked):
         asked["client"].error = RequestTimeout("no answer")
-        ticked = tree(node(CancelControl), **asked)
+        ticked = tree(node(registry()["CancelControl"]), **asked)
 
         assert "F" == ticked.tick()
         assert "no answer" == ticked.root.feedback_message
 
     def test_the_action_may_have_another_name(self, node, tree, asked):
-        tree(node(CancelControl, server_name="/wall_e/wait"), **asked).tick()
+        tree(node(registry()["CancelControl"], server_name="/wall_e/wait"), **asked).tick()
 
         assert ["wall_e/wait"] == asked["client"].requests
 
