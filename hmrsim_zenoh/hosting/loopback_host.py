@@ -22,6 +22,7 @@ from hmrsim_zenoh.client.local_connection import LocalConnection, for_client
 from hmrsim_zenoh.hosting.local_commands import LocalCommands, error_of
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
+from hmrsim_zenoh.server.losses import unanswered
 from hmrsim_zenoh.server.replies import after_the_end, finish
 from hmrsim_zenoh.server.server import Server
 from hmrsim_zenoh.server.tokens import LivelinessTokens
@@ -170,7 +171,7 @@ class LoopbackHost(SelectiveSink):
                     inbox.put(each)
             inbox.put(command)
             if disturbed and losses.comes_twice():
-                inbox.put(command._replace(reply_to=None))
+                inbox.put(unanswered(command))
         except UnreadableError as error:
             delivery.deliver(pending.take, error_of(error))
         except SimulationStopped:

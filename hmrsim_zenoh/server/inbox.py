@@ -107,8 +107,8 @@ class QueryInbox(Inbox, ABC):
             self.taken += 1
             if self._preparation is not None:
                 self._prepare(query)
-            for each in self.losses.arrivals(query) if self.losses.active else (query,):
-                self._commands.extend(reader.decode(each))
+            losses, decode = self.losses, reader.decode
+            self._commands.extend(losses.arrive(query, decode) if losses.active else decode(query))
         return self._commands.popleft()
 
     def _prepare(self, query: zenoh.Query | None) -> None:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
+
+from hmrsim.protocol.commands import without_receivers
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import zenoh
 
-
-_FIELDS: Final = ("key_expr", "selector", "parameters", "payload", "encoding", "attachment")
-"""The attributes of a query that can be read."""
+    from hmrsim.protocol.commands import AnyCommand
 
 
 class Losses:
@@ -36,19 +38,17 @@ class Losses:
         self._answers += count
 
     def repeat_requests(self, count: int) -> None:
-        """Deliver each of the next requests twice; the client gets the answer to the first one."""
+        """Deliver each of the next requests twice."""
         self._requests += count
         self.active = True
 
-    def arrivals(self, query: zenoh.Query) -> tuple[zenoh.Query, ...]:
-        """Return a query as it arrives: once, or twice."""
-        if not self.active:
-            return (query,)
+    def arrive(self, query: zenoh.Query, decode: Callable[[zenoh.Query], list[AnyCommand]]) -> list[AnyCommand]:
+        """Return the commands of a query, which may arrive twice; the client gets the answer to the first one."""
         payload = query.payload
         if payload is None or not payload.to_bytes():
-            return (query,)
-        watched = cast("zenoh.Query", _Watched(query, self)) if self.watching else query
-        return (watched, cast("zenoh.Query", _Repeated(query))) if self.comes_twice() else (watched,)
+            return decode(query)
+        commands = decode(cast("zenoh.Query", _Watched(query, self)) if self.watching else query)
+        return [*commands, *map(unanswered, commands)] if self.comes_twice() else commands
 
     def comes_twice(self) -> bool:
         """Return whether the current request arrives twice, and count it."""
@@ -82,23 +82,7 @@ class _Watched:
             self._query.reply_err(*arguments, **options)
 
 
-class _Repeated:
-    """The second arrival of a query, whose answers are dropped: the answer to the first one has ended the query."""
-
-    def __init__(self, query: zenoh.Query) -> None:
-        # A query that has ended can't be read.
-        self._read = {name: getattr(query, name, None) for name in _FIELDS}
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in _FIELDS:
-            raise AttributeError(name)
-        return self._read[name]
-
-    def reply(self, *arguments: Any, **options: Any) -> None:
-        """Drop the answer to a repeated request."""
-
-    def reply_err(self, *arguments: Any, **options: Any) -> None:
-        """Drop the answer to a repeated request."""
-
-    def drop(self) -> None:
-        """Do nothing: the first answer ends the query."""
+def unanswered(command: Any) -> Any:
+    """Return a command whose answer no client gets."""
+    command = without_receivers(command)
+    return command._replace(reply_to=None) if hasattr(command, "reply_to") else command

@@ -56,8 +56,7 @@ def test_a_repeated_request_is_two_goals_with_one_answer(host, ask):
     assert 2 == status.count(b'"goal_id"')
 
 
-def test_an_invalid_request_can_be_repeated(host, ask):
-    """The second one is decoded although the first query has ended."""
+def test_an_invalid_request_that_is_repeated_is_answered_once(host, ask):
     host.losses.repeat_requests(1)
 
     assert [None] == ask("eve/wait/_action/send_goal", b"{")
