@@ -31,7 +31,6 @@ from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import Condition
-from hmrsim_zenoh.client.methods import present_as, requested
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -252,9 +251,9 @@ def _awaitable(
     """Return the coroutine method that does what a verb requests."""
 
     async def method(self: AsyncRobot, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return await self._do(requested(verb, self._places, *args, **kwargs))
+        return await self._do(verbs.requested(verb, self._places, *args, **kwargs))
 
-    present_as(verb, method)
+    verbs.present_as(verb, method)
     return method
 
 

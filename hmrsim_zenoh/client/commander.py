@@ -17,7 +17,6 @@ from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
-from hmrsim_zenoh.client.methods import present_as, requested
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,9 +39,9 @@ def _blocking(verb: Callable[Concatenate[NamedPlaces, P], Request[R]]) -> Callab
     """Return the method that does what a verb requests, and waits for the result."""
 
     def method(self: Commander, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return self._do(requested(verb, self._places, *args, **kwargs))
+        return self._do(verbs.requested(verb, self._places, *args, **kwargs))
 
-    present_as(verb, method)
+    verbs.present_as(verb, method)
     return method
 
 

@@ -1,15 +1,19 @@
 """The verbs of a robot: each makes the goal of one action from places, meters, radians and seconds.
 
-`Commander` and `AsyncRobot` take their methods from here. Names follow the actions, and Nav2's ``BasicNavigator`` where
+`Commander` and `AsyncRobot` make their methods of them. Names follow the actions, and Nav2's ``BasicNavigator`` where
 it has a method for the action.
 """
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import update_wrapper
 from numbers import Real
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, Final, Generic, ParamSpec, TypeVar
+
+from pydantic import ValidationError
 
 from hmrsim.actions import error_of, registry
 from hmrsim.diagnostics import instead, shown
@@ -35,6 +39,7 @@ from hmrsim.interfaces.nav2_msgs import (
     Wait,
 )
 from hmrsim.interfaces.nav_msgs import Goals
+from hmrsim.program.users_code import field_errors
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim_zenoh.client.places import with_poses
 from hmrsim_zenoh.errors import GoalFailed
@@ -46,6 +51,7 @@ if TYPE_CHECKING:
     from hmrsim_zenoh.client.goal_handle import GoalHandle
     from hmrsim_zenoh.client.places import NamedPlaces, Target
 
+P = ParamSpec("P")
 R = TypeVar("R", bound=Message)
 F = TypeVar("F", bound=Message)
 
@@ -105,6 +111,33 @@ def _reason(result: Message) -> str:
     code, text = getattr(result, "error_code", None), error_of(result)
     number = getattr(code, "val", code)
     return f"{text} ({number})" if text else f"error code {number}"
+
+
+_SELF: Final = inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)
+
+
+def requested(
+    verb: Callable[Concatenate[NamedPlaces, P], Request[R]], places: NamedPlaces, *args: P.args, **kwargs: P.kwargs
+) -> Request[R]:
+    """Return what a verb requests.
+
+    Raises:
+        ValueError: A value is invalid, or there is no place of a name; one line per value.
+        TypeError: A target is none.
+    """
+    try:
+        return verb(places, *args, **kwargs)
+    except ValidationError as error:
+        raise ValueError("\n".join(f"{verb.__name__}: {each}" for each in field_errors(error))) from None
+
+
+def present_as(verb: Callable[..., Any], method: Callable[..., Any]) -> None:
+    """Give a method the name, documentation and signature of its verb, with ``self`` in place of the places."""
+    update_wrapper(method, verb)
+    signature = inspect.signature(verb)
+    _places, *parameters = signature.parameters.values()
+    result = signature.return_annotation.removeprefix("Request[").removesuffix("]")
+    vars(method)["__signature__"] = signature.replace(parameters=[_SELF, *parameters], return_annotation=result)
 
 
 def navigate_to(

@@ -19,7 +19,7 @@ from hmrsim_zenoh.client.verbs import Request
 VERBS = [
     name
     for name, function in inspect.getmembers(verbs, inspect.isfunction)
-    if function.__module__ == verbs.__name__ and not name.startswith("_")
+    if function.__module__ == verbs.__name__ and not name.startswith("_") and name not in ("requested", "present_as")
 ]
 
 
