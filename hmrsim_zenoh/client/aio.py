@@ -28,7 +28,7 @@ from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
 from hmrsim_zenoh.client.aio_time import AsyncTime
-from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
+from hmrsim_zenoh.client.battery import BATTERY_PERIOD, battery_of, charged_or_not_charging, is_charged
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import Condition
 from hmrsim_zenoh.errors import Unreachable
@@ -269,7 +269,6 @@ class AsyncRobot:
         self._client = client
         self._time = time
         self._places = places
-        self._charge = Charge(client, name)
 
     @cached_property
     def _description(self) -> Mapping[str, Any]:
@@ -330,7 +329,7 @@ class AsyncRobot:
         Raises:
             RequestError, Unreachable: There is no such robot, or it has no battery.
         """
-        return await self._time.ask(self._charge.now)
+        return await self._time.ask(partial(battery_of, self._client, self.name))
 
     async def wait_until_charged(self, percentage: float = 0.9) -> BatteryState:
         """Wait until the battery has a share of its capacity, and return its state.
@@ -338,8 +337,8 @@ class AsyncRobot:
         Raises:
             ValueError, NotCharging, RequestError, Unreachable: As of `Commander`.
         """
-        conditions = self._charge.until(percentage)
-        while not self._charge.reached(state := await self.battery(), percentage):
+        conditions = charged_or_not_charging(self.name, percentage)
+        while not is_charged(self.name, state := await self.battery(), percentage):
             if self._time.stops:
                 wait = self._time.wait()
                 with self._time.watching(conditions, wait):

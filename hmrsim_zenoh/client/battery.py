@@ -19,57 +19,48 @@ _ROUNDING: Final = 1e-6
 """How far a battery that has reached a charge may seem to be from it."""
 
 
-class Charge:
-    """The charge of one robot's battery.
+def battery_of(client: Client, robot: str) -> BatteryState:
+    """Return the state of a robot's battery.
 
-    Args:
-        client: The connection to its simulator.
-        robot: Its name.
+    Raises:
+        SimulatorNotFound, SimulatorGone, RequestTimeout: As `Client.get`.
+        RequestError, Unreachable: There is no such robot, or it has no battery.
     """
+    try:
+        answer = client.get(client.keys.topic(robot, _TOPIC))
+    except Unreachable:
+        why = "it has no battery, or there is no such robot"
+        raise Unreachable(f"{robot!r} publishes no {_TOPIC}: {why}") from None
+    state: BatteryState = read_often(plain(BatteryState), answer)
+    return state
 
-    def __init__(self, client: Client, robot: str) -> None:
-        self._client, self._robot = client, robot
 
-    def now(self) -> BatteryState:
-        """Return the state of the battery.
+def charged_or_not_charging(robot: str, percentage: float) -> list[Condition]:
+    """Return what ends the wait for a share of a battery's capacity.
 
-        Raises:
-            SimulatorNotFound, SimulatorGone, RequestTimeout: As `Client.get`.
-            RequestError, Unreachable: There is no such robot, or it has no battery.
-        """
-        try:
-            answer = self._client.get(self._client.keys.topic(self._robot, _TOPIC))
-        except Unreachable:
-            why = "it has no battery, or there is no such robot"
-            raise Unreachable(f"{self._robot!r} publishes no {_TOPIC}: {why}") from None
-        state: BatteryState = read_often(plain(BatteryState), answer)
-        return state
+    Raises:
+        ValueError: The share is not from 0 to 1.
+    """
+    if not 0.0 <= percentage <= 1.0:
+        raise ValueError(f"{percentage} is not a share of a capacity; expected a number from 0 to 1")
+    key, charging = f"{robot}/{_TOPIC}", BatteryState.POWER_SUPPLY_STATUS_CHARGING
+    return [
+        Condition(key, [("/percentage", ">=", percentage)]),
+        Condition(key, [("/power_supply_status", "!=", charging)]),
+    ]
 
-    def until(self, percentage: float) -> list[Condition]:
-        """Return what ends the wait for a share of the capacity.
 
-        Raises:
-            ValueError: The share is not from 0 to 1.
-        """
-        if not 0.0 <= percentage <= 1.0:
-            raise ValueError(f"{percentage} is not a share of a capacity; expected a number from 0 to 1")
-        key, charging = f"{self._robot}/{_TOPIC}", BatteryState.POWER_SUPPLY_STATUS_CHARGING
-        return [
-            Condition(key, [("/percentage", ">=", percentage)]),
-            Condition(key, [("/power_supply_status", "!=", charging)]),
-        ]
+def is_charged(robot: str, state: BatteryState, percentage: float) -> bool:
+    """Return whether a battery has a share of its capacity; False while it is charged.
 
-    def reached(self, state: BatteryState, percentage: float) -> bool:
-        """Return whether a battery has a share of its capacity; False while it is charged.
-
-        Raises:
-            NotCharging: It has less, and is not charged.
-        """
-        if state.percentage >= percentage - _ROUNDING:
-            return True
-        if state.power_supply_status != state.POWER_SUPPLY_STATUS_CHARGING:
-            raise NotCharging(
-                f"{self._robot!r} does not charge: its battery is at {state.percentage:.1%}, "
-                f"and would never be at {percentage:.1%}; dock it at a charger"
-            )
-        return False
+    Raises:
+        NotCharging: It has less, and is not charged.
+    """
+    if state.percentage >= percentage - _ROUNDING:
+        return True
+    if state.power_supply_status != state.POWER_SUPPLY_STATUS_CHARGING:
+        raise NotCharging(
+            f"{robot!r} does not charge: its battery is at {state.percentage:.1%}, "
+            f"and would never be at {percentage:.1%}; dock it at a charger"
+        )
+    return False

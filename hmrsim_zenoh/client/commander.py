@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.message import Message
 from hmrsim_zenoh.client import verbs
-from hmrsim_zenoh.client.battery import BATTERY_PERIOD, Charge
+from hmrsim_zenoh.client.battery import BATTERY_PERIOD, battery_of, charged_or_not_charging, is_charged
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -74,7 +74,6 @@ class Commander:
         self._timeout = timeout
         self._sim_timeout = sim_timeout
         self._places = client.places
-        self._charge = Charge(client, robot)
         self._actions: dict[str, ActionClient[Any, Any, Any]] = {}
 
     def go_to_pose(self, x: float, y: float, yaw: float = 0.0) -> NavigateToPose.Result:
@@ -117,7 +116,7 @@ class Commander:
         Raises:
             RequestError, Unreachable: There is no such robot, or it has no battery.
         """
-        return self._charge.now()
+        return battery_of(self._client, self.robot)
 
     def wait_until_charged(self, percentage: float = 0.9) -> BatteryState:
         """Wait, in simulated time, until the battery has a share of its capacity, and return its state.
@@ -127,8 +126,8 @@ class Commander:
             NotCharging: It has less, and is not charged, or no longer.
             RequestError, Unreachable: There is no such robot, or it has no battery.
         """
-        conditions = self._charge.until(percentage)
-        while not self._charge.reached(state := self._charge.now(), percentage):
+        conditions = charged_or_not_charging(self.robot, percentage)
+        while not is_charged(self.robot, state := self.battery(), percentage):
             lockstep = self._client.lockstep
             if lockstep is None:
                 self._client.sleep(BATTERY_PERIOD)
