@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
+from functools import partial
 from itertools import chain, product
 from typing import TYPE_CHECKING, Final, Self
 
@@ -47,6 +48,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
+_LAG: Final = "the machine can't keep up: simulated time is %.1f wall seconds behind in all"
 _SIMULATORS: Final = 256
 """The number of simulators that may wait to be looked at."""
 _STOP_SECONDS = 1.5
@@ -118,7 +120,7 @@ class Host:
                 self._inbox,
                 retention,
                 settings,
-                on_lag=_warn_of_lag,
+                on_lag=partial(_log.warning, _LAG),
                 on_wait=on_wait,
                 preparations=chain(_warm_up(simulator), preparations),
             )
@@ -290,10 +292,6 @@ class Host:
             ros2.follow(self.simulator, cut_off)
 
 
-def _warn_of_lag(lag: float) -> None:
-    _log.warning("the machine can't keep up: simulated time is %.1f wall seconds behind in all", lag)
-
-
 def _claimed(session: zenoh.Session, keys: Keys, wires: Sequence[Wire], connect: Collection[str]) -> tuple[Claim, Keys]:
     """Return the claim on a prefix, and the keys with it.
 
@@ -346,13 +344,7 @@ def _warm_up(simulator: Simulator) -> Iterator[None]:
     speeds = sorted({robot.speed for robot in simulator.robots.values()})
     points = [*(place.at for place in world.places.values()), *(dock.at for dock in world.docks.values())]
     for point, speed in product(points, speeds):
-        _find_ways(simulator, world.point(point), speed)
+        # A goal to a place without a route is aborted with that reason.
+        with suppress(NoRoute):
+            simulator.graph.find_ways(world.point(point), speed)
         yield
-
-
-def _find_ways(simulator: Simulator, goal: tuple[float, float], speed: float) -> None:
-    try:
-        simulator.graph.find_ways(goal, speed)
-    except NoRoute:
-        # A goal to such a place is aborted with this reason.
-        return

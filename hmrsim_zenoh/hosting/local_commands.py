@@ -24,86 +24,83 @@ ClientCommand = SendGoal | CancelGoal | GetResult | CallService | Join | Advance
 """The commands that clients in this process send as objects; other requests go by keys."""
 
 
-class LocalCommands:
-    """Reads the commands of clients in this process.
+def checked(
+    command: ClientCommand,
+    pending: Pending | None,
+    keys: Keys,
+    cancel: str = "goal_info.goal_id",
+    result: str = "goal_id",
+) -> ClientCommand:
+    """Return a command with resolved names and validated messages.
 
     Args:
+        command: The command.
+        pending: Receives its answer; None for a command of an advance.
         keys: How keys are spelled, with the aliases of actions.
+        cancel: The field that has the goal's id in a cancel on the wire, for errors.
+        result: The same for the request of a result.
+
+    Raises:
+        UnreadableError: It can't be understood.
     """
+    match command:
+        case Advance(participant, epoch, until, wake, report, commands):
+            queued = tuple([_queued(each, keys) for each in commands])
+            return Advance(participant, epoch, until, wake, report, queued, pending)
+        case SendGoal():
+            return _goal(command, pending, keys)
+        case CancelGoal():
+            return _named(command, pending, keys, cancel)
+        case GetResult():
+            return _named(command, pending, keys, result)
+        case CallService(request=request):
+            check_texts_of(request)
+    return command if pending is None else command._replace(reply_to=pending)
 
-    def __init__(self, keys: Keys) -> None:
-        self._keys = keys
-        self._actions = all_actions()
 
-    def checked(
-        self,
-        command: ClientCommand,
-        pending: Pending | None,
-        cancel: str = "goal_info.goal_id",
-        result: str = "goal_id",
-    ) -> ClientCommand:
-        """Return a command with resolved names and validated messages.
+def _queued(command: Any, keys: Keys) -> Any:
+    """Return a command of an advance, or why it can't be understood, which is its answer."""
+    try:
+        if isinstance(command, SendGoal):
+            return _goal(command, None, keys)
+        if not isinstance(command, Watched):
+            return checked(command, None, keys, "cancel", "result")
+        name, wanted = command
+        asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
+        return condition(plain(WatchRequest).validate_python(asked), keys)
+    except ValidationError as error:
+        return Unreadable(error_of(unreadable(error)))
+    except UnreadableError as error:
+        return Unreadable(error_of(error))
 
-        *pending* receives its answer; *cancel* and *result* are the fields that have the goal's id on the wire, for
-        errors.
 
-        Raises:
-            UnreadableError: It can't be understood.
-        """
-        match command:
-            case Advance(participant, epoch, until, wake, report, commands):
-                return Advance(participant, epoch, until, wake, report, tuple(map(self._queued, commands)), pending)
-            case SendGoal():
-                return self._goal(command, pending)
-            case CancelGoal():
-                return self._named(command, pending, cancel)
-            case GetResult():
-                return self._named(command, pending, result)
-            case CallService(request=request):
-                check_texts_of(request)
-        return command if pending is None else command._replace(reply_to=pending)
+def _named(command: CancelGoal | GetResult, pending: Pending | None, keys: Keys, field: str) -> CancelGoal | GetResult:
+    goal_id = goal_id_in(field, command.goal_id)
+    robot, action = keys.resolve(command.robot, command.action)
+    return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=pending)
 
-    def _queued(self, command: Any) -> Any:
-        """Return a command of an advance, or why it can't be understood, which is its answer."""
+
+def _goal(command: SendGoal, pending: Pending | None, keys: Keys) -> SendGoal:
+    robot, name = command.robot, command.action
+    if keys.aliases:
+        robot, name = keys.resolve(robot, name)
+    action = all_actions().get(name)
+    # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
+    goal: Any = command.goal
+    if action is None:
+        goal = None
+    elif isinstance(goal, action.goal):
         try:
-            if isinstance(command, SendGoal):
-                return self._goal(command, None)
-            if not isinstance(command, Watched):
-                return self.checked(command, None, "cancel", "result")
-            name, wanted = command
-            asked = {"watch": name, "key": wanted.key, "when": [list(each) for each in wanted.when]}
-            return condition(plain(WatchRequest).validate_python(asked), self._keys)
-        except ValidationError as error:
-            return Unreadable(error_of(unreadable(error)))
+            check_texts_of(goal)
         except UnreadableError as error:
-            return Unreadable(error_of(error))
-
-    def _named(self, command: CancelGoal | GetResult, pending: Pending | None, field: str) -> CancelGoal | GetResult:
-        goal_id = goal_id_in(field, command.goal_id)
-        robot, action = self._keys.resolve(command.robot, command.action)
-        return command._replace(robot=robot, action=action, goal_id=goal_id, reply_to=pending)
-
-    def _goal(self, command: SendGoal, pending: Pending | None) -> SendGoal:
-        robot, name = command.robot, command.action
-        if self._keys.aliases:
-            robot, name = self._keys.resolve(robot, name)
-        action = self._actions.get(name)
-        # The simulation rejects an action that the robot does not serve; the goal's type is unknown here.
-        goal: Any = command.goal
-        if action is None:
-            goal = None
-        elif isinstance(goal, action.goal):
-            try:
-                check_texts_of(goal)
-            except UnreadableError as error:
-                raise error.below("goal") from None
-            # As a goal that came over the network.
-            complete(goal)
-        else:
-            goal = read_goal(action.goal, goal)
-        if goal is command.goal and pending is None and (robot, name) == (command.robot, command.action):
-            return command
-        return SendGoal(robot, name, goal, command.goal_id, pending)
+            raise error.below("goal") from None
+        # As a goal that came over the network.
+        complete(goal)
+    else:
+        goal = read_goal(action.goal, goal)
+    if goal is command.goal and pending is None and (robot, name) == (command.robot, command.action):
+        return command
+    return SendGoal(robot, name, goal, command.goal_id, pending)
 
 
 def error_of(error: UnreadableError) -> RequestError:

@@ -19,7 +19,7 @@ from hmrsim.timing.pacing import Pacing, Watchers, unwatched
 from hmrsim_zenoh.client.connection import ReadInfo
 from hmrsim_zenoh.client.exchange import Delivery, Exchange, Kind
 from hmrsim_zenoh.client.local_connection import LocalConnection, for_client
-from hmrsim_zenoh.hosting.local_commands import LocalCommands, error_of
+from hmrsim_zenoh.hosting.local_commands import checked, error_of
 from hmrsim_zenoh.server.inbox import QueryInbox, Reader
 from hmrsim_zenoh.server.interest import Interest
 from hmrsim_zenoh.server.losses import unanswered
@@ -50,7 +50,6 @@ class LoopbackHost(SelectiveSink):
 
     Args:
         settings: The settings of the run, except that its clock is lockstep.
-        prefix: The prefix of all keys.
         sinks: Further sinks of events.
         watchers: Make further sinks from the simulator and its pacing.
 
@@ -58,9 +57,6 @@ class LoopbackHost(SelectiveSink):
         simulator: The simulator; read-only.
         pacing: The clock that advances its time; read-only.
         delivery: Runs the simulation, and delivers its messages while it pauses.
-
-    Raises:
-        ValueError: The prefix is invalid.
     """
 
     pacing: Pacing
@@ -71,17 +67,15 @@ class LoopbackHost(SelectiveSink):
         world: World,
         settings: RunSettings = RunSettings(),  # noqa: B008 - frozen
         *,
-        prefix: str = "hmrsim",
         sinks: Sequence[Sink] = (),
         watchers: Watchers = unwatched,
     ) -> None:
         if settings.clock != LOCKSTEP:
             settings = settings.model_copy(update={"clock": LOCKSTEP})
         self._settings = settings
-        self._keys = Keys(prefix, world.remap)
+        self._keys = Keys(aliases=world.remap)
         self._reason = "the simulation has ended"
         self._begun = self._ended = self._stopped = False
-        self._commands = LocalCommands(self._keys)
         self._inbox = inbox = LocalInbox()
         self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
@@ -163,7 +157,7 @@ class LoopbackHost(SelectiveSink):
         disturbed = losses.active and not isinstance(command, ReadTime)
         pending.may_be_lost = disturbed and losses.watching
         try:
-            command = self._commands.checked(command, pending)
+            command = checked(command, pending, self._keys)
             if self._server is None and self._description.plans_externally:
                 self.exchange  # noqa: B018 - it begins to serve keys
             if self._server is not None:
@@ -253,7 +247,6 @@ class LoopbackHost(SelectiveSink):
     def _follow_roster(self, _changed: RosterChanged) -> None:
         self._description.forget()
         self._keys = replace(self._keys, aliases=self._description.aliases)
-        self._commands = LocalCommands(self._keys)
 
     def _serve_keys(self) -> None:
         """Serve the keys of the simulation, like a simulator on a network."""
