@@ -144,9 +144,15 @@ class Pacing:
 
     def run(self) -> None:
         """Run until the inbox is closed or the duration is over; `end` ends goals that still execute."""
-        with self._watching():
+        over, interval = threading.Event(), self._participant_timeout / _LOOKS
+        if interval < math.inf:
+            watch = partial(watch_over, self._look_for_overdue, interval, over)
+            threading.Thread(target=watch, name="hmrsim-watch", daemon=True).start()
+        try:
             while not (self._inbox.closed or self._over):
                 self._round()
+        finally:
+            over.set()
         self._reach_the_end()
 
     def run_until_idle(self) -> bool:
@@ -438,12 +444,9 @@ class Pacing:
             self._last_state = state._replace(now=0.0, epoch=0)
             self._simulator.emit(state)
 
-    def _watching(self) -> _Watchdog:
-        def look() -> None:
-            if self.clock == LOCKSTEP and self.lockstep.overdue(wall_time() - self._participant_timeout):
-                self._inbox.put(CheckWatchdog())
-
-        return _Watchdog(look, self._participant_timeout / _LOOKS)
+    def _look_for_overdue(self) -> None:
+        if self.clock == LOCKSTEP and self.lockstep.overdue(wall_time() - self._participant_timeout):
+            self._inbox.put(CheckWatchdog())
 
 
 def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
@@ -451,33 +454,18 @@ def unwatched(_simulator: Simulator, _pacing: Pacing) -> Sequence[Sink]:
     return ()
 
 
-class _Watchdog:
-    """Calls a function periodically in its own thread, as the simulation's thread waits for commands.
+def watch_over(look: Callable[[], None], interval: float, over: threading.Event) -> None:
+    """Call a function every *interval* wall seconds until *over*, as the simulation's thread waits for commands.
 
     After the process was stopped, as by SIGSTOP or a debugger, it does not call it before all that has waited
     meanwhile has had its time: as much as `_LOOKS` intervals.
     """
-
-    def __init__(self, look: Callable[[], None], interval: float) -> None:
-        self._look = look
-        self._interval = interval
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="hmrsim-watch", daemon=True)
-
-    def __enter__(self) -> None:
-        if self._interval < math.inf:
-            self._thread.start()
-
-    def __exit__(self, *_error: object) -> None:
-        self._over.set()
-
-    def _run(self) -> None:
-        looked, resumed = wall_time(), -math.inf
-        while not self._over.wait(self._interval):
-            now = wall_time()
-            if now - looked > 2 * self._interval + _MAX_LATENESS:
-                resumed = now
-            looked = now
-            if now - resumed >= _LOOKS * self._interval:
-                with suppress(SimulationStopped):
-                    self._look()
+    looked, resumed = wall_time(), -math.inf
+    while not over.wait(interval):
+        now = wall_time()
+        if now - looked > 2 * interval + _MAX_LATENESS:
+            resumed = now
+        looked = now
+        if now - resumed >= _LOOKS * interval:
+            with suppress(SimulationStopped):
+                look()

@@ -18,7 +18,7 @@ from hmrsim.protocol.time import Join, ReadTime, TokenSeen
 from hmrsim.protocol.topics import Topic
 from hmrsim.settings.run import RunSettings
 from hmrsim.timing import pacing, result_retention
-from hmrsim.timing.pacing import Pacing, _Watchdog
+from hmrsim.timing.pacing import Pacing, watch_over
 from hmrsim.timing.result_retention import Retention
 from tests.patience import PATIENCE
 from tests.simulation import simulate
@@ -289,8 +289,7 @@ class TestInbox:
 
 def test_no_participant_is_dropped_for_the_time_that_the_simulator_was_stopped(monkeypatch):
     """After a SIGSTOP, participants get their full timeout again."""
-    wall, looks = FakeWall(monkeypatch), []
-    watchdog = _Watchdog(lambda: looks.append(wall.now), 1.0)
+    wall, looks, over = FakeWall(monkeypatch), [], threading.Event()
     passed = iter([1.0] * 3 + [60.0] + [1.0] * 9)
 
     def pass_time(_seconds):
@@ -298,8 +297,8 @@ def test_no_participant_is_dropped_for_the_time_that_the_simulator_was_stopped(m
         wall.now += seconds or 0.0
         return seconds is None
 
-    monkeypatch.setattr(watchdog._over, "wait", pass_time)
-    watchdog._run()
+    monkeypatch.setattr(over, "wait", pass_time)
+    watch_over(lambda: looks.append(wall.now), 1.0, over)
 
     assert [*range(101, 104), *range(168, 173)] == looks
 
