@@ -148,7 +148,7 @@ class ActionClient(Generic[G, R, F]):
             on_change=on_change,
             on_done=self._forget,
         )
-        self._link.enter(handle)
+        self._link.enter(handle.fail)
         if on_feedback is not None:
             self._listen(handle, lockstep)
         return handle
@@ -193,7 +193,7 @@ class ActionClient(Generic[G, R, F]):
             _log.warning("%s: goals can't be canceled: %s", self.name, answer)
 
     def _forget(self, handle: GoalHandle[R, F]) -> None:
-        self._link.leave(handle)
+        self._link.leave(handle.fail)
         if self._listening:
             self._listening.pop(handle.goal_id, None)
 

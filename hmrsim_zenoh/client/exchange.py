@@ -127,30 +127,27 @@ class Kind(Enum):
     TOKEN_SUBSCRIBER = auto()
 
 
+@dataclass(eq=False)
 class Declaration:
     """A declaration on a key expression, in force until `undeclare`.
 
     Attributes:
-        kind: Its kind.
-        key_expr: The key expression.
+        exchange: The exchange of which it is.
         call: Receives the messages.
         owner: The connection that declared it.
     """
 
-    def __init__(
-        self, exchange: Exchange, kind: Kind, key_expr: str, call: Callable[[Any], object], owner: object
-    ) -> None:
-        self.kind = kind
-        self.key_expr = zenoh.KeyExpr(key_expr)
-        self.call = call
-        self.owner = owner
-        self._exchange = exchange
+    exchange: Exchange
+    kind: Kind
+    key_expr: zenoh.KeyExpr
+    call: Callable[[Any], object]
+    owner: object
 
     def undeclare(self) -> None:
         """Withdraw the declaration; a second call has no effect."""
-        self._exchange.take_back(self)
+        self.exchange.take_back(self)
         if self.kind is Kind.TOKEN:
-            self._exchange.delivery.settle()
+            self.exchange.delivery.settle()
 
 
 class Exchange:
@@ -176,7 +173,7 @@ class Exchange:
         Raises:
             zenoh.ZError: *key_expr* is not a valid key expression.
         """
-        declaration = Declaration(self, kind, key_expr, call, owner)
+        declaration = Declaration(self, kind, zenoh.KeyExpr(key_expr), call, owner)
         with self.delivery.lock:
             self._declared[kind].append(declaration)
             self._note_change(declaration, zenoh.SampleKind.PUT)

@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from hmrsim.protocol.goal import made_goal_id
 from hmrsim_zenoh.client.connection import Connection
@@ -20,13 +20,6 @@ if TYPE_CHECKING:
     from hmrsim.errors import HmrsimError
     from hmrsim_zenoh.wire.enclave import Enclave
     from hmrsim_zenoh.wire.keys import Keys
-
-
-class Failing(Protocol):
-    """An activity that can be failed: an active goal, or participation in lockstep."""
-
-    def fail(self, error: Exception) -> None:
-        """Fail the activity with an error."""
 
 
 class Link:
@@ -61,8 +54,8 @@ class Link:
         self.acknowledge_timeout = acknowledge_timeout
         self._grace = grace
         self._lock = threading.Lock()
-        # Ordered, so that goals fail in order.
-        self._goals: dict[Failing, None] = {}
+        # What fails the active goals and the participation in lockstep, in the order in which these began.
+        self._active: dict[Callable[[Exception], None], None] = {}
         self._owner = self.connection.token()
         self._sent = 0
         self._subscriptions: list[Subscription] = []
@@ -89,8 +82,8 @@ class Link:
         if self._closed or self.connection.broken:
             raise ClientClosed("the client is closed")
 
-    def enter(self, goal: Failing) -> None:
-        """Track a goal: it fails when the simulator goes or the link is closed.
+    def enter(self, fail: Callable[[Exception], None]) -> None:
+        """Call a function with the error when the simulator goes or the link is closed, until `leave`.
 
         Raises:
             ClientClosed: The link is closed already.
@@ -99,14 +92,14 @@ class Link:
             self.check_open()
             self.follow()
         with self._lock:
-            # Closing fails only the goals that are tracked by then.
+            # Closing fails only what has entered by then.
             self.check_open()
-            self._goals[goal] = None
+            self._active[fail] = None
 
-    def leave(self, goal: Failing) -> None:
-        """Stop tracking a goal that is done."""
+    def leave(self, fail: Callable[[Exception], None]) -> None:
+        """Don't call a function of `enter` any more."""
         with self._lock:
-            self._goals.pop(goal, None)
+            self._active.pop(fail, None)
 
     def alarm(self, seconds: float, ring: Callable[[], None]) -> SimClock:
         """Call a function once so many simulated seconds have passed, until the clock is closed.
@@ -215,9 +208,9 @@ class Link:
     def fail(self, error: Exception) -> None:
         """Fail all active goals and the participation in lockstep."""
         with self._lock:
-            goals = list(self._goals)
-        for goal in goals:
-            goal.fail(error)
+            active = list(self._active)
+        for fail in active:
+            fail(error)
 
     def _ask(self, then: Callable[[], None]) -> None:
         self.connection.look(lambda: self._set(True), then, timeout=self._grace)

@@ -491,7 +491,7 @@ class Lockstep:
 
     def _join(self) -> Joined:
         answer: Answer = None
-        self._link.enter(self)
+        self._link.enter(self.fail)
         try:
             self._withdraw = self._connection.announce(self._name)
             command = Join(self._name, token=self._connection.token())
@@ -508,7 +508,7 @@ class Lockstep:
 
     def _leave(self) -> None:
         """Leave lockstep without a request to the simulator."""
-        self._link.leave(self)
+        self._link.leave(self.fail)
         withdraw, self._withdraw = self._withdraw, None
         if withdraw is not None and not self._link.closed:
             withdraw()

@@ -46,7 +46,6 @@ class Clock(Protocol):
 
     def loop_time(self) -> float:
         """Return simulated seconds."""
-        ...
 
     def on_quiet(self, timer: float) -> bool:
         """Advance time, as no task is ready to run; return whether anything can still happen.
@@ -54,7 +53,6 @@ class Clock(Protocol):
         Args:
             timer: When the first timer of the loop is due, in simulated seconds; infinite without one.
         """
-        ...
 
 
 class OrderedFuture(asyncio.Future[Any]):
