@@ -114,7 +114,7 @@ const SPARE = 4; // rows above and below the visible ones
 
 /**
  * A panel with a list of any length, of which only visible rows exist, and tools above it such as a filter. A subclass has
- * `row`, which returns a new row; the row's `fill` shows an item, again and again.
+ * `row`, which returns a new row, and `fill`, which shows an item in a row, again and again; the row's `item` is the latest.
  */
 export class ListPanel {
   /** @param {number} options.height The height of a row in css pixels. */
@@ -187,7 +187,8 @@ export class ListPanel {
       const top = `translateY(${index * this.height}px)`;
       if (row.style.transform !== top) row.style.transform = top;
       if (this.rowRole === 'row') mark(row, 'aria-rowindex', String(index + 1));
-      row.fill(this.items[index]);
+      row.item = this.items[index];
+      this.fill(row, row.item);
     });
   }
 }

@@ -56,20 +56,18 @@ export class EventsPanel extends ListPanel {
 
   row() {
     const [time, shape, who, what] = [el('span', { class: 'when' }), sign('level', ''), el('b', { class: 'name' }), el('span', { class: 'what' })];
-    let event = null;
-    const press = el('button', { type: 'button', class: 'event', onclick: () => this.#show(event) }, time, shape, who, what);
-    const row = el('div', {}, press);
-    row.fill = (given) => {
-      if (given === event) return;
-      event = given;
-      const { severity, subject, text } = this.#describe(event);
-      say(time, clockWords(event.t, 1));
-      mark(shape, 'data-is', severity);
-      say(who, subject);
-      say(what, text);
-      mark(press, 'title', `${subject} ${text}`.trim());
-    };
+    const press = el('button', { type: 'button', class: 'event', onclick: () => this.#show(row.item) }, time, shape, who, what);
+    const row = Object.assign(el('div', {}, press), { parts: { time, shape, who, what, press } });
     return row;
+  }
+
+  fill({ parts: { time, shape, who, what, press } }, event) {
+    const { severity, subject, text } = this.#describe(event);
+    say(time, clockWords(event.t, 1));
+    mark(shape, 'data-is', severity);
+    say(who, subject);
+    say(what, text);
+    mark(press, 'title', `${subject} ${text}`.trim());
   }
 
   /** Select the first robot that an event names, or else center on the first named object. */

@@ -49,23 +49,20 @@ export class GoalsPanel extends ListPanel {
   row() {
     const { app } = this;
     const long = el('span', { class: 'long' });
-    let goal = null;
     const cancel = button('close', 'Cancel this goal', (event) => {
       event.stopPropagation();
+      const goal = row.item;
       app.orders.ask(`cancel ${goal.action} of ${goal.robot}`, () => app.commands.cancel(goal));
     }, { class: 'quiet small' });
-    const row = taskRow(() => app.select(goal.robot, { center: true }), ['task', '', 'detail'], el('div', { class: 'goal-end', role: 'cell' }, long, cancel));
-    row.fill = (given) => {
-      goal = given;
-      this.#fill(row, row.parts, goal);
-      say(long, goal.accepted === null ? '' : lastingWords(Math.max(0, (goal.ended ?? app.now()) - goal.accepted)));
-      cancel.hidden = !isActive(goal.status) || !app.commanding;
-    };
+    const end = el('div', { class: 'goal-end', role: 'cell' }, long, cancel);
+    const row = taskRow(() => app.select(row.item.robot, { center: true }), ['task', '', 'detail'], end);
+    Object.assign(row.parts, { long, cancel });
     return row;
   }
 
-  #fill(row, { shape, name, task, status, detail, main }, goal) {
-    const { map, model } = this.app;
+  fill(row, goal) {
+    const { app, app: { map, model } } = this;
+    const { shape, name, task, status, detail, main, long, cancel } = row.parts;
     const word = STATUS_WORDS[goal.status] ?? 'unknown';
     const asked = taskWords(goal, model.world);
     const more = isActive(goal.status) ? this.#progress(goal) : errorWords(goal, model.world);
@@ -79,6 +76,8 @@ export class GoalsPanel extends ListPanel {
     mark(main, 'title', [asked, word, more].filter(Boolean).join('\n'));
     mark(detail, 'data-error', String(goal.status === 6));
     mark(row, 'data-selected', String(goal.robot === map.selected));
+    say(long, goal.accepted === null ? '' : lastingWords(Math.max(0, (goal.ended ?? app.now()) - goal.accepted)));
+    cancel.hidden = !isActive(goal.status) || !app.commanding;
   }
 
   #progress(goal) {

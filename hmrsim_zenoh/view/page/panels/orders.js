@@ -41,25 +41,20 @@ export class OrdersPanel extends ListPanel {
   }
 
   row() {
-    let order = null;
     const times = [el('span'), el('span')];
-    const row = taskRow(() => this.#show(order), ['detail', 'way', 'detail'], el('div', { class: 'order-times', role: 'cell' }, ...times));
+    const row = taskRow(() => this.#show(row.item), ['detail', 'way', 'detail'], el('div', { class: 'order-times', role: 'cell' }, ...times));
     row.classList.add('order');
-    const cells = [...row.children];
-    const heading = el('h3', { role: 'cell', text: ENDED.heading });
-    row.prepend(heading);
-    row.fill = (given) => {
-      heading.hidden = given !== ENDED;
-      for (const cell of cells) cell.hidden = given === ENDED;
-      mark(row, 'data-heading', String(given === ENDED));
-      if (given === ENDED) return mark(row, 'data-selected', 'false');
-      order = given;
-      this.#fill(row, row.parts, times, asItemIs(order, this.app.model.items));
-    };
+    Object.assign(row.parts, { times, heading: el('h3', { role: 'cell', text: ENDED.heading }) });
+    row.prepend(row.parts.heading);
     return row;
   }
 
-  #fill(row, { shape, name, task, status, detail, press }, times, order) {
+  fill(row, given) {
+    const { shape, name, task, status, detail, press, times, heading } = row.parts;
+    for (const cell of row.children) cell.hidden = (cell === heading) !== (given === ENDED);
+    mark(row, 'data-heading', String(given === ENDED));
+    if (given === ENDED) return mark(row, 'data-selected', 'false');
+    const order = asItemIs(given, this.app.model.items);
     const open = order.ended === null;
     const by = order.robot && `by ${order.robot}`;
     const way = [order.from, order.to].map((place) => place || '…').join(' → ');
@@ -74,7 +69,7 @@ export class OrdersPanel extends ListPanel {
       say(time, words[i]);
       mark(time, 'data-late', String(order.late && open === (i === 0)));
     });
-    mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
+    return mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
   }
 
   /** Return the time until an order is late, and its age. */

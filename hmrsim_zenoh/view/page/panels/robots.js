@@ -61,27 +61,27 @@ export class RobotsPanel extends ListPanel {
     const [shape, warning] = [sign('state', ''), sign('level', 'error')];
     const [name, word, battery] = [el('b', { class: 'name' }), el('span'), el('span', { class: 'long' })];
     const [why, task, fault] = [0, 1, 2].map(() => el('span', { class: 'detail' }));
-    let robot = null;
-    const press = el('button', { type: 'button', class: 'robot-row', onclick: () => app.follow(robot.name) }, type.element,
+    const press = el('button', { type: 'button', class: 'robot-row', onclick: () => app.follow(row.item.name) }, type.element,
       el('span', { class: 'robot-main' }, el('span', { class: 'robot-line' }, name, task),
         el('span', { class: 'robot-line muted' }, shape, word, why, warning, fault)), battery);
-    const row = el('div', {}, press);
-    row.fill = (given) => {
-      robot = given;
-      const words = this.#words(robot, app.now());
-      type.show(robot.type, robot.flies);
-      say(name, robot.name);
-      say(task, words.task);
-      mark(shape, 'data-is', words.state);
-      say(word, words.state);
-      say(why, words.why);
-      warning.hidden = !words.faults;
-      say(fault, ['stopped', 'offline'].includes(words.state) ? '' : words.faults);
-      say(battery, robot.battery ? shareWords(robot.battery.percentage) : '');
-      mark(press, 'data-selected', String(robot.name === app.map.selected));
-      mark(press, 'aria-pressed', String(robot.name === app.map.follow));
-      mark(press, 'title', `${robot.name}, ${robot.type}: click to follow`);
-    };
+    const row = Object.assign(el('div', {}, press), { parts: { type, shape, warning, name, word, battery, why, task, fault, press } });
     return row;
+  }
+
+  fill({ parts }, robot) {
+    const { app } = this;
+    const words = this.#words(robot, app.now());
+    parts.type.show(robot.type, robot.flies);
+    say(parts.name, robot.name);
+    say(parts.task, words.task);
+    mark(parts.shape, 'data-is', words.state);
+    say(parts.word, words.state);
+    say(parts.why, words.why);
+    parts.warning.hidden = !words.faults;
+    say(parts.fault, ['stopped', 'offline'].includes(words.state) ? '' : words.faults);
+    say(parts.battery, robot.battery ? shareWords(robot.battery.percentage) : '');
+    mark(parts.press, 'data-selected', String(robot.name === app.map.selected));
+    mark(parts.press, 'aria-pressed', String(robot.name === app.map.follow));
+    mark(parts.press, 'title', `${robot.name}, ${robot.type}: click to follow`);
   }
 }
