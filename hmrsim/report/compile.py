@@ -82,7 +82,8 @@ def _first_causes(story: Story) -> Iterator[model.FirstCause]:
 
 def section_of(inputs: ReportInput) -> model.Section:
     """Return the report of a section of a trace."""
-    return model.Section(section=inputs.section, cause=inputs.cause, report=report_of(inputs))
+    number, cause = inputs.header.get("section", 1), as_text(inputs.header.get("cause"))
+    return model.Section(section=number if isinstance(number, int) else 1, cause=cause, report=report_of(inputs))
 
 
 def _world(inputs: ReportInput) -> model.World:
@@ -251,18 +252,6 @@ class ReportInput(NamedTuple):
     source: Source
     header: Mapping[str, Any]
     definition: Mapping[str, Any]
-
-    @property
-    def section(self) -> int:
-        """The number of the section, from 1."""
-        number = self.header.get("section", 1)
-        return number if isinstance(number, int) else 1
-
-    @property
-    def cause(self) -> str:
-        """Why the section began; empty for the first one."""
-        cause = self.header.get("cause", "")
-        return cause if isinstance(cause, str) else ""
 
 
 def notes_of(story: Story) -> Iterator[str]:

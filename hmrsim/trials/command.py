@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import IO, TYPE_CHECKING, Final
 
 from hmrsim.errors import HmrsimError, SimulationStopped
@@ -34,19 +34,6 @@ _PATIENCE: Final = 20.0
 """Wall seconds for which simulated time waits until a second controller joins."""
 
 
-@dataclass(frozen=True)
-class Command:
-    """A command that controls the robots of a simulation.
-
-    Attributes:
-        variables: Environment variables in addition to ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
-    """
-
-    words: Sequence[str]
-    folder: Path
-    variables: Mapping[str, str] = field(default_factory=dict)
-
-
 class CommandTrial(Trial):
     """A trial of processes; when the first process ends, the others are killed.
 
@@ -54,15 +41,19 @@ class CommandTrial(Trial):
 
     Args:
         settings: The seed and others; the clock is lockstep, and limits end a run that does not ask to advance.
-        command: The command. A second process gets ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` adds to its
+        words: The command. A second process gets ``HMRSIM_NAME_SUFFIX=_2``, which `hmrsim_zenoh.Client` adds to its
             name.
+        folder: The folder in which it is started.
+        variables: Environment variables in addition to ``HMRSIM_CONNECT`` and ``HMRSIM_SEED``.
     """
 
     def __init__(
         self,
         loaded: LoadedWorld,
         settings: RunSettings,
-        command: Command,
+        words: Sequence[str],
+        folder: Path,
+        variables: Mapping[str, str],
         *,
         sinks: Sequence[Sink] = (),
         watchers: Watchers = unwatched,
@@ -71,7 +62,7 @@ class CommandTrial(Trial):
         chosen = settings.model_copy(update={"clock": "lockstep", "participant_timeout": math.inf})
         options = SessionOptions(listen=("tcp/127.0.0.1:0",))
         self._host = Host(loaded, options, chosen, sinks=sinks, watchers=watchers)
-        self._command = command
+        self._words, self._folder, self._variables = words, folder, variables
         self._first: ControllerProcess | None = None
         # Held while the first process starts: it may act before `self._first` is set.
         self._starting = threading.Lock()
@@ -95,7 +86,7 @@ class CommandTrial(Trial):
             try:
                 first = self._first = self._start()
             except OSError as error:
-                raise HmrsimError(f"{self._command.words[0]}: {error.strerror or error}") from None
+                raise HmrsimError(f"{self._words[0]}: {error.strerror or error}") from None
         try:
             ending, cause = self._followed(first)
         except TimeLimit as limit:
@@ -113,10 +104,10 @@ class CommandTrial(Trial):
 
     def _start(self, suffix: str = "") -> ControllerProcess:
         own = {"HMRSIM_CONNECT": self._host.endpoints[0], "HMRSIM_SEED": str(self.simulator.seed)}
-        variables = {**self._command.variables, **own}
+        variables = {**self._variables, **own}
         if suffix:
             variables["HMRSIM_NAME_SUFFIX"] = suffix
-        return ControllerProcess(self._command.words, self._command.folder, variables)
+        return ControllerProcess(self._words, self._folder, variables)
 
     def _followed(self, first: ControllerProcess) -> tuple[str, str]:
         """Wait for the end of the controller, or of the run; return the ending and its cause."""

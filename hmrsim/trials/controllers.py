@@ -18,7 +18,7 @@ from bt_controller.running.runner import run_tree
 from bt_controller.running.snapshot import Node, nodes_of
 from hmrsim.program.users_code import described
 from hmrsim.timing.pacing import Watchers, unwatched
-from hmrsim.trials.command import Command, CommandTrial
+from hmrsim.trials.command import CommandTrial
 from hmrsim.trials.local import LocalTrial
 from hmrsim.world.overlays.expressions import names_used_in, substituted
 from hmrsim_zenoh.client.aio import AsyncClient
@@ -92,8 +92,8 @@ def trial_of(  # noqa: PLR0913 - the controller, its world and its observers
             loaded.world, settings, player, name=name, sinks=sinks, watchers=watchers, disturber=disturber
         )
     parameters = {key: str(value) for key, value in parameters_of(treatment, names).items()}
-    command = Command(words_of(treatment, names), folder, {**parameters, **variables})
-    return CommandTrial(loaded, settings, command, sinks=sinks, watchers=watchers, disturber=disturber)
+    words, own = words_of(treatment, names), {**parameters, **variables}
+    return CommandTrial(loaded, settings, words, folder, own, sinks=sinks, watchers=watchers, disturber=disturber)
 
 
 def controller_of(
