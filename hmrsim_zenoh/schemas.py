@@ -31,7 +31,7 @@ from hmrsim_zenoh.wire.descriptions import TreeState
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.events import Event
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -58,7 +58,7 @@ def action_schema(action: AnyAction) -> dict[str, Any]:
     return _together(f"{action.name} ({action.ros_type})", parts, description=what)
 
 
-def service_schema(service: AnyService) -> dict[str, Any]:
+def service_schema(service: Service) -> dict[str, Any]:
     """Return the schema of a service's request and reply."""
     parts: _Parts = {"request": (service.request, "validation"), "reply": (service.response, "serialization")}
     return _together(f"{service.name} ({service.ros_type})", parts)

@@ -19,7 +19,7 @@ from hmrsim.interfaces.simulation_interfaces import Bounds, EntityCategory, Enti
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim.items import Item
 from hmrsim.robots.robot import Robot
-from hmrsim.services import RequestFailed, failed
+from hmrsim.services import RequestFailed
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.simulation_interfaces import EntityFilters
@@ -74,10 +74,17 @@ class BadPose(ValueError):
     """A pose where no entity can be placed; the message gives the reason."""
 
 
-def unknown_entity(simulator: Simulator, name: str) -> Result:
-    """Return the result of a request for an entity that does not exist."""
-    names = sorted(entity.name for entity in simulator.roster)
-    return failed(f"no entity {name!r}{instead(name, names, verb='there are:')}", Result.RESULT_NOT_FOUND)
+def find(simulator: Simulator, name: str) -> Entity:
+    """Return the entity of a name.
+
+    Raises:
+        RequestFailed: There is none.
+    """
+    entity = simulator.roster.find(name)
+    if entity is None:
+        names = sorted(entity.name for entity in simulator.roster)
+        raise RequestFailed(f"no entity {name!r}{instead(name, names, verb='there are:')}", Result.RESULT_NOT_FOUND)
+    return entity
 
 
 def pose_message(pose: Pose) -> PoseMessage:
@@ -134,26 +141,28 @@ def has_tags(tags: Collection[str], tags_filter: TagsFilter) -> bool:
     return not tags_filter.tags or quantifier(tag in tags for tag in tags_filter.tags)
 
 
-def matching(simulator: Simulator, filters: EntityFilters) -> list[Entity] | Result:
-    """Return the entities that pass all filters, or an error if a filter is invalid."""
+def matching(simulator: Simulator, filters: EntityFilters) -> list[Entity]:
+    """Return the entities that pass all filters.
+
+    Raises:
+        RequestFailed: A filter is invalid.
+    """
     categories = {category.category for category in filters.categories}
-    entities = []
     try:
         has_name = compiled(filters.filter)
-        for entity in simulator.roster:
-            info = info_of(simulator, entity)
-            if (
-                has_name(entity.name)
-                and (not categories or info.category.category in categories)
-                and has_tags(info.tags, filters.tags)
-                and _is_inside(entity, filters.bounds)
-            ):
-                entities.append(entity)
     except PatternError as error:
-        return failed(f"filter {filters.filter[:100]!r}: {error}")
-    except RequestFailed as error:
-        return failed(str(error), error.code)
-    return entities
+        raise RequestFailed(f"filter {filters.filter[:100]!r}: {error}") from None
+
+    def passes(entity: Entity) -> bool:
+        info = info_of(simulator, entity)
+        return (
+            has_name(entity.name)
+            and (not categories or info.category.category in categories)
+            and has_tags(info.tags, filters.tags)
+            and _is_inside(entity, filters.bounds)
+        )
+
+    return list(filter(passes, simulator.roster))
 
 
 def _is_inside(entity: Entity, bounds: Bounds) -> bool:

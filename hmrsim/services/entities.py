@@ -24,38 +24,32 @@ from hmrsim.interfaces.simulation_interfaces import (
     SimulatorFeatures,
 )
 from hmrsim.robots.robot import Robot
-from hmrsim.services import OK, Service, failed
+from hmrsim.services import OK, RequestFailed, Service
 from hmrsim.services._entities import (
     BadPose,
     check_placement,
+    find,
     has_tags,
     info_of,
     matching,
     pose_message,
     read_pose,
     state_of,
-    unknown_entity,
 )
 from hmrsim.simulation.detections import sensors_of
 from hmrsim.world.derived import Derived
 
 if TYPE_CHECKING:
-    from hmrsim.simulation.detections import Seen
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
 
 
 def _get_entities(simulator: Simulator, request: GetEntities.Request) -> GetEntities.Response:
-    entities = matching(simulator, request.filters)
-    if isinstance(entities, Result):
-        return GetEntities.Response(result=entities)
-    return GetEntities.Response(result=OK, entities=[entity.name for entity in entities])
+    return GetEntities.Response(result=OK, entities=[each.name for each in matching(simulator, request.filters)])
 
 
 def _get_entities_states(simulator: Simulator, request: GetEntitiesStates.Request) -> GetEntitiesStates.Response:
     entities = matching(simulator, request.filters)
-    if isinstance(entities, Result):
-        return GetEntitiesStates.Response(result=entities)
     return GetEntitiesStates.Response(
         result=OK,
         entities=[entity.name for entity in entities],
@@ -64,65 +58,51 @@ def _get_entities_states(simulator: Simulator, request: GetEntitiesStates.Reques
 
 
 def _get_entity_info(simulator: Simulator, request: GetEntityInfo.Request) -> GetEntityInfo.Response:
-    entity = simulator.roster.find(request.entity)
-    if entity is None:
-        return GetEntityInfo.Response(result=unknown_entity(simulator, request.entity))
-    return GetEntityInfo.Response(result=OK, info=info_of(simulator, entity))
+    return GetEntityInfo.Response(result=OK, info=info_of(simulator, find(simulator, request.entity)))
 
 
 def _get_entity_state(simulator: Simulator, request: GetEntityState.Request) -> GetEntityState.Response:
-    entity = simulator.roster.find(request.entity)
-    if entity is None:
-        return GetEntityState.Response(result=unknown_entity(simulator, request.entity))
-    return GetEntityState.Response(result=OK, state=state_of(simulator, entity))
+    return GetEntityState.Response(result=OK, state=state_of(simulator, find(simulator, request.entity)))
 
 
-def _set_entity_state(simulator: Simulator, request: SetEntityState.Request) -> Result:
-    entity, state = simulator.roster.find(request.entity), request.state
-    if entity is None:
-        return unknown_entity(simulator, request.entity)
+def _set_entity_state(simulator: Simulator, request: SetEntityState.Request) -> None:
+    entity, state = find(simulator, request.entity), request.state
     if isinstance(entity, Fixture):
-        return failed(f"{request.entity!r} is a {entity.kind}, which is part of the building and stays where it is")
+        raise RequestFailed(
+            f"{request.entity!r} is a {entity.kind}, which is part of the building and stays where it is"
+        )
     if state.twist != Twist() or state.acceleration != Accel():
-        return failed("a velocity or an acceleration can't be set, only the pose; robots move by their actions alone")
+        raise RequestFailed(
+            "a velocity or an acceleration can't be set, only the pose; robots move by their actions alone"
+        )
     try:
         pose = read_pose(state.header, state.pose)
         check_placement(simulator, pose, entity.base if isinstance(entity, Robot) else None, entity.name)
     except BadPose as error:
-        return failed(str(error), SetEntityState.Response.INVALID_POSE)
+        raise RequestFailed(str(error), SetEntityState.Response.INVALID_POSE) from None
     simulator.roster.move(entity, pose, "moved by set_entity_state")
-    return OK
 
 
-def _delete_entity(simulator: Simulator, request: DeleteEntity.Request) -> DeleteEntity.Response:
-    entity = simulator.roster.find(request.entity)
-    if entity is None:
-        return DeleteEntity.Response(result=unknown_entity(simulator, request.entity))
+def _delete_entity(simulator: Simulator, request: DeleteEntity.Request) -> None:
+    entity = find(simulator, request.entity)
     if isinstance(entity, Fixture):
-        return DeleteEntity.Response(result=failed(f"{entity.name!r} is a {entity.kind}, a part of the building"))
+        raise RequestFailed(f"{entity.name!r} is a {entity.kind}, a part of the building")
     simulator.roster.delete(request.entity)
-    return DeleteEntity.Response(result=OK)
 
 
 def _is_detected(simulator: Simulator, request: IsDetected.Request) -> IsDetected.Response:
     name = request.robot
-    robot, entity = simulator.robots.get(name), simulator.roster.find(request.entity)
+    robot = simulator.robots.get(name)
     if robot is None:
-        why_not = failed(f"robot: no robot {name!r}{instead(name, simulator.robots)}", Result.RESULT_NOT_FOUND)
-    elif name in simulator.dispatcher.cut_off:
-        why_not = failed(f"robot: {no_connection(name)}", Result.RESULT_INCORRECT_STATE)
-    elif entity is None:
-        why_not = unknown_entity(simulator, request.entity)
-    elif isinstance(entity, Fixture):
-        why_not = failed(f"entity: {entity.name!r} is a {entity.kind}; sensors see robots and items")
-    elif not sensors_of(robot):
-        why_not = failed(f"robot: {name} has no sensor, such as a camera", Result.RESULT_FEATURE_UNSUPPORTED)
-    else:
-        return _detection(robot, simulator.detections.look_for(robot, entity))
-    return IsDetected.Response(result=why_not)
-
-
-def _detection(robot: Robot, seen: Seen | None) -> IsDetected.Response:
+        raise RequestFailed(f"robot: no robot {name!r}{instead(name, simulator.robots)}", Result.RESULT_NOT_FOUND)
+    if name in simulator.dispatcher.cut_off:
+        raise RequestFailed(f"robot: {no_connection(name)}", Result.RESULT_INCORRECT_STATE)
+    entity = find(simulator, request.entity)
+    if isinstance(entity, Fixture):
+        raise RequestFailed(f"entity: {entity.name!r} is a {entity.kind}; sensors see robots and items")
+    if not sensors_of(robot):
+        raise RequestFailed(f"robot: {name} has no sensor, such as a camera", Result.RESULT_FEATURE_UNSUPPORTED)
+    seen = simulator.detections.look_for(robot, entity)
     if seen is None:
         return IsDetected.Response(result=OK)
     pose = PoseStamped.model_validate(robot.stamped(robot.estimated(seen.thing.pose)), strict=False)
@@ -162,21 +142,19 @@ def _get_named_poses(simulator: Simulator, request: GetNamedPoses.Request) -> Ge
     return GetNamedPoses.Response(result=OK, poses=poses)
 
 
-def _get_named_pose_bounds(simulator: Simulator, request: GetNamedPoseBounds.Request) -> GetNamedPoseBounds.Response:
+def _get_named_pose_bounds(simulator: Simulator, request: GetNamedPoseBounds.Request) -> None:
     # Poses are points here, so they have no bounds.
     known = _named_poses(simulator.world)
-    if request.name in known:
-        return GetNamedPoseBounds.Response(result=OK)
-    why = f"no pose {request.name!r}{instead(request.name, known, verb='there are:')}"
-    return GetNamedPoseBounds.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+    if request.name not in known:
+        raise RequestFailed(
+            f"no pose {request.name!r}{instead(request.name, known, verb='there are:')}", Result.RESULT_NOT_FOUND
+        )
 
 
 SERVICES = (
     Service(
-        name="get_entities",
-        request=GetEntities.Request,
-        response=GetEntities.Response,
-        serve=_get_entities,
+        GetEntities,
+        _get_entities,
         features=(
             SimulatorFeatures.ENTITY_TAGS,
             SimulatorFeatures.ENTITY_CATEGORIES,
@@ -184,68 +162,38 @@ SERVICES = (
         ),
         example={"filters": {"filter": "^test"}},
     ),
+    Service(GetEntitiesStates, _get_entities_states, features=(SimulatorFeatures.ENTITY_STATE_GETTING,)),
     Service(
-        name="get_entities_states",
-        request=GetEntitiesStates.Request,
-        response=GetEntitiesStates.Response,
-        serve=_get_entities_states,
-        features=(SimulatorFeatures.ENTITY_STATE_GETTING,),
+        GetEntityInfo, _get_entity_info, features=(SimulatorFeatures.ENTITY_INFO_GETTING,), example={"entity": "tester"}
     ),
     Service(
-        name="get_entity_info",
-        request=GetEntityInfo.Request,
-        response=GetEntityInfo.Response,
-        serve=_get_entity_info,
-        features=(SimulatorFeatures.ENTITY_INFO_GETTING,),
-        example={"entity": "tester"},
-    ),
-    Service(
-        name="get_entity_state",
-        request=GetEntityState.Request,
-        response=GetEntityState.Response,
-        serve=_get_entity_state,
+        GetEntityState,
+        _get_entity_state,
         features=(SimulatorFeatures.ENTITY_STATE_GETTING,),
         example={"entity": "tester"},
     ),
     Service(
-        name="set_entity_state",
-        request=SetEntityState.Request,
-        response=SetEntityState.Response,
-        serve=lambda simulator, request: SetEntityState.Response(result=_set_entity_state(simulator, request)),
+        SetEntityState,
+        _set_entity_state,
         changes_world=True,
         features=(SimulatorFeatures.ENTITY_STATE_SETTING,),
         example={"entity": "tester", "state": {"pose": {"position": {"x": 3.0}}}},
     ),
     Service(
-        name="delete_entity",
-        request=DeleteEntity.Request,
-        response=DeleteEntity.Response,
-        serve=_delete_entity,
+        DeleteEntity,
+        _delete_entity,
         changes_world=True,
         features=(SimulatorFeatures.DELETING,),
         example={"entity": "parcel"},
     ),
+    Service(IsDetected, _is_detected, example={"robot": "tester", "entity": "parcel"}),
     Service(
-        name="is_detected",
-        request=IsDetected.Request,
-        response=IsDetected.Response,
-        serve=_is_detected,
-        example={"robot": "tester", "entity": "parcel"},
-    ),
-    Service(
-        name="get_named_poses",
-        request=GetNamedPoses.Request,
-        response=GetNamedPoses.Response,
-        serve=_get_named_poses,
+        GetNamedPoses,
+        _get_named_poses,
         features=(SimulatorFeatures.NAMED_POSES,),
         example={"tags": {"tags": ["waypoint"]}},
     ),
     Service(
-        name="get_named_pose_bounds",
-        request=GetNamedPoseBounds.Request,
-        response=GetNamedPoseBounds.Response,
-        serve=_get_named_pose_bounds,
-        features=(SimulatorFeatures.POSE_BOUNDS,),
-        example={"name": "there"},
+        GetNamedPoseBounds, _get_named_pose_bounds, features=(SimulatorFeatures.POSE_BOUNDS,), example={"name": "there"}
     ),
 )

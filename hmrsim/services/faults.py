@@ -11,7 +11,7 @@ from hmrsim.faults import registry
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.hmrsim_msgs import ClearFault, Fault, GetFaults, InjectFault
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.services import OK, Service, failed
+from hmrsim.services import OK, RequestFailed, Service
 from hmrsim.world_checks.faults import read_fault
 
 if TYPE_CHECKING:
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 
 def _inject_fault(simulator: Simulator, request: InjectFault.Request) -> InjectFault.Response:
-    values = _settings_of(request)
-    if values is None:
-        why = f"settings: expected the text of a JSON object, got {shown(request.settings)}"
-        return InjectFault.Response(result=failed(why))
-    fault = read_fault(request.type, values)
+    fault = read_fault(request.type, _settings_of(request))
     name = fault if isinstance(fault, list) else simulator.fault_injector.inject(*fault)
     if isinstance(name, str):
         return InjectFault.Response(result=OK, name=name)
-    return InjectFault.Response(result=_invalid(name))
+    raise _invalid(name)
 
 
-def _settings_of(request: InjectFault.Request) -> dict[str, Any] | None:
-    """Return the keys of a request as in a world file, or None if *settings* is invalid."""
+def _settings_of(request: InjectFault.Request) -> dict[str, Any]:
+    """Return the keys of a request as in a world file.
+
+    Raises:
+        RequestFailed: The settings are invalid.
+    """
     default = InjectFault.Request()
     fields = {key: value for key, value in request if value != getattr(default, key)}
     fields.pop("type", None)
@@ -41,25 +41,27 @@ def _settings_of(request: InjectFault.Request) -> dict[str, Any] | None:
     try:
         further = json.loads(text)
     except (ValueError, RecursionError):
-        return None
-    return {**fields, **further} if isinstance(further, dict) else None
+        further = None
+    if not isinstance(further, dict):
+        raise RequestFailed(f"settings: expected the text of a JSON object, got {shown(request.settings)}")
+    return {**fields, **further}
 
 
-def _invalid(findings: list[Finding]) -> Result:
+def _invalid(findings: list[Finding]) -> RequestFailed:
     missing = any(finding.message.startswith("no ") for finding in findings)
     code = Result.RESULT_NOT_FOUND if missing else Result.RESULT_OPERATION_FAILED
     texts = (f"{dotted(finding.path)}: {finding.message}" if finding.path else finding.message for finding in findings)
-    return failed("; ".join(texts), code)
+    return RequestFailed("; ".join(texts), code)
 
 
 def _clear_fault(simulator: Simulator, request: ClearFault.Request) -> ClearFault.Response:
     known, name, kind = simulator.fault_injector.known, request.name, request.type
     if name and name not in known:
-        why = f"name: no fault {name!r} goes on or is to come{instead(name, known)}"
-        return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+        raise RequestFailed(
+            f"name: no fault {name!r} goes on or is to come{instead(name, known)}", Result.RESULT_NOT_FOUND
+        )
     if kind and kind not in registry():
-        why = f"type: no fault type {kind!r}{instead(kind, registry())}"
-        return ClearFault.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+        raise RequestFailed(f"type: no fault type {kind!r}{instead(kind, registry())}", Result.RESULT_NOT_FOUND)
     cleared = sorted(
         injected.name
         for injected in known.values()
@@ -88,20 +90,11 @@ def _message_of(injected: InjectedFault) -> Fault:
 
 SERVICES = (
     Service(
-        name="inject_fault",
-        request=InjectFault.Request,
-        response=InjectFault.Response,
-        serve=_inject_fault,
+        InjectFault,
+        _inject_fault,
         changes_world=True,
         example={"type": "lane_closed", "lane": ["here", "there"], "duration": 5.0},
     ),
-    Service(
-        name="clear_fault",
-        request=ClearFault.Request,
-        response=ClearFault.Response,
-        serve=_clear_fault,
-        changes_world=True,
-        example={"type": "breakdown"},
-    ),
-    Service(name="get_faults", request=GetFaults.Request, response=GetFaults.Response, serve=_get_faults),
+    Service(ClearFault, _clear_fault, changes_world=True, example={"type": "breakdown"}),
+    Service(GetFaults, _get_faults),
 )

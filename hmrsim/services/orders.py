@@ -13,7 +13,7 @@ from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.hmrsim_msgs import GetOrders, PlaceOrder
 from hmrsim.interfaces.hmrsim_msgs import Order as OrderMessage
 from hmrsim.interfaces.simulation_interfaces import Result
-from hmrsim.services import OK, Service, failed
+from hmrsim.services import OK, RequestFailed, Service
 from hmrsim.simulation.demand import OrderState
 from hmrsim.world.model import Demand
 
@@ -54,7 +54,7 @@ def _get_orders(simulator: Simulator, request: GetOrders.Request) -> GetOrders.R
     demand = simulator.demand
     states = [_OPEN, *OrderState]
     if request.state and request.state not in states:
-        return GetOrders.Response(result=failed(f"no state {shown(request.state)}{instead(request.state, states)}"))
+        raise RequestFailed(f"no state {shown(request.state)}{instead(request.state, states)}")
     orders = sorted([*demand.closed, *demand.open.values()], key=lambda order: order.placed)
     requested = [
         _message_of(order)
@@ -77,8 +77,9 @@ def _place_order(simulator: Simulator, request: PlaceOrder.Request) -> PlaceOrde
     for field, place in (("at", request.at), ("to", request.to)):
         known = [*world.points, *world.places, *world.docks]
         if place not in known:
-            why = f"{field}: no waypoint, place or dock {place!r}{instead(place, known)}"
-            return PlaceOrder.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+            raise RequestFailed(
+                f"{field}: no waypoint, place or dock {place!r}{instead(place, known)}", Result.RESULT_NOT_FOUND
+            )
     default = PlaceOrder.Request()
     fields: dict[str, Any] = {key: value for key, value in request if value != getattr(default, key)}
     values = {"name": _DEFAULT_NAME, **fields, "arrives": 1.0}
@@ -86,26 +87,12 @@ def _place_order(simulator: Simulator, request: PlaceOrder.Request) -> PlaceOrde
         spec = Demand.model_validate(values)
     except ValidationError as error:
         findings = explain(error, values, Demand)
-        why = "; ".join(f"{dotted(finding.path)}: {finding.message}" for finding in findings)
-        return PlaceOrder.Response(result=failed(why))
+        raise RequestFailed("; ".join(f"{dotted(finding.path)}: {finding.message}" for finding in findings)) from None
     simulator.watch_orders()
     return PlaceOrder.Response(result=OK, order=_message_of(simulator.demand.place(spec, by_client=True)))
 
 
 SERVICES = (
-    Service(
-        name="get_orders",
-        request=GetOrders.Request,
-        response=GetOrders.Response,
-        serve=_get_orders,
-        example={"state": "open"},
-    ),
-    Service(
-        name="place_order",
-        request=PlaceOrder.Request,
-        response=PlaceOrder.Response,
-        serve=_place_order,
-        changes_world=True,
-        example={"at": "here", "to": "there", "within": 60.0},
-    ),
+    Service(GetOrders, _get_orders, example={"state": "open"}),
+    Service(PlaceOrder, _place_order, changes_world=True, example={"at": "here", "to": "there", "within": 60.0}),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,7 +23,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     SimulatorFeatures,
     StepSimulation,
 )
-from hmrsim.services import OK, Service, failed, registry
+from hmrsim.services import OK, Answer, RequestFailed, Service, failed, registry
 from hmrsim.simulation.reset import reset, set_state
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ _Scopes = ResetSimulation.Request
 _SCOPES: Final = (_Scopes.SCOPE_TIME, _Scopes.SCOPE_STATE, _Scopes.SCOPE_SPAWNED)
 _LABEL: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 _MAX_VALUES: Final = 100
-_StepResponse = StepSimulation.Response
 
 
 def _get_simulator_features(
@@ -56,67 +56,62 @@ def _get_simulation_state(simulator: Simulator, _request: GetSimulationState.Req
     return GetSimulationState.Response(state=SimulationState(state=simulator.gate.state), result=OK)
 
 
-def _set_simulation_state(simulator: Simulator, state: int) -> Result:
+def _set_simulation_state(simulator: Simulator, request: SetSimulationState.Request) -> None:
+    state = request.state.state
     if state not in _VERBS:
         states = ", ".join(f"{number} ({verb})" for number, verb in _VERBS.items())
         why = f"state {state} can't be set; there are: {states}. The program itself ends with its process"
-        return failed(why, Result.RESULT_FEATURE_UNSUPPORTED)
+        raise RequestFailed(why, Result.RESULT_FEATURE_UNSUPPORTED)
     if state == simulator.gate.state and not simulator.gate.stepping:
         why = f"the simulation is {_VERBS[state]} already"
-        return failed(why, SetSimulationState.Response.ALREADY_IN_TARGET_STATE)
+        raise RequestFailed(why, SetSimulationState.Response.ALREADY_IN_TARGET_STATE)
     set_state(simulator, state, f"the simulation was {_VERBS[state]}")
-    return OK
 
 
-def _step_simulation(
-    simulator: Simulator, request: StepSimulation.Request
-) -> StepSimulation.Response | Callable[[Callable[[StepSimulation.Response], None]], None]:
+def _step_simulation(simulator: Simulator, request: StepSimulation.Request) -> Callable[[Answer], None] | None:
     gate = simulator.gate
     why = gate.why_no_steps()
     if why is not None:
         # The ROS definition of the service requires this code if the simulation isn't paused, not INCORRECT_STATE.
-        return _StepResponse(result=failed(why))
+        raise RequestFailed(why)
     if not request.steps:
-        return _StepResponse(result=OK)
+        return None
     if wrong := SECONDS.flaw(request.steps * gate.step_size):
-        return _StepResponse(result=failed(f"steps: {request.steps} of {gate.step_size:g} s: {wrong}"))
-    return lambda answer: gate.make_steps(
-        request.steps, lambda why_not: answer(_StepResponse(result=failed(why_not) if why_not else OK))
-    )
+        raise RequestFailed(f"steps: {request.steps} of {gate.step_size:g} s: {wrong}")
+
+    def respond(why_not: str, answer: Answer) -> None:
+        answer(StepSimulation.Response(result=failed(why_not) if why_not else OK))
+
+    return lambda answer: gate.make_steps(request.steps, partial(respond, answer=answer))
 
 
-def _recorded_steps(
-    simulator: Simulator, request: StepSimulation.Request
-) -> StepSimulation.Request | StepSimulation.Response:
-    """Return the request, or a failure that does not depend on the world."""
-    why = simulator.gate.hindrance()
-    return _StepResponse(result=failed(why)) if why and request.steps else request
+def _resolve_steps(simulator: Simulator, request: StepSimulation.Request) -> StepSimulation.Request:
+    """Return the request, unless it fails in any world."""
+    if request.steps and (why := simulator.gate.hindrance()):
+        raise RequestFailed(why)
+    return request
 
 
-def _reset_simulation(simulator: Simulator, request: ResetSimulation.Request) -> ResetSimulation.Response:
+def _reset_simulation(simulator: Simulator, request: ResetSimulation.Request) -> None:
     scope = request.scope
     if scope not in (_Scopes.SCOPE_ALL, scope & sum(_SCOPES)):
         why = (
             f"scope {scope} has unknown bits; expected a sum of {', '.join(map(str, _SCOPES))}, or {_Scopes.SCOPE_ALL}"
         )
-        return ResetSimulation.Response(result=failed(why, Result.RESULT_FEATURE_UNSUPPORTED))
+        raise RequestFailed(why, Result.RESULT_FEATURE_UNSUPPORTED)
     reset(simulator, scope)
-    return ResetSimulation.Response(result=OK)
 
 
-def _end_run(simulator: Simulator, request: EndRun.Request) -> EndRun.Response:
+def _end_run(simulator: Simulator, request: EndRun.Request) -> None:
     if not _LABEL.fullmatch(request.label):
-        why = f"label: expected a word of letters, digits and _, got {shown(request.label)}"
-        return EndRun.Response(result=failed(why))
+        raise RequestFailed(f"label: expected a word of letters, digits and _, got {shown(request.label)}")
     values = _values_of(request.values)
     if values is None:
-        why = (
+        raise RequestFailed(
             "values: expected the text of a JSON object with at most "
             f"{_MAX_VALUES} numbers, texts, true and false, got {shown(request.values)}"
         )
-        return EndRun.Response(result=failed(why))
     simulator.publisher.announce(RunReported(request.label, values))
-    return EndRun.Response(result=OK)
 
 
 def _values_of(text: str) -> dict[str, Any] | None:
@@ -132,37 +127,20 @@ def _values_of(text: str) -> dict[str, Any] | None:
 
 
 SERVICES = (
+    Service(GetSimulatorFeatures, _get_simulator_features),
+    Service(GetSimulationState, _get_simulation_state, features=(SimulatorFeatures.SIMULATION_STATE_GETTING,)),
     Service(
-        name="get_simulator_features",
-        request=GetSimulatorFeatures.Request,
-        response=GetSimulatorFeatures.Response,
-        serve=_get_simulator_features,
-    ),
-    Service(
-        name="get_simulation_state",
-        request=GetSimulationState.Request,
-        response=GetSimulationState.Response,
-        serve=_get_simulation_state,
-        features=(SimulatorFeatures.SIMULATION_STATE_GETTING,),
-    ),
-    Service(
-        name="set_simulation_state",
-        request=SetSimulationState.Request,
-        response=SetSimulationState.Response,
-        serve=lambda simulator, request: SetSimulationState.Response(
-            result=_set_simulation_state(simulator, request.state.state)
-        ),
+        SetSimulationState,
+        _set_simulation_state,
         changes_world=True,
         features=(SimulatorFeatures.SIMULATION_STATE_SETTING, SimulatorFeatures.SIMULATION_STATE_PAUSE),
         example={"state": {"state": SimulationState.STATE_PAUSED}},
     ),
     Service(
-        name="step_simulation",
-        request=StepSimulation.Request,
-        response=StepSimulation.Response,
-        serve=_step_simulation,
+        StepSimulation,
+        _step_simulation,
         changes_world=True,
-        recorded=_recorded_steps,
+        resolve=_resolve_steps,
         features=(
             SimulatorFeatures.STEP_SIMULATION_SINGLE,
             SimulatorFeatures.STEP_SIMULATION_MULTIPLE,
@@ -170,10 +148,8 @@ SERVICES = (
         ),
     ),
     Service(
-        name="reset_simulation",
-        request=ResetSimulation.Request,
-        response=ResetSimulation.Response,
-        serve=_reset_simulation,
+        ResetSimulation,
+        _reset_simulation,
         changes_world=True,
         features=(
             SimulatorFeatures.SIMULATION_RESET,
@@ -182,12 +158,5 @@ SERVICES = (
             SimulatorFeatures.SIMULATION_RESET_SPAWNED,
         ),
     ),
-    Service(
-        name="end_run",
-        request=EndRun.Request,
-        response=EndRun.Response,
-        serve=_end_run,
-        changes_world=True,
-        example={"label": "done", "values": '{"rounds": 3}'},
-    ),
+    Service(EndRun, _end_run, changes_world=True, example={"label": "done", "values": '{"rounds": 3}'}),
 )

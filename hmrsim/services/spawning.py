@@ -73,15 +73,13 @@ def _get_spawnables(simulator: Simulator, request: GetSpawnables.Request) -> Get
 
 
 def _spawn_entity(simulator: Simulator, request: SpawnEntity.Request) -> SpawnEntity.Response:
+    kind = _requested(simulator, request)
+    name = _new_name(simulator, request, kind)
     try:
-        kind = _requested(simulator, request)
-        name = _new_name(simulator, request, kind)
         pose = read_pose(request.initial_pose.header, request.initial_pose.pose)
         check_placement(simulator, pose, _base_of(simulator, kind, pose))
-    except RequestFailed as error:
-        return _Response(result=failed(str(error), error.code))
     except BadPose as error:
-        return _Response(result=failed(str(error), _Response.INVALID_POSE))
+        raise RequestFailed(str(error), _Response.INVALID_POSE) from None
     if kind.robot_type is not None:
         simulator.roster.spawn_robot(name, kind.robot_type, pose)
     else:
@@ -93,18 +91,18 @@ def _spawn_entities(simulator: Simulator, request: SpawnEntities.Request) -> Spa
     results = []
     for one in request.spawn_requests:
         resource = one.entity_resource
-        response = _spawn_entity(
-            simulator,
-            SpawnEntity.Request(
-                name=one.name,
-                allow_renaming=one.allow_renaming,
-                uri=resource.uri,
-                resource_string=resource.resource_string,
-                entity_namespace=one.entity_namespace,
-                initial_pose=one.initial_pose,
-            ),
+        single = SpawnEntity.Request(
+            name=one.name,
+            allow_renaming=one.allow_renaming,
+            uri=resource.uri,
+            resource_string=resource.resource_string,
+            entity_namespace=one.entity_namespace,
+            initial_pose=one.initial_pose,
         )
-        results.append(SpawnResult(result=response.result, entity_name=response.entity_name))
+        try:
+            results.append(SpawnResult(result=OK, entity_name=_spawn_entity(simulator, single).entity_name))
+        except RequestFailed as error:
+            results.append(SpawnResult(result=error.result))
     flaws = [
         f"spawn_requests.{number}: {one.result.error_message}"
         for number, one in enumerate(results)
@@ -169,27 +167,17 @@ def _new_name(simulator: Simulator, request: SpawnEntity.Request, kind: _Spawnab
 
 
 SERVICES = (
+    Service(GetSpawnables, _get_spawnables, features=(SimulatorFeatures.SPAWNABLES,)),
     Service(
-        name="get_spawnables",
-        request=GetSpawnables.Request,
-        response=GetSpawnables.Response,
-        serve=_get_spawnables,
-        features=(SimulatorFeatures.SPAWNABLES,),
-    ),
-    Service(
-        name="spawn_entity",
-        request=SpawnEntity.Request,
-        response=SpawnEntity.Response,
-        serve=_spawn_entity,
+        SpawnEntity,
+        _spawn_entity,
         changes_world=True,
         features=(SimulatorFeatures.SPAWNING,),
         example={"name": "helper", "uri": "robot_type:fetcher", "initial_pose": {"pose": {"position": {"x": 4.0}}}},
     ),
     Service(
-        name="spawn_entities",
-        request=SpawnEntities.Request,
-        response=SpawnEntities.Response,
-        serve=_spawn_entities,
+        SpawnEntities,
+        _spawn_entities,
         changes_world=True,
         features=(SimulatorFeatures.SPAWNING_ENTITIES,),
         example={

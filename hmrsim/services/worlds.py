@@ -15,7 +15,7 @@ from hmrsim.interfaces.simulation_interfaces import (
     SimulatorFeatures,
     WorldResource,
 )
-from hmrsim.services import OK, Service, failed
+from hmrsim.services import OK, RequestFailed, Service
 from hmrsim.simulation.reset import load
 from hmrsim.world.files import AS_IT_IS, shipped_maps
 from hmrsim.world.formats.native import FORMAT
@@ -46,13 +46,13 @@ def _resource_of(world: World) -> WorldResource:
 
 def _get_available_worlds(_simulator: Simulator, request: GetAvailableWorlds.Request) -> GetAvailableWorlds.Response:
     if request.filter.tags:
-        return GetAvailableWorlds.Response(result=failed("worlds have no tags here", Result.RESULT_FEATURE_UNSUPPORTED))
+        raise RequestFailed("worlds have no tags here", Result.RESULT_FEATURE_UNSUPPORTED)
     result = OK
     if request.additional_sources:
         sources = ", ".join(request.additional_sources)
         why = f"unknown sources: {sources}; files are loaded by their path, with --allow-files"
         if not request.continue_on_error:
-            return GetAvailableWorlds.Response(result=failed(why, Result.RESULT_NOT_FOUND))
+            raise RequestFailed(why, Result.RESULT_NOT_FOUND)
         result = Result(result=Result.RESULT_OK, error_message=why)
     worlds = [WorldResource(name=name, world_resource=Resource(uri=name)) for name in shipped_maps()]
     return GetAvailableWorlds.Response(result=result, worlds=worlds)
@@ -62,25 +62,23 @@ def _get_current_world(simulator: Simulator, _request: GetCurrentWorld.Request) 
     return GetCurrentWorld.Response(result=OK, world=_resource_of(simulator.world))
 
 
-def _recorded_world(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Request | LoadWorld.Response:
-    """Return the request with the text of the world in it, or the response with the world's problems."""
+def _resolve_world(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.Request:
+    """Return the request with the text of the world in it."""
     if not request.uri and not request.resource_string:
         why = "neither uri nor resource_string is given; expected the name of a shipped world, a file, or its text"
-        return _Response(result=failed(why, _Response.NO_RESOURCE))
+        raise RequestFailed(why, _Response.NO_RESOURCE)
     try:
         world = (
             load_world(_source(simulator, request.uri)).world
             if request.uri
             else _read(request.resource_string, check_pairs)
         )
-    except PermissionError as error:
-        return _Response(result=failed(str(error), Result.RESULT_NOT_FOUND))
     except WorldError as error:
         missing = any(problem.message.startswith("no such file") for problem in error.problems)
         code = Result.RESULT_NOT_FOUND if missing else _Response.RESOURCE_PARSE_ERROR
         # Clients must not learn the folder's path.
         text = str(error).replace(f"{simulator.allow_files}/", "") if simulator.allow_files else str(error)
-        return _Response(result=failed(text, code))
+        raise RequestFailed(text, code) from None
     return LoadWorld.Request(resource_string=to_json(world))
 
 
@@ -88,16 +86,17 @@ def _source(simulator: Simulator, uri: str) -> str | Path:
     """Return the shipped world or the file that a client names.
 
     Raises:
-        PermissionError: Clients may not load it, whether it exists or not.
+        RequestFailed: Clients may not load it, whether it exists or not.
     """
     worlds = shipped_maps()
     if uri in worlds:
         return uri
     name, folder = uri.removeprefix("file://"), simulator.allow_files
     if folder is None:
-        raise PermissionError(
+        raise RequestFailed(
             f"no shipped world {shown(uri)}{instead(uri, worlds)}; files can be loaded only of a simulator that was "
-            "started with --allow-files DIR"
+            "started with --allow-files DIR",
+            Result.RESULT_NOT_FOUND,
         )
     try:
         path = (folder / name).resolve()
@@ -105,8 +104,9 @@ def _source(simulator: Simulator, uri: str) -> str | Path:
         path = folder.parent
     # As of Python 3.13 a link to itself is no error and stays a link.
     if not path.is_relative_to(folder) or path == folder or path.is_symlink():
-        raise PermissionError(
-            f"{shown(uri)} is neither a shipped world{instead(uri, worlds)} nor a file of the folder of --allow-files"
+        raise RequestFailed(
+            f"{shown(uri)} is neither a shipped world{instead(uri, worlds)} nor a file of the folder of --allow-files",
+            Result.RESULT_NOT_FOUND,
         )
     return path
 
@@ -137,33 +137,19 @@ def _load_world(simulator: Simulator, request: LoadWorld.Request) -> LoadWorld.R
     except WorldError as error:
         # An overlay of a few lines may generate a world with more values than a text may have.
         why = f"the world that comes of it {error.problems[0].message}"
-        return _Response(result=failed(why, _Response.RESOURCE_PARSE_ERROR))
+        raise RequestFailed(why, _Response.RESOURCE_PARSE_ERROR) from None
     load(simulator, world)
     return _Response(result=OK, world=_resource_of(simulator.world))
 
 
 SERVICES = (
+    Service(GetAvailableWorlds, _get_available_worlds, features=(SimulatorFeatures.AVAILABLE_WORLDS,)),
+    Service(GetCurrentWorld, _get_current_world, features=(SimulatorFeatures.WORLD_INFO_GETTING,)),
     Service(
-        name="get_available_worlds",
-        request=GetAvailableWorlds.Request,
-        response=GetAvailableWorlds.Response,
-        serve=_get_available_worlds,
-        features=(SimulatorFeatures.AVAILABLE_WORLDS,),
-    ),
-    Service(
-        name="get_current_world",
-        request=GetCurrentWorld.Request,
-        response=GetCurrentWorld.Response,
-        serve=_get_current_world,
-        features=(SimulatorFeatures.WORLD_INFO_GETTING,),
-    ),
-    Service(
-        name="load_world",
-        request=LoadWorld.Request,
-        response=LoadWorld.Response,
-        serve=_load_world,
+        LoadWorld,
+        _load_world,
         changes_world=True,
-        recorded=_recorded_world,
+        resolve=_resolve_world,
         features=(SimulatorFeatures.WORLD_LOADING, SimulatorFeatures.WORLD_RESOURCE_STRING),
         example={"uri": "scenario1"},
     ),

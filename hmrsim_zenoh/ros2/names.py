@@ -36,7 +36,7 @@ from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -109,7 +109,7 @@ def node_of(robot: str, action: str) -> Node:
     return WORLD_NODE if robot == WORLD else Node(f"/{robot}", _NODE_OF.get(action, OTHER_NODE))
 
 
-def ros_services(services: Mapping[str, AnyService]) -> dict[str, AnyService]:
+def ros_services(services: Mapping[str, Service]) -> dict[str, Service]:
     """Return the world's services that ROS has, too, by their ROS names, such as ``/spawn_entity``."""
     return {f"/{name}": one for name, one in services.items() if one.ros_type.startswith(_ROS_SERVICES)}
 

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim_zenoh.server.publisher import Publisher
     from hmrsim_zenoh.wire.access_control import AccessControl
     from hmrsim_zenoh.wire.keys import Keys
@@ -76,7 +76,7 @@ class Requests:
         actions: Mapping[str, AnyAction],
         serves: Mapping[str, list[str]],
         fixed: Mapping[str, tuple[str, Callable[[], bytes]]],
-        services: Mapping[str, AnyService],
+        services: Mapping[str, Service],
         max_payload: int,
         publisher: Publisher,
         policy: AccessControl | None = None,

@@ -34,7 +34,7 @@ from hmrsim_zenoh.ros2.codec.structures import (
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim_zenoh.ros2.names import NodeService
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical", "rolling")
@@ -256,7 +256,7 @@ def service_type(name: str, request: type[Message], response: type[Message], dis
     return _service(distro, name, structure(request), structure(response))
 
 
-def service_types(service: AnyService | NodeService, distros: Iterable[str]) -> tuple[ServiceType, ...]:
+def service_types(service: Service | NodeService, distros: Iterable[str]) -> tuple[ServiceType, ...]:
     """Return the types of a service in some distributions.
 
     Raises:

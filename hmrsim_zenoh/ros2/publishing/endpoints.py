@@ -36,7 +36,7 @@ from hmrsim_zenoh.ros2.names import (
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim_zenoh.ros2.codec.types import ActionType
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import NodeService
@@ -157,7 +157,7 @@ class Endpoints:
         wire: How keys are spelled, and the distributions whose types are served.
     """
 
-    def __init__(self, wire: Wire, actions: Mapping[str, AnyAction], services: Mapping[str, AnyService]) -> None:
+    def __init__(self, wire: Wire, actions: Mapping[str, AnyAction], services: Mapping[str, Service]) -> None:
         self._wire = wire
         self._actions = actions
         self._services = ros_services(services)
@@ -211,7 +211,7 @@ class Endpoints:
             return Owned(MAP_SERVER if topic == MAP_TOPIC else WORLD_NODE, endpoint)
         return Owned(Node(f"/{robot}", node), endpoint)
 
-    def _service(self, node: Node, name: str, service: AnyService | NodeService) -> Iterator[Owned]:
+    def _service(self, node: Node, name: str, service: Service | NodeService) -> Iterator[Owned]:
         for type_ in self._distinct(service_types(service, self._wire.distros)):
             yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.geometry import Pose
     from hmrsim.protocol.outputs import Output
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.keys import TypeHash
     from hmrsim_zenoh.ros2.names import Names
@@ -140,7 +140,7 @@ class Publications:
         names: Names,
         *,
         actions: Mapping[str, AnyAction],
-        services: Mapping[str, AnyService],
+        services: Mapping[str, Service],
         simulator: Simulator,
         changed: Callable[[], None],
     ) -> None:

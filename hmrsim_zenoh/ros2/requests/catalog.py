@@ -31,7 +31,7 @@ from hmrsim_zenoh.ros2.requests.lifecycle_services import ChangeStateHandler, Ma
 
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType
     from hmrsim_zenoh.ros2.keys import Node
@@ -86,7 +86,7 @@ class Catalog:
         distros: tuple[str, ...],
         *,
         actions: Mapping[str, AnyAction],
-        services: Mapping[str, AnyService],
+        services: Mapping[str, Service],
         simulator: Simulator,
     ) -> None:
         self._simulator = simulator
@@ -170,7 +170,7 @@ class Catalog:
         for service in (*services_of(node).values(), *of_world):
             yield from self._layouts_of(service).types
 
-    def _layouts_of(self, service: NodeService | AnyService) -> Layouts:
+    def _layouts_of(self, service: NodeService | Service) -> Layouts:
         return Layouts(service_types(service, self._distros))
 
     def _find_layouts(self, action: str, verb: str) -> Layouts:

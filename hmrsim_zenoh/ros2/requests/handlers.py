@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from hmrsim.interfaces.message import Message
     from hmrsim.protocol.commands import AnyCommand
     from hmrsim.protocol.goal import CancelResponse, GoalResponse, ResultResponse
-    from hmrsim.services import AnyService
+    from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import ServiceType
     from hmrsim_zenoh.ros2.keys import Address, Node
@@ -235,7 +235,7 @@ class GetResultHandler(ActionHandler):
 class WorldServiceHandler(Handler):
     """The handler of a service of the world."""
 
-    service: AnyService
+    service: Service
 
     def commands(self, request: Mapping[str, Any], reply_to: PendingRosReply) -> list[AnyCommand]:
         """Return the command that calls the service."""

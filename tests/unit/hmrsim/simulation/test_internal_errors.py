@@ -300,7 +300,7 @@ def test_a_bug_in_a_fault_ends_that_fault(ends, monkeypatch):
 
 
 def test_a_bug_in_a_service_is_its_answer(monkeypatch):
-    for name, part in (("get_faults", "serve"), ("clear_fault", "recorded")):
+    for name, part in (("get_faults", "respond"), ("clear_fault", "resolve")):
         monkeypatch.setitem(services(), name, replace(services()[name], **{part: oops}))
     run = simulate(strict=False)
     asked = [("get_faults", {}), ("clear_fault", {"name": "x"})]
@@ -314,7 +314,7 @@ def test_a_bug_in_a_service_is_its_answer(monkeypatch):
 
 def test_a_bug_in_a_service_is_in_the_trace_only_if_its_call_is(monkeypatch):
     for name in ("get_faults", "clear_fault"):
-        monkeypatch.setitem(services(), name, replace(services()[name], serve=oops))
+        monkeypatch.setitem(services(), name, replace(services()[name], respond=oops))
     run = simulate(strict=False, traced=True)
     run.ask("get_faults")
     run.ask("clear_fault", {"name": "x"})
