@@ -49,8 +49,7 @@ def open_session(endpoint: str) -> zenoh.Session:
 
 def type_of(action: str, distro: str = "jazzy") -> ActionType:
     """Return an action's type by its name."""
-    found = registry()[action]
-    return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
+    return action_type(registry()[action], distro)
 
 
 _KIND_CHUNK, _NAME_CHUNK = 5, 9

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from functools import cache
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import hmrsim.interfaces
@@ -41,9 +42,10 @@ def _outermost(distro: str) -> Iterator[Structure]:
         yield message_type(cls, distro).structure
         whole, _, part = name.rpartition("_")
         if part == "Request":
-            yield service_type(whole, cls, classes[f"{whole}_Response"], distro).structure
+            yield service_type(SimpleNamespace(Request=cls, Response=classes[f"{whole}_Response"]), distro).structure
         if part == "Goal":
-            action = action_type(whole, cls, classes[f"{whole}_Result"], classes[f"{whole}_Feedback"], distro)
+            parts = {"result": classes[f"{whole}_Result"], "feedback": classes[f"{whole}_Feedback"]}
+            action = action_type(SimpleNamespace(ros_type=whole, goal=cls, **parts), distro)
             services = (action.send_goal, action.cancel_goal, action.get_result)
             yield from (service.structure for service in services)
             yield action.feedback.structure

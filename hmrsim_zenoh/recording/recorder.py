@@ -29,7 +29,7 @@ from hmrsim_zenoh.recording.writer import (
     world_definition_schema,
 )
 from hmrsim_zenoh.ros2.codec.structures import definition
-from hmrsim_zenoh.ros2.codec.types import action_types, message_type
+from hmrsim_zenoh.ros2.codec.types import action_type, message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
 from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata, static_frames
 from hmrsim_zenoh.wire.envelopes import dump
@@ -284,8 +284,7 @@ class Recorder:
         known = self._channels.get(topic)
         if known is None:
             action = actions()[event.action]
-            type_ = action_types(action, ("kilted",))[0].feedback
-            known = self._opened(topic, type_, action.feedback)
+            known = self._opened(topic, action_type(action).feedback, action.feedback)
         goal_id = {"uuid": bytes.fromhex(event.goal_id)}
         self._file.add(known[0], self.time.now, known[1].encode({"goal_id": goal_id, "feedback": event.feedback}))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from hmrsim.interfaces.lifecycle_msgs import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from hmrsim.interfaces.nav2_msgs import (
@@ -35,7 +35,6 @@ from hmrsim.simulation.detections import sensors_of
 from hmrsim_zenoh.ros2.keys import Node
 
 if TYPE_CHECKING:
-    from hmrsim.interfaces.message import Message
     from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
 
@@ -209,91 +208,79 @@ def nodes_of(robot: str, actions: tuple[str, ...]) -> tuple[Node, ...]:
     return tuple(Node(f"/{robot}", name) for name in names)
 
 
-class NodeService(NamedTuple):
-    """The type of a service."""
-
-    ros_type: str
-    request: type[Message]
-    response: type[Message]
-
-
-def _service(package: str, service: Any) -> NodeService:
-    return NodeService(f"{package}/srv/{service.__name__}", service.Request, service.Response)
-
-
 GET_TYPE_DESCRIPTION: Final = "get_type_description"
 """The service of a node that describes the types of its endpoints."""
 
 _OF_ALL_NODES: Final = MappingProxyType(
     {
-        GET_TYPE_DESCRIPTION: _service("type_description_interfaces", GetTypeDescription),
-        "describe_parameters": _service("rcl_interfaces", DescribeParameters),
-        "get_parameter_types": _service("rcl_interfaces", GetParameterTypes),
-        "get_parameters": _service("rcl_interfaces", GetParameters),
-        "list_parameters": _service("rcl_interfaces", ListParameters),
-        "set_parameters": _service("rcl_interfaces", SetParameters),
-        "set_parameters_atomically": _service("rcl_interfaces", SetParametersAtomically),
+        GET_TYPE_DESCRIPTION: GetTypeDescription,
+        "describe_parameters": DescribeParameters,
+        "get_parameter_types": GetParameterTypes,
+        "get_parameters": GetParameters,
+        "list_parameters": ListParameters,
+        "set_parameters": SetParameters,
+        "set_parameters_atomically": SetParametersAtomically,
     }
 )
 """The services of all nodes; a client of parameters waits for all that concern parameters."""
 
 LIFECYCLE_SERVICES: Final = MappingProxyType(
     {
-        LIFECYCLE_SERVICE: _service("lifecycle_msgs", GetState),
-        "change_state": _service("lifecycle_msgs", ChangeState),
-        "get_available_states": _service("lifecycle_msgs", GetAvailableStates),
-        "get_available_transitions": _service("lifecycle_msgs", GetAvailableTransitions),
-        "get_transition_graph": _service("lifecycle_msgs", GetAvailableTransitions),
+        LIFECYCLE_SERVICE: GetState,
+        "change_state": ChangeState,
+        "get_available_states": GetAvailableStates,
+        "get_available_transitions": GetAvailableTransitions,
+        "get_transition_graph": GetAvailableTransitions,
     }
 )
 """The further services of lifecycle nodes, as Nav2's are."""
 
 _OF_COSTMAP: Final = {
-    "get_costmap": _service("nav2_msgs", GetCostmap),
-    "clear_entirely": _service("nav2_msgs", ClearEntireCostmap),
-    "clear_except": _service("nav2_msgs", ClearCostmapExceptRegion),
-    "clear_around": _service("nav2_msgs", ClearCostmapAroundRobot),
+    "get_costmap": GetCostmap,
+    "clear_entirely": ClearEntireCostmap,
+    "clear_except": ClearCostmapExceptRegion,
+    "clear_around": ClearCostmapAroundRobot,
 }
 
 
-def _of_costmap(name: str) -> dict[str, NodeService]:
+def _of_costmap(name: str) -> dict[str, Any]:
     """Return the services of a costmap, most of which end with its name, as in Nav2."""
     return {f"{name}/{verb}{f'_{name}' * (verb != 'get_costmap')}": service for verb, service in _OF_COSTMAP.items()}
 
 
-def _of_manager(name: str) -> dict[str, NodeService]:
+def _of_manager(name: str) -> dict[str, Any]:
     """Return the services of a lifecycle manager."""
     return {
-        f"{name}/manage_nodes": _service("nav2_msgs", ManageLifecycleNodes),
-        f"{name}/is_active": _service("std_srvs", Trigger),
+        f"{name}/manage_nodes": ManageLifecycleNodes,
+        f"{name}/is_active": Trigger,
     }
 
 
-_OWN_SERVICES: Final[Mapping[str, Mapping[str, NodeService]]] = MappingProxyType(
+_OWN_SERVICES: Final[Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {
-        MAP_SERVER.name: {"map_server/map": _service("nav_msgs", GetMap)},
+        MAP_SERVER.name: {"map_server/map": GetMap},
         # Costmaps and managers as nodes of their own would cost each robot six services for parameters each.
         "bt_navigator": _of_manager("lifecycle_manager_navigation"),
         LOCALIZATION: _of_manager("lifecycle_manager_localization"),
-        "planner_server": {"is_path_valid": _service("nav2_msgs", IsPathValid), **_of_costmap("global_costmap")},
+        "planner_server": {"is_path_valid": IsPathValid, **_of_costmap("global_costmap")},
         "controller_server": _of_costmap("local_costmap"),
-        "route_server": {"route_server/set_route_graph": _service("nav2_msgs", SetRouteGraph)},
-        "docking_server": {"docking_server/reload_database": _service("nav2_msgs", ReloadDockDatabase)},
+        "route_server": {"route_server/set_route_graph": SetRouteGraph},
+        "docking_server": {"docking_server/reload_database": ReloadDockDatabase},
     }
 )
 """The services that only the node of a name has, by their names below the robot's."""
 
 
-def own_services(node: Node) -> dict[str, NodeService]:
+def own_services(node: Node) -> dict[str, Any]:
     """Return the services that only this node has, by their full names."""
     return {f"{node.namespace.rstrip('/')}/{name}": of for name, of in _OWN_SERVICES.get(node.name, {}).items()}
 
 
-NODE_SERVICES: Final[Mapping[str, NodeService]] = MappingProxyType({**_OF_ALL_NODES, **LIFECYCLE_SERVICES})
+NODE_SERVICES: Final[Mapping[str, Any]] = MappingProxyType({**_OF_ALL_NODES, **LIFECYCLE_SERVICES})
 """The services below the names of nodes."""
 
 
-def services_of(node: Node) -> dict[str, NodeService]:
+def services_of(node: Node) -> dict[str, Any]:
     """Return the services of a node by their full names."""
     of_lifecycle = LIFECYCLE_SERVICES if has_lifecycle(node) else {}
     named = {f"{node.full_name}/{name}": service for name, service in (_OF_ALL_NODES | of_lifecycle).items()}

@@ -225,11 +225,9 @@ def _ros_key(name: str, type_: ServiceType) -> str:
 
 @cache
 def _action(name: str) -> ActionType:
-    found = actions()[name]
-    return action_type(found.ros_type, found.goal, found.result, found.feedback)
+    return action_type(actions()[name])
 
 
 @cache
 def _service(name: str) -> ServiceType:
-    found = ros_services(services())[name]
-    return service_type(found.ros_type, found.request, found.response)
+    return service_type(ros_services(services())[name].ros)

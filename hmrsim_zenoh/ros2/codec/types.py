@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.geometry_msgs import PoseStamped
@@ -34,8 +34,6 @@ from hmrsim_zenoh.ros2.codec.structures import (
 if TYPE_CHECKING:
     from hmrsim.actions import AnyAction
     from hmrsim.interfaces.message import Message
-    from hmrsim.services import Service
-    from hmrsim_zenoh.ros2.names import NodeService
 
 DISTROS: Final = ("jazzy", "kilted", "lyrical", "rolling")
 """The supported distributions, oldest first."""
@@ -247,39 +245,39 @@ def message_type(cls: type[Message], distro: str = OURS) -> MessageType:
     return _message(structure_in(distro, structure(cls)))
 
 
-def service_type(name: str, request: type[Message], response: type[Message], distro: str = OURS) -> ServiceType:
-    """Return the type of a service, such as ``simulation_interfaces/srv/SpawnEntity``.
+def service_type(ros: Any, distro: str = OURS) -> ServiceType:
+    """Return the type of a service, such as `SpawnEntity`, which has the messages `Request` and `Response`.
 
     Raises:
         ValueError: No such distribution is known.
     """
-    return _service(distro, name, structure(request), structure(response))
+    name = ros.Request.ros_type.removesuffix("_Request")
+    return _service(distro, name, structure(ros.Request), structure(ros.Response))
 
 
-def service_types(service: Service | NodeService, distros: Iterable[str]) -> tuple[ServiceType, ...]:
+def service_types(ros: Any, distros: Iterable[str]) -> tuple[ServiceType, ...]:
     """Return the types of a service in some distributions.
 
     Raises:
         ValueError: No such distribution is known.
     """
-    kinds = service.ros_type, service.request, service.response
-    return tuple(service_type(*kinds, distro) for distro in distros)
+    return tuple(service_type(ros, distro) for distro in distros)
 
 
-def action_type(
-    name: str, goal: type[Message], result: type[Message], feedback: type[Message], distro: str = OURS
-) -> ActionType:
-    """Return the type of an action, such as ``nav2_msgs/action/NavigateToPose``.
+def action_type(action: AnyAction, distro: str = OURS) -> ActionType:
+    """Return the type of an action.
 
     Raises:
         ValueError: No such distribution is known.
     """
+    name, models = action.ros_type, (action.goal, action.result, action.feedback)
+    goal, result, feedback = (structure(cast("type[Message]", model)) for model in models)
     return _action(
         name,
-        _service(distro, f"{name}_SendGoal", *send_goal_structures(name, structure(goal))),
-        service_type("action_msgs/srv/CancelGoal", CancelGoal.Request, CancelGoal.Response, distro),
-        _service(distro, f"{name}_GetResult", *get_result_structures(name, structure(result))),
-        _message(structure_in(distro, feedback_structure(name, structure(feedback)))),
+        _service(distro, f"{name}_SendGoal", *send_goal_structures(name, goal)),
+        service_type(CancelGoal, distro),
+        _service(distro, f"{name}_GetResult", *get_result_structures(name, result)),
+        _message(structure_in(distro, feedback_structure(name, feedback))),
         message_type(GoalStatusArray, distro),
     )
 
@@ -290,8 +288,7 @@ def action_types(action: AnyAction, distros: Iterable[str]) -> tuple[ActionType,
     Raises:
         ValueError: No such distribution is known.
     """
-    kinds = (action.ros_type, action.goal, action.result, action.feedback)
-    return tuple(action_type(*kinds, distro) for distro in distros)
+    return tuple(action_type(action, distro) for distro in distros)
 
 
 def dds_name(name: str) -> str:

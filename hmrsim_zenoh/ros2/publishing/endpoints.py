@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property, lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
 
 from hmrsim.interfaces.action_msgs import GoalStatusArray
 from hmrsim.interfaces.diagnostic_msgs import DiagnosticArray
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from hmrsim.services import Service
     from hmrsim_zenoh.ros2.codec.types import ActionType
     from hmrsim_zenoh.ros2.keys import TypeHash
-    from hmrsim_zenoh.ros2.names import NodeService
     from hmrsim_zenoh.ros2.wires import Wire
 
 ODOM, BATTERY_STATE, DETECTIONS, AMCL_POSE = "odom", "battery_state", "detections", "amcl_pose"
@@ -145,7 +144,7 @@ PUBLISHED: Final = (
 """The names of all topics that are published, with a wildcard for the robot."""
 
 
-def _declared_services(node: Node) -> dict[str, NodeService]:
+def _declared_services(node: Node) -> dict[str, Any]:
     """Return the services of a node, except for ``get_state``, which is declared with its topics."""
     return {name: of for name, of in services_of(node).items() if not name.endswith(f"/{LIFECYCLE_SERVICE}")}
 
@@ -186,7 +185,7 @@ class Endpoints:
             for name, service in _declared_services(node).items():
                 yield from self._service(node, name, service)
         for name, of_world in self._services.items() if part.robot == WORLD else ():
-            yield from self._service(WORLD_NODE, name, of_world)
+            yield from self._service(WORLD_NODE, name, of_world.ros)
 
     def _find_types_of(self, part: Part) -> dict[str, set[TypeHash]]:
         """Return types and hashes of the endpoints of a part by their names; from any thread."""
@@ -211,7 +210,7 @@ class Endpoints:
             return Owned(MAP_SERVER if topic == MAP_TOPIC else WORLD_NODE, endpoint)
         return Owned(Node(f"/{robot}", node), endpoint)
 
-    def _service(self, node: Node, name: str, service: Service | NodeService) -> Iterator[Owned]:
+    def _service(self, node: Node, name: str, service: Any) -> Iterator[Owned]:
         for type_ in self._distinct(service_types(service, self._wire.distros)):
             yield Owned(node, Endpoint(Kind.SERVICE, name, type_.dds_name, type_.hash))
 

@@ -7,6 +7,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
+from hmrsim.interfaces.message import unbuilt
+from hmrsim.interfaces.type_description_interfaces import GetTypeDescription
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.ros2.codec.types import action_types, message_type, service_types
 from hmrsim_zenoh.ros2.names import (
@@ -18,7 +20,7 @@ from hmrsim_zenoh.ros2.names import (
     services_of,
 )
 from hmrsim_zenoh.ros2.publishing.endpoints import TOPICS
-from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, type_descriptions, view_services
+from hmrsim_zenoh.ros2.requests import lifecycle_services, parameter_services, view_services
 from hmrsim_zenoh.ros2.requests.handlers import (
     CancelGoalHandler,
     GetResultHandler,
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim_zenoh.ros2.codec.types import MessageType, ServiceType
     from hmrsim_zenoh.ros2.keys import Node
-    from hmrsim_zenoh.ros2.names import Names, NodeService
+    from hmrsim_zenoh.ros2.names import Names
     from hmrsim_zenoh.ros2.requests.handlers import Handler
 
 _T = TypeVar("_T")
@@ -123,7 +125,7 @@ class Catalog:
     def _create(self, name: str) -> Handler | None:
         if name in self._services:
             service = self._services[name]
-            return WorldServiceHandler(name, self._layouts_of(service), service)
+            return WorldServiceHandler(name, self._layouts_of(service.ros), service)
         node_name, _, verb = name.rpartition("/")
         if verb in NODE_SERVICES:
             return self._of_node(name, verb, self._known_nodes.find(node_name))
@@ -142,7 +144,7 @@ class Catalog:
         service = services_of(node).get(name) if node else None
         if node is None or service is None:
             return None
-        about = name, self._layouts_of(service), node, self._simulator, service.response
+        about = name, self._layouts_of(service), node, self._simulator, service.Response
         if verb in self._responses:
             return ReadingHandler(*about, self._responses[verb], lost=lost)
         if verb == MANAGE_NODES:
@@ -156,7 +158,17 @@ class Catalog:
         return tuple(action for action in self._names.serves.get(robot, ()) if node_of(robot, action) == node)
 
     def _describe_type(self, _simulator: Simulator, node: Node, request: Mapping[str, Any]) -> Mapping[str, Any]:
-        return type_descriptions.describe(self._types_of(node), request)
+        """Return the description of the type of an endpoint, which the request selects by its hash, as rcl does.
+
+        It has no defaults of fields, and the response has no sources: the types derive from our models.
+        """
+        found = next((one for one in self._types_of(node) if one.hash == request["type_hash"]), None)
+        if found is None:
+            return unbuilt(GetTypeDescription.Response, failure_reason="Type not currently in use by this node")
+        whole = found.structure.describe()
+        for described in (whole["type_description"], *whole["referenced_type_descriptions"]):
+            described["fields"] = [{**field, "default_value": ""} for field in described["fields"]]
+        return unbuilt(GetTypeDescription.Response, successful=True, type_description=whole)
 
     def _types_of(self, node: Node) -> Iterator[MessageType | ServiceType]:
         """Yield the types of the endpoints of a node."""
@@ -166,12 +178,12 @@ class Catalog:
         for action in self._actions_of(node):
             for type_ in action_types(self._actions[action], self._distros):
                 yield from (type_.send_goal, type_.cancel_goal, type_.get_result, type_.feedback, type_.status)
-        of_world = self._services.values() if node == WORLD_NODE else ()
+        of_world = [service.ros for service in self._services.values()] if node == WORLD_NODE else []
         for service in (*services_of(node).values(), *of_world):
             yield from self._layouts_of(service).types
 
-    def _layouts_of(self, service: NodeService | Service) -> Layouts:
-        return Layouts(service_types(service, self._distros))
+    def _layouts_of(self, ros: Any) -> Layouts:
+        return Layouts(service_types(ros, self._distros))
 
     def _find_layouts(self, action: str, verb: str) -> Layouts:
         types = action_types(self._actions[action], self._distros)

@@ -50,8 +50,7 @@ def token(kind, name, type_, hash_, session=US, node="n"):
 
 def action_tokens(name="/wall_e/wait", session=US):
     """Return the tokens of an action server, whole."""
-    wait = registry()["wait"]
-    type_ = action_type(wait.ros_type, wait.goal, wait.result, wait.feedback)
+    type_ = action_type(registry()["wait"])
     parts = {
         "send_goal": (Kind.SERVICE, type_.send_goal),
         "cancel_goal": (Kind.SERVICE, type_.cancel_goal),

@@ -75,13 +75,12 @@ def open_session(endpoint: str, **settings: Any) -> zenoh.Session:
 
 def ros_action(action: str, distro: str = "jazzy") -> ActionType:
     """Return an action's type by our name of the action, such as ``pickup``."""
-    found = registry()[action]
-    return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
+    return action_type(registry()[action], distro)
 
 
 def get_state(distro: str = "jazzy") -> ServiceType:
     """Return the type of the service for a lifecycle node's state."""
-    return service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, distro)
+    return service_type(GetState, distro)
 
 
 def attachment(sequence: int, gid: bytes) -> bytes:

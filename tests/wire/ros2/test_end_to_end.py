@@ -180,7 +180,7 @@ def test_the_world_has_a_clock_poses_and_a_list_of_entities(live, ros):
     clock = node.subscribe("/clock", message_type(Clock, "jazzy"))
     odom = node.subscribe("/eve/odom", message_type(Odometry, "jazzy"))
     found = services()["get_entities"]
-    entities = node.service("/get_entities", service_type(found.ros_type, found.request, found.response, "jazzy"))
+    entities = node.service("/get_entities", service_type(found.ros, "jazzy"))
 
     earlier, later = (one["clock"] for one in clock.wait(lambda messages: len(messages) > 1)[:2])
 

@@ -44,8 +44,8 @@ class Tool:
         kind = NODE_SERVICES[service]
         if service not in self._services:
             name = f"{self._node}/{service}"
-            self._services[service] = self._client.service(name, service_type(*kind, self._client.distro)).wait()
-        return self._services[service].call(self._services[service].type.request.encode(kind.request(**fields)))
+            self._services[service] = self._client.service(name, service_type(kind, self._client.distro)).wait()
+        return self._services[service].call(self._services[service].type.request.encode(kind.Request(**fields)))
 
     def change(self, number=0, label=""):
         """Request a transition; return whether the state has changed."""
@@ -133,7 +133,7 @@ def test_parameters_are_listed_by_prefix_and_depth(tool):
 def test_a_node_describes_the_types_of_its_endpoints(tool, distro):
     """A tool that has not installed a type finds its hash in the graph, and checks the description against it."""
     tool, action = tool("/wall_e/bt_navigator", distro=distro), ros_action("navigate_to_pose", distro)
-    for type_ in (action.feedback, action.status, action.get_result, service_type(*NODE_SERVICES["get_state"], distro)):
+    for type_ in (action.feedback, action.status, action.get_result, service_type(NODE_SERVICES["get_state"], distro)):
         reply = tool.call("get_type_description", type_name=type_.name, type_hash=type_.hash)
         described = reply["type_description"]
         for one in (described["type_description"], *described["referenced_type_descriptions"]):
@@ -246,8 +246,8 @@ class Robot:
 
     def call(self, name, **fields):
         of = {name: kind for node in nodes_of("wall_e", ACTIONS) for name, kind in own_services(node).items()}
-        type_ = service_type(*of[f"/wall_e/{name}"], self._client.distro)
-        request = of[f"/wall_e/{name}"].request.model_validate(fields, strict=False)
+        type_ = service_type(of[f"/wall_e/{name}"], self._client.distro)
+        request = of[f"/wall_e/{name}"].Request.model_validate(fields, strict=False)
         return self._client.service(f"/wall_e/{name}", type_).wait().call(type_.request.encode(request))
 
 

@@ -40,8 +40,7 @@ SECOND = 1_000_000_000
 
 
 def wait_type(distro="jazzy", action="wait"):
-    found = all_actions()[action]
-    return action_type(found.ros_type, found.goal, found.result, found.feedback, distro)
+    return action_type(all_actions()[action], distro)
 
 
 @dataclass
@@ -367,7 +366,7 @@ class TestServices:
     ENTITIES = all_services()["get_entities"]
 
     def _type(self):
-        return service_type(self.ENTITIES.ros_type, self.ENTITIES.request, self.ENTITIES.response, "jazzy")
+        return service_type(self.ENTITIES.ros, "jazzy")
 
     def _query(self, payload):
         return query(f"0/get_entities/{self._type().dds_name}/{self._type().hash}", payload)
@@ -410,7 +409,7 @@ class TestServices:
 
     def test_the_state_has_number_and_label(self):
         desk = Desk()
-        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        type_ = service_type(GetState, "jazzy")
         asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
         found = desk.requests.decode(asked)
 
@@ -468,7 +467,7 @@ class TestNames:
 
     def test_the_log_of_the_asked_node_has_the_rejection(self):
         desk = Desk()
-        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        type_ = service_type(GetState, "jazzy")
         for asked in (
             query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", b"x"),
             query(key("send_goal"), b"x"),
@@ -479,7 +478,7 @@ class TestNames:
 
     def test_the_node_of_a_lost_robot_has_state_0(self):
         desk = Desk()
-        type_ = service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response, "jazzy")
+        type_ = service_type(GetState, "jazzy")
         asked = query(f"0/wall_e/amcl/get_state/{type_.dds_name}/{type_.hash}", CDR + b"\0")
         desk.catalog.follow(Names({"eve": ["wait"]}))
         desk.requests.decode(asked)

@@ -192,7 +192,7 @@ def test_a_cancel_does_not_overtake_its_goal(settings):
 def test_a_robot_that_ros_spawns_is_driven_by_ros():
     spawn = all_services()["spawn_entity"]
     with serving() as host, RosClient(host.endpoints[0]) as client:
-        service = client.service("/spawn_entity", service_type(spawn.ros_type, spawn.request, spawn.response, "jazzy"))
+        service = client.service("/spawn_entity", service_type(spawn.ros, "jazzy"))
         where = {"pose": {"position": {"x": 15.0, "y": 8.0}}}
         request = {"name": "helper", "uri": "robot_type:fetcher", "initial_pose": where}
         spawned = service.wait().call(service.type.request.encode(spawn.request.model_validate(request)))

@@ -22,8 +22,6 @@ from tests.wire.ros2.client import goal_to
 if TYPE_CHECKING:
     from tests.wire.ros2.client import Inbox, RosClient
 
-DELETE = (DeleteEntity.Request, DeleteEntity.Response)
-
 
 def listen(node: RosClient, name: str, topic: str) -> Inbox:
     """Subscribe to a topic of the simulator."""
@@ -53,7 +51,7 @@ def test_the_map_shows_walls_to_each_subscriber(live, ros):
 
 
 def test_the_map_server_answers_with_the_map(fast, ros):
-    type_ = service_type("nav_msgs/srv/GetMap", GetMap.Request, GetMap.Response)
+    type_ = service_type(GetMap)
     answer = ros(fast).service("/map_server/map", type_).wait().call({})
 
     assert "map" == answer["map"]["header"]["frame_id"]
@@ -136,7 +134,7 @@ def test_markers_follow_items_and_robots(live, ros):
 
     assert {"wall_e", "eve", "cart"} <= labels(markers.next())
     assert {"parcel", "anvil", "letter"} == labels(things.next())
-    delete = node.service("/delete_entity", service_type("simulation_interfaces/srv/DeleteEntity", *DELETE)).wait()
+    delete = node.service("/delete_entity", service_type(DeleteEntity)).wait()
     delete.call({"entity": "letter"})
     things.wait(lambda messages: labels(messages[-1]) == {"parcel", "anvil"})
     delete.call({"entity": "cart"})

@@ -14,9 +14,9 @@ from hmrsim.interfaces.shape_msgs import SolidPrimitive
 from hmrsim.interfaces.vision_msgs import Detection3DArray
 from hmrsim.interfaces.visualization_msgs import MarkerArray
 from hmrsim_zenoh.ros2.codec.structures import definition
-from hmrsim_zenoh.ros2.codec.types import action_types, message_type
+from hmrsim_zenoh.ros2.codec.types import action_type, message_type
 
-_OF_ACTIONS = [action_types(action, ("kilted",))[0].feedback for action in registry().values()]
+_OF_ACTIONS = [action_type(action).feedback for action in registry().values()]
 
 
 def described(cls):

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from hmrsim.actions import registry
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped, PoseWithCovariance, Twist
@@ -33,9 +34,7 @@ TEXT = message_type(Header)
 @pytest.fixture(scope="module")
 def navigate_to_pose() -> ActionType:
     """Return the type of the most used action."""
-    return action_type(
-        "nav2_msgs/action/NavigateToPose", NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback
-    )
+    return action_type(registry()["navigate_to_pose"])
 
 
 def names_and_entries(order: str, names: int, entries: int) -> bytes:

@@ -9,38 +9,36 @@ from pathlib import Path
 import pytest
 
 import hmrsim
+from hmrsim.actions import registry
 from hmrsim.interfaces.action_msgs import CancelGoal, GoalStatusArray
 from hmrsim.interfaces.builtin_interfaces import Time
 from hmrsim.interfaces.lifecycle_msgs import GetState
 from hmrsim.interfaces.moveit_msgs import Pickup
-from hmrsim.interfaces.nav2_msgs import NavigateThroughPoses, NavigateToPose
 from hmrsim_zenoh.ros2.codec.types import DISTROS, ActionType, ServiceType, action_type, message_type, service_type
 
 MAKE_ALL = """
 from hmrsim_zenoh.ros2.codec.decoder import decoder
 from hmrsim_zenoh.ros2.codec.encoder import encoder
 from hmrsim_zenoh.ros2.codec.types import action_type
-from hmrsim.interfaces.moveit_msgs import Pickup
-action = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback)
+from hmrsim.actions import registry
+action = action_type(registry()["pickup"])
 print(action.send_goal.hash, encoder.cache_info().currsize, decoder.cache_info().currsize)
 """
 
 
 def navigate_to_pose(distro: str = "kilted") -> ActionType:
     """Return the type of the most used action."""
-    parts = (NavigateToPose.Goal, NavigateToPose.Result, NavigateToPose.Feedback)
-    return action_type("nav2_msgs/action/NavigateToPose", *parts, distro)
+    return action_type(registry()["navigate_to_pose"], distro)
 
 
 def navigate_through_poses(distro: str) -> ActionType:
     """Return the type of an action that differs in each distribution."""
-    parts = (NavigateThroughPoses.Goal, NavigateThroughPoses.Result, NavigateThroughPoses.Feedback)
-    return action_type("nav2_msgs/action/NavigateThroughPoses", *parts, distro)
+    return action_type(registry()["navigate_through_poses"], distro)
 
 
 def get_state() -> ServiceType:
     """Return the type of a lifecycle service."""
-    return service_type("lifecycle_msgs/srv/GetState", GetState.Request, GetState.Response)
+    return service_type(GetState)
 
 
 def test_message() -> None:
@@ -123,7 +121,7 @@ def test_parts_are_the_same_where_they_agree() -> None:
 
 def test_cancellation_is_the_same_for_all() -> None:
     """All actions are canceled in the same way."""
-    cancel = service_type("action_msgs/srv/CancelGoal", CancelGoal.Request, CancelGoal.Response)
+    cancel = service_type(CancelGoal)
 
     assert navigate_to_pose().cancel_goal is cancel
 
@@ -157,7 +155,7 @@ def test_codecs_are_made_when_asked_for() -> None:
 
 def test_large_goal_reads_back() -> None:
     """A goal that nests forty types decodes to the encoded values."""
-    type_ = action_type("moveit_msgs/action/Pickup", Pickup.Goal, Pickup.Result, Pickup.Feedback).send_goal.request
+    type_ = action_type(registry()["pickup"]).send_goal.request
     goal = Pickup.Goal(target_name="box")
     sent = type_.encode({"goal_id": {"uuid": bytes(16)}, "goal": goal})
 
