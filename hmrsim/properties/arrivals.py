@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.properties.model.conditions import RobotCondition
-from hmrsim.properties.operators import Clause, Clauses, Demand, Instance
+from hmrsim.properties.operators import Clause, Clauses, Instance, Liveness
 from hmrsim.properties.signals import FAILS, HOLDS
 from hmrsim.properties.temporal import Above, And, Formula, Implies, Not, Previous, Since
 from hmrsim.properties.terms import Term
@@ -109,7 +109,7 @@ class Round:
         return not self._left
 
 
-class Arrivals(Demand):
+class Arrivals(Liveness):
     """A property about the places that a robot reaches; those reached at one instant count in the order of the list.
 
     Args:

@@ -90,8 +90,8 @@ class Temporal(Watcher):
         raise NotImplementedError
 
 
-class Demand(Temporal):
-    """A property that demands something: once or each time, within a time limit or at any time.
+class Liveness(Temporal):
+    """A property by which something has to happen: once or each time, within a time limit or at any time.
 
     Args:
         within: Seconds within which each demand has to be met; 0 for at once, None for any time.
@@ -254,7 +254,7 @@ class Never(Invariant):
         return self._is("holds", least, f"never {self.terms[0].text}")
 
 
-class Eventually(Demand):
+class Eventually(Liveness):
     """F[0, within] a: the condition holds at some instant."""
 
     def __init__(self, of: Instance) -> None:

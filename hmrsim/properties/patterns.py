@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.events import EventPattern
 from hmrsim.properties.model.part import BOUND, bound, bound_names
-from hmrsim.properties.operators import A, B, Clause, Demand, Instance, Invariant, Temporal, begins
+from hmrsim.properties.operators import A, B, Clause, Instance, Invariant, Liveness, Temporal, begins
 from hmrsim.properties.signals import fields_of, watch
 from hmrsim.properties.temporal import And, Implies, Not, Once, Or, Previous
 from hmrsim.properties.terms import Term, prepare
@@ -137,7 +137,7 @@ class Reaction(Invariant):
         return self._is("holds", 1.0, f"{stimulus.times} times {stimulus.text}")
 
 
-class DelayedReaction(Demand):
+class DelayedReaction(Liveness):
     """A reaction holds at the time of a stimulus or later: G (a -> F[0, within] b)."""
 
     def __init__(self, of: Instance) -> None:
@@ -164,7 +164,7 @@ class DelayedReaction(Demand):
         return self._is("holds", self.missing.least, f"{stimulus.times} times {stimulus.text}")
 
 
-class Whenever(Demand):
+class Whenever(Liveness):
     """Each time that a trigger begins to hold, another condition has to hold then or later.
 
     Of two events at one instant the second one follows the first. A trigger that is not an event begins to hold at the

@@ -204,6 +204,12 @@ def test_the_same_trace_has_the_same_report(trace):
     assert one == other
 
 
+CROSSING = {
+    "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
+    "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+}
+
+
 @pytest.mark.parametrize("exact", [True, False])
 @examples(25)
 @given(data=st.data())
@@ -213,8 +219,7 @@ def test_reports_are_consistent(data, exact):
         name: {"at": at, "script": data.draw(orders)} for name, at in (("a", "west"), ("b", "east"), ("c", "bay"))
     }
     world = {
-        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
-        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        **CROSSING,
         "robot_types": {
             "cart": {
                 "base": {"speed": 1, "radius": 0.4, "acceleration": data.draw(st.sampled_from([0.0, 0.7])) or None}
@@ -245,8 +250,7 @@ def test_reports_are_consistent(data, exact):
 def test_a_robot_that_has_made_room_waits_for_the_other_one(report):
     """Its goal does not keep it busy where it stands aside."""
     world = {
-        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
-        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        **CROSSING,
         "robot_types": {"cart": {"base": {"speed": 1, "radius": 0.4}}},
         "traffic": {"policy": "priority"},
         "robots": {
@@ -265,8 +269,7 @@ def test_a_robot_that_has_made_room_waits_for_the_other_one(report):
 def test_a_robot_that_makes_room_in_a_queue_stays_in_it(report):
     """Queues stands at the crossing, which passes needs, and moves on to the bay."""
     world = {
-        "waypoints": {"west": [0, 0], "middle": [10, 0], "east": [20, 0], "bay": [10, 4]},
-        "lanes": [["west", "middle"], ["middle", "east"], ["middle", "bay"]],
+        **CROSSING,
         "docks": {"charger": {"at": [20, 4], "staging": [20, 0], "type": "charger"}},
         "robot_types": {
             "cart": {"base": {"speed": 1, "radius": 0.4}, "components": {"battery": {"capacity": 100}}},

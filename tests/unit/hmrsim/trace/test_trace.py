@@ -176,15 +176,6 @@ class TestReplay:
         assert replay(lines).difference is None
         assert [5, 4] == [line["status"] for line in read(lines, "status") if line["status"] >= 4]
 
-    def test_a_truncated_trace_is_replayed_to_its_end(self):
-        text = "".join(traced((0.1, go(9.0, 2.0, B)), (0.1, WAIT), (1.7, CancelGoal("eve", "wait"))))
-        first = text.index("\n") + 1
-        for cut in range(first, len(text) - 1, 7):
-            outcome = replay(text[:cut].splitlines(keepends=True))
-
-            assert (None, False) == (outcome.difference, outcome.complete)
-            assert text[:cut].count("\n") == outcome.lines
-
     def test_the_first_line_that_differs_is_shown(self):
         lines = traced((0.0, WAIT), (1.0, PICK))
         number = next(n for n, line in enumerate(lines) if '"kind":"picked"' in line)
