@@ -134,27 +134,6 @@ def _real(text: str, _places: Places | None) -> float:
     return value
 
 
-def _finite(text: str, places: Places | None = None) -> float:
-    value = _real(text, places)
-    if math.isinf(value):
-        raise ValueError(f"{shown(text)} is not a finite number")
-    return value
-
-
-def _positive(text: str, places: Places | None) -> float:
-    value = _real(text, places)
-    if value <= 0.0:
-        raise ValueError(f"{shown(text)} is not a number greater than 0")
-    return value
-
-
-def _share(text: str, places: Places | None) -> float:
-    value = _real(text, places)
-    if not 0.0 <= value <= 1.0:
-        raise ValueError(f"{shown(text)} is not a number from 0 to 1")
-    return value
-
-
 def _whole(text: str, _places: Places | None) -> int:
     try:
         return int(text)
@@ -162,16 +141,22 @@ def _whole(text: str, _places: Places | None) -> int:
         raise ValueError(f"{shown(text)} is not a whole number") from None
 
 
-def _unsigned(text: str, places: Places | None) -> int:
-    value = _whole(text, places)
-    if not 0 <= value < _UNSIGNED:
-        raise ValueError(f"{shown(text)} is not a whole number from 0 to {_UNSIGNED - 1}")
-    return value
+N = TypeVar("N", int, float)
 
 
-def _children(text: str, places: Places | None) -> int:
-    """Return a number of children; negative numbers count from the end."""
-    return _whole(text, places)
+def _limited(parse: Callable[[str, Places | None], N], holds: Callable[[N], bool], what: str) -> Callable[..., N]:
+    """Return a parser of numbers for which a condition holds."""
+
+    def limited(text: str, places: Places | None = None) -> N:
+        value = parse(text, places)
+        if not holds(value):
+            raise ValueError(f"{shown(text)} is not {what}")
+        return value
+
+    return limited
+
+
+_finite: Final = _limited(_real, math.isfinite, "a finite number")
 
 
 def _truth(text: str, _places: Places | None) -> bool:
@@ -222,13 +207,6 @@ def _poses(text: str, places: Places | None) -> list[PoseStamped]:
     return [_pose(part, places) for part in text.split("|")]
 
 
-def _waypoint_id(text: str, places: Places | None) -> int:
-    value = _whole(text, places)
-    if not 0 <= value <= MAX_WAYPOINT_ID:
-        raise ValueError(f"{shown(text)} is not the id of a waypoint, from 0 to {MAX_WAYPOINT_ID}")
-    return value
-
-
 def message_kind(message: type[Message]) -> Kind[Any]:
     """Return the kind of a message that has no text format, so that only another node can write it."""
     name = message.ros_type.replace("/msg/", "/")
@@ -254,19 +232,30 @@ _STATUSES: Final = {
 """Statuses, named as in BehaviorTree.CPP."""
 MAX_WAYPOINT_ID: Final = (1 << 16) - 1
 """The largest id in Nav2's messages."""
-_UNSIGNED: Final = 1 << 32
-"""The smallest number that exceeds an unsigned number of BehaviorTree.CPP."""
+_MAX_UNSIGNED: Final = (1 << 32) - 1
+"""The largest unsigned number of BehaviorTree.CPP."""
 
 STRING: Final = Kind("string", str, _text)
 DOUBLE: Final = Kind("double", float, _real)
 FINITE: Final = Kind("double", float, _finite)
 """A length, a speed, a duration."""
-POSITIVE: Final = Kind("double", float, _positive)
-SHARE: Final = Kind("double", float, _share)
+POSITIVE: Final = Kind("double", float, _limited(_real, lambda number: number > 0.0, "a number greater than 0"))
+SHARE: Final = Kind("double", float, _limited(_real, lambda number: 0.0 <= number <= 1.0, "a number from 0 to 1"))
 INT: Final = Kind("int", int, _whole)
-UNSIGNED: Final = Kind("unsigned int", int, _unsigned)
-WAYPOINT_ID: Final = Kind("unsigned int", int, _waypoint_id)
-CHILDREN: Final = Kind("int", int, _children)
+UNSIGNED: Final = Kind(
+    "unsigned int",
+    int,
+    _limited(_whole, lambda number: 0 <= number <= _MAX_UNSIGNED, f"a whole number from 0 to {_MAX_UNSIGNED}"),
+)
+WAYPOINT_ID: Final = Kind(
+    "unsigned int",
+    int,
+    _limited(
+        _whole, lambda number: 0 <= number <= MAX_WAYPOINT_ID, f"the id of a waypoint, from 0 to {MAX_WAYPOINT_ID}"
+    ),
+)
+CHILDREN: Final = Kind("int", int, _whole)
+"""A number of children; negative numbers count from the end."""
 INTS: Final = Kind("int[]", list, _whole_numbers)
 BOOL: Final = Kind("bool", bool, _truth)
 STATUS: Final = Kind("NodeStatus", Status, _status)
