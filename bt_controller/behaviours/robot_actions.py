@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.behaviours.action_clients import FromConstant
@@ -162,9 +163,7 @@ class Pickup(ActionLeaf[Any, moveit_msgs.Pickup.Result, moveit_msgs.Pickup.Feedb
     PLAIN = True
 
     def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:
-        def goal() -> Mapping[str, Any]:
-            return unbuilt(moveit_msgs.Pickup.Goal, target_name=item)
-
+        goal = partial(unbuilt, moveit_msgs.Pickup.Goal, target_name=item)
         super().__init__(name or f"Pick up {_checked(item)}", pickup.ACTION, goal, robot=robot)
 
 
@@ -182,9 +181,7 @@ class Place(ActionLeaf[Any, moveit_msgs.Place.Result, moveit_msgs.Place.Feedback
     PLAIN = True
 
     def __init__(self, item: str, *, name: str | None = None, robot: str | None = None) -> None:
-        def goal() -> Mapping[str, Any]:
-            return unbuilt(moveit_msgs.Place.Goal, attached_object_name=item)
-
+        goal = partial(unbuilt, moveit_msgs.Place.Goal, attached_object_name=item)
         super().__init__(name or f"Place {_checked(item)}", place.ACTION, goal, robot=robot)
 
 

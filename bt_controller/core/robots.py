@@ -69,7 +69,7 @@ class Directory:
             NotServed: There is no such robot.
         """
         if robot not in self.actions:
-            raise NotServed(f"no robot {robot!r}{_instead(robot, self.actions)}")
+            raise NotServed(f"no robot {robot!r}{instead(robot, sorted(self.actions))}")
 
     def resolve(self, robot: str, action: str) -> tuple[str, str]:
         """Return robot and action for a leaf's action name.
@@ -86,12 +86,9 @@ class Directory:
         if action not in self.actions[robot]:
             known = registry().get(action)
             needs = f", which needs the component {known.component!r}" if known and known.component else ""
-            raise NotServed(f"robot {robot!r} has no action {action!r}{needs}{_instead(action, self.actions[robot])}")
+            known_actions = instead(action, sorted(self.actions[robot]))
+            raise NotServed(f"robot {robot!r} has no action {action!r}{needs}{known_actions}")
         return robot, action
-
-
-def _instead(wanted: str, names: Iterable[str]) -> str:
-    return instead(wanted, sorted(names))
 
 
 ALL: Final = "all"

@@ -15,7 +15,7 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 from py_trees.ports import CONST_PREFIX, DOT_REPLACEMENT
 
-from bt_controller.core.ports import CHILDREN
+from bt_controller.core.ports import BOOL, CHILDREN
 from bt_controller.nodes import UNSUPPORTED
 from bt_controller.scripting.parser import ScriptError, parse
 from bt_controller.scripting.scripted import ATTRIBUTES, ScriptConditions
@@ -143,7 +143,6 @@ _IGNORED: Final = ("_description", "_fullpath", "_uid")
 _AUTOREMAP: Final = "_autoremap"
 _SUBTREE: Final = "SubTree"
 _FORMS: Final = ("Action", "Condition", "Control", "Decorator")
-_TRUTHS: Final = {"true": True, "1": True, "false": False, "0": False}
 
 
 def check(document: Document, nodes: Mapping[str, type[Any]], faults: Faults) -> dict[str, Call]:
@@ -308,10 +307,11 @@ class _Checker:
             self._faults.add(origin, f"unknown tree {shown(tree)}{instead(tree, self._document.trees)}")
         if len(element):
             self._faults.add(origin, "has children; move them to its <BehaviorTree>")
-        text = attributes.pop(_AUTOREMAP, "false")
-        if text.lower() not in _TRUTHS:
-            self._faults.add(origin, f"{_AUTOREMAP}: {shown(text)} is neither true nor false")
-        autoremap = _TRUTHS.get(text.lower(), False)
+        autoremap = False
+        try:
+            autoremap = BOOL.read(attributes.pop(_AUTOREMAP, "false"), None)
+        except ValueError as error:
+            self._faults.add(origin, f"{_AUTOREMAP}: {error}")
         around, conditions = self._conditions(origin, attributes)
         attributes.pop("name", None)
         ports = {}

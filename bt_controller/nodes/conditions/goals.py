@@ -85,12 +85,8 @@ class GoalUpdated(Condition):
         return _if(self.status is not Status.INVALID and known != self._known)
 
 
-class GlobalUpdatedGoal(Condition):
+class GlobalUpdatedGoal(GoalUpdated):
     """Succeeds at its first tick, and whenever ``goal`` or ``goals`` have changed since its last tick, idle or not."""
-
-    INPUTS: ClassVar = GOAL_PORTS
-
-    _known: Any = None
 
     def update(self) -> Status:
         """Compare the goals with those of the last tick."""
