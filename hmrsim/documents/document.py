@@ -18,7 +18,6 @@ from hmrsim.errors import DocumentError, Problem, WorldError, reason_of
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path as FieldPath
-    from hmrsim.documents.validation import Models
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -76,13 +75,13 @@ class Document:
         if problems:
             raise self.error(limited(problems, self.file))
 
-    def validated(self, model: type[M], parts: Models | None = None) -> M:
-        """Return the content as a model; *parts* are the models of all parts, for the known keys in messages.
+    def validated(self, model: type[M]) -> M:
+        """Return the content as a model.
 
         Raises:
             DocumentError: The content is invalid; the error is of the document's class and has all errors.
         """
-        valid = valid_parts(self.data, model, parts or model)
+        valid = valid_parts(self.data, model)
         self.raise_for(valid.findings)
         if valid.value is None:
             raise AssertionError

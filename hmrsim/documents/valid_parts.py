@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeAlias, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding
-from hmrsim.documents.validation import explain, matches
+from hmrsim.documents.validation import explain
 
 if TYPE_CHECKING:
     from hmrsim.diagnostics import Path
-    from hmrsim.documents.validation import Models
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -74,14 +74,15 @@ class ValidParts(Generic[M]):
 
 
 def valid_parts(
-    data: Mapping[str, Any], model: type[M], parts: Models, stand_ins: Mapping[tuple[str, ...], Any] | None = None
+    data: Mapping[str, Any],
+    model: type[M],
+    stand_ins: Mapping[tuple[str, ...], Any] = MappingProxyType({}),
 ) -> ValidParts[M]:
     """Return *data* as a model without the invalid parts, and the errors.
 
     Args:
         data: The content of a document.
         model: Its model.
-        parts: The models of all parts, for the known keys in messages.
         stand_ins: Values by path, in which ``*`` is any key or index. One takes the place of a required value that is
             missing or invalid, so that the rest of its entry is kept.
     """
@@ -96,14 +97,14 @@ def valid_parts(
             value = model.model_validate(left)
             break
         except ValidationError as error:
-            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, left, parts)]
+            found = [replace(one, path=_original(one.path, kept)) for one in explain(error, left, model)]
             count = error.error_count()
         fresh = [finding for finding in found if not _follows(gone, finding.path)]
         findings += fresh
         for finding in found:
             # An entry that this round has removed may have further errors.
             if finding not in fresh or not _is_gone(gone, finding.path):
-                rest = _remove(rest, gone, finding.path, stand_ins or {})
+                rest = _remove(rest, gone, finding.path, stand_ins)
         if not left:
             break
         if count > MAX_FINDINGS:
@@ -150,7 +151,7 @@ def _remove(data: dict[str, Any], gone: _Gone, path: Path, stand_ins: Mapping[tu
     """Remove the smallest part that holds *path* and is still there; return the data, perhaps with a stand-in."""
     cut = _cut(data, path)
     for place in (path, cut):
-        pattern = next((pattern for pattern in stand_ins if matches(pattern, place)), None)
+        pattern = next((pattern for pattern in stand_ins if _matches(pattern, place)), None)
         if pattern is not None and not _is_gone(gone, place) and isinstance(_at(data, place[:-1]), dict):
             _mark(gone, place, False)
             changed: dict[str, Any] = _replaced(data, place, stand_ins[pattern])
@@ -162,6 +163,10 @@ def _remove(data: dict[str, Any], gone: _Gone, path: Path, stand_ins: Mapping[tu
     else:
         gone.update(dict.fromkeys((*data, *path[:1])))
     return data
+
+
+def _matches(pattern: tuple[str, ...], path: Path) -> bool:
+    return len(pattern) == len(path) and all(step in {"*", at} for step, at in zip(pattern, path, strict=True))
 
 
 def _is_gone(gone: _Gone, path: Path) -> bool:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, TypeGuard, get_args
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, TypeGuard, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Tag
 
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, shown
-from hmrsim.distributions import Distribution
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
     from pydantic_core import ErrorDetails
-
-_DISTRIBUTION = "distribution"
-"""The step in pydantic's paths where a value is validated as a distribution."""
 
 _EXPECTED = {
     "float_type": "a number",
@@ -55,21 +52,17 @@ _PHRASES: dict[str, Callable[[Mapping[str, Any], object], str]] = {
 }
 
 
-Models = type[BaseModel] | Mapping[tuple[str, ...], type[BaseModel]]
-"""The model of a document, or the models of its parts by their paths, in which ``*`` is any key or index."""
-
-
-def explain(error: ValidationError, data: object, models: Models) -> list[Finding]:
+def explain(error: ValidationError, data: object, model: type[BaseModel]) -> list[Finding]:
     """Return the errors of *data*, one finding per field and at most `MAX_FINDINGS`.
 
-    *models* provide the known keys, for suggestions about unknown ones.
+    *model* provides the known keys, for suggestions about unknown ones.
     """
     findings: dict[Path, Finding] = {}
     too_short: set[Path] = set()
     for details in error.errors(include_url=False, include_input=False)[:MAX_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
         if path not in findings:
-            findings[path] = Finding(path, _message(details, path, value, models), value)
+            findings[path] = Finding(path, _message(details, path, value, model), value)
         if details["type"] in ("too_short", "too_long"):
             too_short.add(_follow(data, details["loc"], missing=False)[0])
     # Pydantic counts the entries of a list without the invalid ones, which are reported already.
@@ -96,11 +89,10 @@ def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple
     return tuple(path), value
 
 
-def _message(details: ErrorDetails, path: Path, value: object, models: Models) -> str:
+def _message(details: ErrorDetails, path: Path, value: object, model: type[BaseModel]) -> str:
     kind, context = details["type"], details.get("ctx", {})
     if kind == "extra_forbidden":
-        loc = details["loc"]
-        known = _keys_of_distribution(loc) if _DISTRIBUTION in loc else _known_keys(path[:-1], models)
+        known = _known_keys(details["loc"][:-1], model)
         text = f"unknown key {path[-1]!r}{_split(str(path[-1]), value) or instead(str(path[-1]), known)}"
     elif kind == "missing" and isinstance(value, (list, tuple)):
         text = f"expected {_count(details, path)}, got {len(value)}"
@@ -161,38 +153,35 @@ def _example(path: Path) -> str:
     return "; expected the name of a waypoint" if path[0] == "lanes" else ""
 
 
-def _keys_of_distribution(loc: tuple[str | int, ...]) -> Iterable[str]:
-    *below, _ = loc[loc.index(_DISTRIBUTION) + 1 :]
-    kind: Any = Distribution.model_fields[str(below[0])].annotation if below else Distribution
-    return [*(get_args(kind) or (kind,))[0].model_fields]
+def _known_keys(loc: tuple[str | int, ...], model: type[BaseModel]) -> Iterable[str]:
+    """Return the keys that the mapping at pydantic's path of an error may have."""
+    kinds: list[Any] = [model]
+    for step in loc:
+        options = [option for kind in kinds for option in _alternatives(kind)]
+        tagged = [kind for kind, tag in options if tag == step]
+        kinds = tagged or [inner for kind, _ in options for inner in _below(kind, step)]
+    found = next((kind for each in kinds for kind, _ in _alternatives(each) if _is_model(kind)), None)
+    return [] if found is None else [field.alias or name for name, field in found.model_fields.items()]
 
 
-def matches(pattern: tuple[str, ...], path: Path) -> bool:
-    """Return whether a path has the form of a pattern, in which ``*`` is any key or index."""
-    return len(pattern) == len(path) and all(
-        expected in {"*", step} for expected, step in zip(pattern, path, strict=True)
-    )
+def _alternatives(kind: Any, tag: str = "") -> Iterator[tuple[Any, str]]:
+    """Yield the types of which a value may be, each with its tag in a union."""
+    inner, *about = get_args(kind) or (None,)
+    if get_origin(kind) is Annotated:
+        yield from _alternatives(inner, next((each.tag for each in about if isinstance(each, Tag)), tag))
+    elif get_origin(kind) in (Union, UnionType):
+        for each in (inner, *about):
+            yield from _alternatives(each)
+    else:
+        yield kind, tag
 
 
-def _is_model(part: object) -> TypeGuard[type[BaseModel]]:
-    return isinstance(part, type) and issubclass(part, BaseModel)
+def _below(kind: Any, step: str | int) -> Iterable[Any]:
+    """Return the types of a part of a value: a field of a model, or the values of a mapping or list."""
+    if _is_model(kind):
+        return [field.annotation for name, field in kind.model_fields.items() if step in (name, field.alias)]
+    return [inner for inner in get_args(kind) if inner is not Ellipsis][-1:]
 
 
-def _known_keys(path: Path, models: Models) -> Iterable[str]:
-    if isinstance(models, Mapping):
-        fitting = (part for part in models if matches(part, path))
-        model = models.get(min(fitting, key=lambda part: part.count("*"), default=("",)))
-        return () if model is None else _keys_of(model)
-    model = models
-    for step in path:
-        # A part of a component's settings may be a model.
-        annotation = model.model_fields[str(step)].annotation
-        inner = next((kind for kind in (annotation, *get_args(annotation)) if _is_model(kind)), None)
-        if inner is None:
-            return ()
-        model = inner
-    return _keys_of(model)
-
-
-def _keys_of(model: type[BaseModel]) -> Iterable[str]:
-    return [field.alias or name for name, field in model.model_fields.items()]
+def _is_model(kind: Any) -> TypeGuard[type[BaseModel]]:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)

@@ -4,48 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.errors import ExperimentError, Problem, WorldError
-from hmrsim.experiments.model import (
-    Design,
-    Ending,
-    ExperimentFile,
-    Keep,
-    Limits,
-    Measure,
-    Range,
-    Replications,
-    Treatment,
-    Until,
-    Variant,
-)
+from hmrsim.experiments.model import Design, ExperimentFile
 from hmrsim.experiments.plan import DesignFlaw, Levels, Plan, scenarios_of
 from hmrsim.trials.model import source_of
 from hmrsim.world.formats import Document as WorldDocument
 from hmrsim.world.merging import Source
 from hmrsim.world.overlays.tables import read_rows, read_tables
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
-_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
-    (): ExperimentFile,
-    ("factors", "*"): Range,
-    ("design",): Design,
-    ("treatments", "*"): Treatment,
-    ("variants", "*"): Variant,
-    ("replications",): Replications,
-    ("replications", "until"): Until,
-    ("limits",): Limits,
-    ("ends", "*"): Ending,
-    ("ends", "*", "*"): Ending,
-    ("measures", "*"): Measure,
-    ("keep",): Keep,
-}
 
 RESERVED: Final = (
     *("number", "scenario", "treatment", "replication", "seed", "ending", "success", "cause", "at", "wall", "output"),
@@ -103,7 +73,7 @@ def read_valid_parts(path: str | Path, variants: Collection[str] = ()) -> Readin
         ExperimentError: The file can't be read, or is not a mapping.
     """
     document = read_document(path, ExperimentError, "a mapping with name, world and treatments")
-    valid = valid_parts(document.data, ExperimentFile, _PARTS, _STAND_INS)
+    valid = valid_parts(document.data, ExperimentFile, stand_ins=_STAND_INS)
     model, lost = valid.value, valid.lost
     findings = [*document.findings, *valid.findings]
     if model is None:

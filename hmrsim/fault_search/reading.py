@@ -12,7 +12,7 @@ from hmrsim.documents.document import Document, no_line, read_document
 from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.errors import CheckError, HmrsimError, Problem, PropertyError, WorldError
 from hmrsim.fault_search.candidates import expanded
-from hmrsim.fault_search.check import Budget, Check, CheckFile, Failed, ReproFile, Space
+from hmrsim.fault_search.check import Check, CheckFile, Failed, ReproFile, Space
 from hmrsim.fault_search.kinds import CHANGES, DISTURBANCES
 from hmrsim.fault_search.schedule import DISTURBANCE, FAULT, Case, Schedule, read_injections
 from hmrsim.faults import registry as faults
@@ -20,12 +20,10 @@ from hmrsim.properties import Properties, check_properties
 from hmrsim.properties.model.file import read_valid_properties, valid_properties
 from hmrsim.trials.controllers import controller_of
 from hmrsim.trials.disturbances import Disturbance
-from hmrsim.trials.model import Controller, Limits, source_of
+from hmrsim.trials.model import Controller, source_of
 from hmrsim.world_checks.faults import check_faults, check_pattern, there_in
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
     from hmrsim.world.model import World
 
 M = TypeVar("M", bound=CheckFile)
@@ -34,14 +32,6 @@ COMMAND_LINE: Final = "command line"
 
 DEFAULT_LIMIT: Final = 3600.0
 """The limit of the run without faults in simulated seconds, if a check sets none."""
-
-_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
-    ("controller",): Controller,
-    ("space",): Space,
-    ("limits",): Limits,
-    ("budget",): Budget,
-    ("failure",): Failed,
-}
 
 _STAND_INS: Final[Mapping[tuple[str, ...], Any]] = {("world",): "", ("controller",): {"python": ""}}
 """Values for a missing or invalid world and controller, so that the rest of the file is checked."""
@@ -155,11 +145,11 @@ def _read(path: str | Path) -> Document:
 
 
 def _model(document: Document, model: type[M]) -> M:
-    return document.validated(model, {**_PARTS, (): model})
+    return document.validated(model)
 
 
 def _valid(document: Document) -> _Valid:
-    valid = valid_parts(document.data, CheckFile, {**_PARTS, (): CheckFile}, _STAND_INS)
+    valid = valid_parts(document.data, CheckFile, stand_ins=_STAND_INS)
     if valid.value is None:
         document.raise_for(valid.findings)
         raise AssertionError

@@ -98,7 +98,7 @@ def read_valid_fault(name: str, values: Mapping[str, Any]) -> tuple[tuple[AnyFau
     fault = registry().get(name)
     if fault is None:
         return None, [Finding(("type",), f"no fault type {name!r}{instead(name, registry())}", name)]
-    valid = valid_parts(values, fault.settings, fault.settings)
+    valid = valid_parts(values, fault.settings)
     return None if valid.value is None else (fault, valid.value), [*valid.findings]
 
 

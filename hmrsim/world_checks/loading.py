@@ -20,52 +20,15 @@ from hmrsim.world.files import AS_IT_IS, ReadOptions, find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source, added_item, added_robot
-from hmrsim.world.model import (
-    Base,
-    Demand,
-    Dock,
-    Door,
-    FaultEntry,
-    Item,
-    Lane,
-    Lift,
-    Place,
-    PlainLanes,
-    RobotSpec,
-    RobotType,
-    Solid,
-    Waypoint,
-    World,
-)
+from hmrsim.world.model import Lane, PlainLanes, Waypoint, World
 from hmrsim.world.overlays.overlay import Overlay, lay_all
 from hmrsim.world_checks.checks import check, check_errors
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from pydantic import BaseModel
-
     from hmrsim.diagnostics import Finding
 
-
-_PARTS: Final[Mapping[tuple[str, ...], type[BaseModel]]] = {
-    (): World,
-    ("lanes", "*"): Lane,
-    ("walls", "*"): Solid,
-    ("waypoints", "*"): Waypoint,
-    ("places", "*"): Place,
-    ("docks", "*"): Dock,
-    ("doors", "*"): Door,
-    ("lifts", "*"): Lift,
-    ("items", "*"): Item,
-    ("robot_types", "*"): RobotType,
-    ("robot_types", "*", "base"): Base,
-    ("robots", "*"): RobotSpec,
-    ("robots", "*", "base"): Base,
-    ("faults", "*"): FaultEntry,
-    ("demand", "*"): Demand,
-}
-"""The models of the parts of a world, by their paths."""
 
 _STAND_INS: Final[Mapping[tuple[str, ...], Any]] = {
     ("docks", "*", "at"): UNRESOLVED,
@@ -278,7 +241,7 @@ def world_of(
 
 def validate(data: Mapping[str, Any]) -> ValidParts[World]:
     """Return the world of plain values without the invalid parts, and the errors."""
-    return valid_parts(data, World, _PARTS, _STAND_INS)
+    return valid_parts(data, World, stand_ins=_STAND_INS)
 
 
 def world_hash(world: World) -> str:

@@ -13,8 +13,6 @@ from hmrsim.documents.document import Document, read_document
 from hmrsim.documents.valid_parts import valid_parts
 from hmrsim.errors import PropertyError
 from hmrsim.events import EventPattern, registry
-from hmrsim.properties.model.conditions import CONDITIONS
-from hmrsim.properties.model.formulas import FORMULAS
 from hmrsim.properties.model.part import BOUND, EACH, Count, Identifier, Part, Seconds, key_of, texts, walk
 from hmrsim.properties.model.property import KINDS, DelayedReaction, InstantaneousReaction, Property, Whenever
 
@@ -152,35 +150,9 @@ def _valid(properties: Properties, findings: Sequence[Finding]) -> Properties:
 
 def valid_properties(document: Document) -> tuple[Properties, list[Finding]]:
     """Return the valid properties of a document, and the errors."""
-    valid = valid_parts(document.data, Properties, _parts(document.data))
+    valid = valid_parts(document.data, Properties)
     properties = (valid.value or Properties()).located(document.file, document.line)
     return properties, [*valid.findings, *_flaws(properties)]
-
-
-def _parts(data: Mapping[str, Any]) -> dict[tuple[str, ...], type[BaseModel]]:
-    """Return the model of each part of a file by its path; conditions may be nested."""
-    found: dict[Any, type[BaseModel]] = {(): Properties, ("built_in",): BuiltIn}
-    properties = data.get("properties")
-    for name, value in properties.items() if isinstance(properties, dict) else ():
-        kind = key_of(value, KINDS) if isinstance(value, dict) else None
-        if kind is not None:
-            path = ("properties", name)
-            found[path] = KINDS[kind]
-            known = FORMULAS if kind == _FORMULA else CONDITIONS
-            for key, inner in value.items():
-                found |= _nested((*path, key), inner, known)
-    return found
-
-
-def _nested(path: Place, value: Any, known: Mapping[str, type[BaseModel]]) -> Iterator[tuple[Place, type[BaseModel]]]:
-    key = key_of(value, known) if isinstance(value, dict) else None
-    if key is not None:
-        yield path, known[key]
-        for name, inner in value.items():
-            yield from _nested((*path, name), inner, known)
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _nested((*path, i), inner, known)
 
 
 def _flaws(properties: Properties) -> Iterator[Finding]:

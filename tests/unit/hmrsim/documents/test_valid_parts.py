@@ -17,11 +17,8 @@ class Fleet(BaseModel, extra="forbid"):
     lanes: tuple[Robot, ...] = ()
 
 
-PARTS = {(): Fleet, ("robots", "*"): Robot, ("lanes", "*"): Robot}
-
-
 def read(data, **stand_ins):
-    return valid_parts(data, Fleet, PARTS, {("robots", "*", name): value for name, value in stand_ins.items()})
+    return valid_parts(data, Fleet, stand_ins={("robots", "*", name): value for name, value in stand_ins.items()})
 
 
 def test_only_the_invalid_parts_are_removed():
