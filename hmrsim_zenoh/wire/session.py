@@ -25,6 +25,7 @@ _log = logging.getLogger(__name__)
 
 _PORT_TRIES: Final = 5
 
+_ADVICE: Final = "start `hmrsim run WORLD` or give another endpoint"
 _LOOPBACK: Final = "tcp/127.0.0.1:0"
 _JOIN_TIMEOUT: Final = 2.0
 """Wall seconds within which another Zenoh has to answer."""
@@ -80,11 +81,7 @@ def open_client(options: SessionOptions = DEFAULT_OPTIONS) -> zenoh.Session:
         PortTaken: Another process listens on the endpoint.
         BadOptions: An endpoint, the configuration or the enclave is invalid.
     """
-    settings = _Settings(options)
-    if not (settings.connect or settings.listen):
-        settings.connect = (settings.default,)
-    settings.mode = settings.mode or ("peer" if settings.listen else "client")
-    return settings.open("start `hmrsim run WORLD` or give another endpoint with --connect")
+    return _Opening(options).open()
 
 
 def open_server(
@@ -106,64 +103,37 @@ def open_server(
         SimulatorNotFound: The session only connects, and no peer answers.
         BadOptions: An endpoint or the configuration is invalid.
     """
-    settings = _Settings(replace(options, default_role=SIMULATOR))
-    settings.max_message = max_message
-    may_join = join and not (settings.connect or settings.listen or settings.enclave)
-    may_join = may_join and settings.mode in {None, "peer"}
-    if not (settings.connect or settings.listen):
-        if settings.mode == "client":
-            settings.connect = (settings.default,)
-        else:
-            settings.listen = (settings.default,)
-    settings.mode = settings.mode or ("router" if settings.listen else "client")
+    opening = _Opening(replace(options, default_role=SIMULATOR), max_message=max_message)
     try:
-        return _open_server(settings)
-    except PortTaken as taken:
-        if not may_join:
+        return opening.serve()
+    except PortTaken:
+        if not (join and opening.is_default):
             raise
-        return _join(options, taken, max_message)
-
-
-def _open_server(settings: _Settings) -> tuple[zenoh.Session, tuple[str, ...]]:
-    """Open a session that stays alive in memory, with port 0 made free ports."""
-    settings.wait_before_close = _WAIT_BEFORE_CLOSE
-    wanted = settings.listen
-    for tries_left in reversed(range(_PORT_TRIES)):
-        settings.listen = tuple(with_port(str(endpoint)) for endpoint in wanted)
+        there = options.default
+        peer = replace(options, mode="peer", connect=(there,), listen=(_LOOPBACK,), timeout=_JOIN_TIMEOUT)
         try:
-            session = settings.open("start a Zenoh router there or give another with --connect")
-        except PortTaken:
-            # Another process may have taken the free port meanwhile.
-            if settings.listen == tuple(wanted) or not tries_left:
-                raise
+            session, endpoints = _Opening(peer, max_message=max_message, must_connect=True).serve()
+        except SimulatorNotFound:
+            pass  # it is no Zenoh that listens there
         else:
-            _never_deallocated.append(session)
-            return session, settings.listen
-    raise AssertionError
+            # A warning, since a lower level would be lost before logging is set up.
+            _log.warning("another Zenoh listens on %s; joining it, and listening on %s", there, _listed(endpoints))
+            return session, endpoints
+        raise
 
 
-def _join(options: SessionOptions, taken: PortTaken, max_message: int) -> tuple[zenoh.Session, tuple[str, ...]]:
-    """Open a session that connects to the process at the simulator's endpoint.
+class _Opening:
+    """The opening of a session by its options, with defaults from the configuration file.
 
-    Raises:
-        PortTaken: As before, as it is no Zenoh.
+    Args:
+        max_message: The largest message that a simulator's session receives, in bytes; None for the session of a tool.
+        must_connect: Whether the session has to connect although it listens.
+
+    Attributes:
+        is_default: Whether nothing says where and how to open it.
     """
-    there = options.default
-    settings = _Settings(replace(options, mode="peer", connect=(there,), listen=(_LOOPBACK,), timeout=_JOIN_TIMEOUT))
-    settings.must_connect, settings.max_message = True, max_message
-    try:
-        session, endpoints = _open_server(settings)
-    except SimulatorNotFound:
-        raise taken from None
-    # A warning, since a lower level would be lost before logging is set up.
-    _log.warning("another Zenoh listens on %s; joining it, and listening on %s", there, _listed(endpoints))
-    return session, endpoints
 
-
-class _Settings:
-    """The options, with defaults from the configuration file."""
-
-    def __init__(self, options: SessionOptions) -> None:
+    def __init__(self, options: SessionOptions, *, max_message: int | None = None, must_connect: bool = False) -> None:
         if not options.timeout > 0:
             raise BadOptions(f"--timeout must be positive, got {options.timeout} s")
         for flag, endpoints in (("--connect", options.connect), ("--listen", options.listen)):
@@ -171,37 +141,61 @@ class _Settings:
                 check_endpoint(flag, endpoint)
         self._config = base_config(options.zenoh_config)
         self._timeout = options.timeout
-        self.enclave = enclave_of(options)
-        self._is_stranger = not (self.enclave or options.zenoh_config)
-        self.default = encrypted(options.default) if self.enclave else options.default
-        self.mode: str | None = options.mode or json.loads(self._config.get_json("mode"))
-        self.connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", self.mode)
+        self._max_message = max_message
+        self._must_connect = must_connect
+        self._enclave = enclave_of(options)
+        self._is_stranger = not (self._enclave or options.zenoh_config)
+        mode = options.mode or json.loads(self._config.get_json("mode"))
+        self._connect: tuple[Any, ...] = options.connect or _endpoints(self._config, "connect", mode)
         # The configuration of a simulator listens; a client that is given the same one does not.
-        found = () if options.mode == "client" else _endpoints(self._config, "listen", self.mode)
-        self.listen: tuple[Any, ...] = options.listen or found
-        if self.enclave:
-            _check_encrypted("--connect", self.connect)
-            _check_encrypted("--listen", self.listen)
-        self.wait_before_close: int | None = None
-        self.max_message: int | None = None
-        self.must_connect = False
+        found = () if options.mode == "client" else _endpoints(self._config, "listen", mode)
+        self._listen: tuple[Any, ...] = options.listen or found
+        if self._enclave:
+            _check_encrypted("--connect", self._connect)
+            _check_encrypted("--listen", self._listen)
+        self.is_default = not (self._connect or self._listen or self._enclave) and mode in {None, "peer"}
+        serves = max_message is not None
+        if not (self._connect or self._listen):
+            default = encrypted(options.default) if self._enclave else options.default
+            if serves and mode != "client":
+                self._listen = (default,)
+            else:
+                self._connect = (default,)
+        self._mode: str = mode or ("client" if not self._listen else "router" if serves else "peer")
+        self._advice = "start a Zenoh router there or give another" if serves else _ADVICE
 
-    def open(self, advice: str) -> zenoh.Session:
-        """Open the session; *advice* is the remedy when no peer answers."""
-        if self.mode == "client" and self.listen:
-            raise BadOptions(f"mode 'client' can't listen on {_listed(self.listen)}; use 'peer' or 'router'")
-        if self.mode == "client" and not self.connect:
+    def open(self) -> zenoh.Session:
+        """Open the session."""
+        if self._mode == "client" and self._listen:
+            raise BadOptions(f"mode 'client' can't listen on {_listed(self._listen)}; use 'peer' or 'router'")
+        if self._mode == "client" and not self._connect:
             raise BadOptions("mode 'client' needs an endpoint; give one with --connect")
         for key, value in self._values().items():
             self._insert(key, value)
-        if self._is_stranger and len(self.connect) == 1 and str(self.connect[0]).startswith("tls/"):
+        if self._is_stranger and len(self._connect) == 1 and str(self._connect[0]).startswith("tls/"):
             # It would try for the whole timeout.
             self._check_denied()
         try:
-            return self._open_in_turn(advice) if self._has_choice else self._try(advice)
+            return self._open_in_turn() if self._has_choice else self._try()
         except SimulatorNotFound:
             self._check_denied()
             raise
+
+    def serve(self) -> tuple[zenoh.Session, tuple[str, ...]]:
+        """Open a session that stays alive in memory, with port 0 made free ports; return its endpoints, too."""
+        wanted = self._listen
+        for tries_left in reversed(range(_PORT_TRIES)):
+            self._listen = tuple(with_port(str(endpoint)) for endpoint in wanted)
+            try:
+                session = self.open()
+            except PortTaken:
+                # Another process may have taken the free port meanwhile.
+                if self._listen == tuple(wanted) or not tries_left:
+                    raise
+            else:
+                _never_deallocated.append(session)
+                return session, self._listen
+        raise AssertionError
 
     def _check_denied(self) -> None:
         """Check that no process at the endpoints refuses this one.
@@ -209,25 +203,25 @@ class _Settings:
         Raises:
             ConnectionDenied: One does.
         """
-        for endpoint in map(str, self.connect):
-            if why := why_denied(endpoint, self.enclave):
-                who = f", with the certificate of {self.enclave.name!r}" if self.enclave else ""
+        for endpoint in map(str, self._connect):
+            if why := why_denied(endpoint, self._enclave):
+                who = f", with the certificate of {self._enclave.name!r}" if self._enclave else ""
                 raise ConnectionDenied(f"denied by {endpoint}{who}: {why}") from None
 
     @property
     def _has_choice(self) -> bool:
         """True if the session may connect to any one of several endpoints."""
-        return len(self.connect) > 1 and not self.listen
+        return len(self._connect) > 1 and not self._listen
 
-    def _open_in_turn(self, advice: str) -> zenoh.Session:
+    def _open_in_turn(self) -> zenoh.Session:
         """Try all endpoints in turn, with increasing timeouts, until one answers or the whole timeout is over."""
         end = time.monotonic() + self._timeout
         patience, pause = _FIRST_TRY, _RETRY["period_init_ms"] / 1000
         while True:
-            share = max(end - time.monotonic(), 0.0) / len(self.connect)
+            share = max(end - time.monotonic(), 0.0) / len(self._connect)
             self._insert(_OPEN_TIMEOUT_KEY, round(min(patience, share) * 1000) or 1)
             try:
-                return self._try(advice)
+                return self._try()
             except SimulatorNotFound:
                 if time.monotonic() + pause >= end:
                     raise
@@ -235,21 +229,21 @@ class _Settings:
             patience *= 2
             pause = min(pause * _RETRY["period_increase_factor"], _RETRY["period_max_ms"] / 1000)
 
-    def _try(self, advice: str) -> zenoh.Session:
+    def _try(self) -> zenoh.Session:
         try:
             session = zenoh.open(self._config)
         except zenoh.ZError as error:
-            raise self._translated(error, advice) from None
+            raise self._translated(error) from None
         if self._has_choice and not (session.info.routers_zid() or session.info.peers_zid()):
             session.close()
-            raise self._not_found(advice)
+            raise self._not_found()
         return session
 
     def _values(self) -> dict[str, object]:
         values: dict[str, object] = {
-            "mode": self.mode,
-            "connect/endpoints": self.connect,
-            "listen/endpoints": self.listen,
+            "mode": self._mode,
+            "connect/endpoints": self._connect,
+            "listen/endpoints": self._listen,
             "connect/retry": _RETRY,
             "listen/exit_on_failure": True,
             "scouting/multicast/enabled": False,
@@ -257,20 +251,20 @@ class _Settings:
             # Implicit shared memory can fail under load: https://github.com/eclipse-zenoh/zenoh/issues/2628
             "transport/shared_memory/enabled": False,
         }
-        if self.must_connect or not self.listen:
+        if self._must_connect or not self._listen:
             # A listening session does not need its connections, nor a peer all of them: Zenoh keeps trying.
             values["connect/exit_on_failure"] = not self._has_choice
-            once = self._has_choice and self.mode == "client"
+            once = self._has_choice and self._mode == "client"
             values["connect/timeout_ms"] = 0 if once else round(self._timeout * 1000)
-        if not self.connect:
+        if not self._connect:
             # A router waits this long for scouting, which is off.
             values["scouting/delay"] = 0
-        if self.enclave:
-            values |= self.enclave.session()
-        if self.wait_before_close is not None:
-            values[_WAIT_BEFORE_CLOSE_KEY] = self.wait_before_close
-        if self.max_message is not None and _is_default(self._config, _MAX_MESSAGE_KEY):
-            values[_MAX_MESSAGE_KEY] = self.max_message
+        if self._enclave:
+            values |= self._enclave.session()
+        if self._max_message is not None:
+            values[_WAIT_BEFORE_CLOSE_KEY] = _WAIT_BEFORE_CLOSE
+            if _is_default(self._config, _MAX_MESSAGE_KEY):
+                values[_MAX_MESSAGE_KEY] = self._max_message
         return values
 
     def _insert(self, key: str, value: object) -> None:
@@ -279,19 +273,19 @@ class _Settings:
         except zenoh.ZError as error:
             raise BadOptions(f"Zenoh rejects {value!r} for {key}: {first_line(error)}") from None
 
-    def _translated(self, error: zenoh.ZError, advice: str) -> BadOptions | PortTaken | SimulatorNotFound:
+    def _translated(self, error: zenoh.ZError) -> BadOptions | PortTaken | SimulatorNotFound:
         text = first_line(error)
         if "in use" in text:
-            taken = tuple(endpoint for endpoint in self.listen if str(endpoint) in text) or self.listen
+            taken = tuple(endpoint for endpoint in self._listen if str(endpoint) in text) or self._listen
             return PortTaken(
                 f"{_listed(taken)} is in use; give another endpoint with --listen, or join it with --connect",
             )
         if "Unable to connect" in text:
-            return self._not_found(advice)
+            return self._not_found()
         return BadOptions(f"can't open a Zenoh session: {text}")
 
-    def _not_found(self, advice: str) -> SimulatorNotFound:
-        return SimulatorNotFound(f"no answer from {_listed(self.connect)}; {advice}")
+    def _not_found(self) -> SimulatorNotFound:
+        return SimulatorNotFound(f"no answer from {_listed(self._connect)}; {self._advice} with --connect")
 
 
 def encrypted(endpoint: str) -> str:
