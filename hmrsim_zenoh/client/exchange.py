@@ -33,8 +33,7 @@ class Delivery:
     """Runs the simulation, and delivers its messages while it pauses.
 
     Args:
-        run: Runs the simulation until it needs a message to continue.
-        inbox: The messages for the simulation.
+        run: Runs the simulation until it needs a message of the *inbox* to continue.
 
     Attributes:
         lock: Held by the one thread that runs the simulation, or changes who receives its messages.
@@ -132,7 +131,6 @@ class Declaration:
     """A declaration on a key expression, in force until `undeclare`.
 
     Attributes:
-        exchange: The exchange of which it is.
         call: Receives the messages.
         owner: The connection that declared it.
     """
@@ -153,11 +151,8 @@ class Declaration:
 class Exchange:
     """The declarations of all connections of a process.
 
-    Args:
-        delivery: Delivers what is sent; its lock guards the declarations.
-
     Attributes:
-        delivery: The same.
+        delivery: Delivers what is sent; its lock guards the declarations.
         version: Changes with each declaration.
     """
 

@@ -116,7 +116,6 @@ class LocalConnection(Connection):
     Commands go to the simulation as objects. For keys it has those methods of a Zenoh session that are used here.
 
     Args:
-        simulation: The simulation.
         waits: Returns whether to wait before anything is sent, because other threads come first.
 
     Attributes:

@@ -17,7 +17,6 @@ class Worker:
     """Calls functions after a delay, in a daemon thread.
 
     Args:
-        name: The name of the thread.
         at_once: Whether to start the thread now instead of upon first use, which may be in Zenoh's thread, where
             waiting for another thread to start is not allowed.
         most: The number of calls that may wait; a further one replaces the first.

@@ -25,12 +25,8 @@ _JOIN_SECONDS: Final = 5.0
 class RouterSuccession:
     """Opens a router in place of the one that a simulator has joined, once that has ended.
 
-    Processes that are connected already keep their connections; later ones find each other again.
-
-    Args:
-        session: The simulator's session.
-        options: Its options, whose default endpoint is the router's.
-        endpoints: The endpoints on which the session listens.
+    Processes that are connected already keep their connections; later ones find each other again. The router's endpoint
+    is the default one of the simulator's *options*.
     """
 
     def __init__(self, session: zenoh.Session, options: SessionOptions, endpoints: tuple[str, ...]) -> None:

@@ -61,7 +61,6 @@ class Requests:
     The key of a query is parsed, and the method that decodes it is found, only for the first query on the key.
 
     Args:
-        actions: All actions by name, to decode goals.
         serves: The names of the actions of each robot.
         fixed: Latched topics of the world: topic to encoding and a function that returns the payload.
         max_payload: The largest request in bytes.

@@ -57,7 +57,6 @@ class SubscriberWatch(Interest[K]):
 
     Args:
         session: The session to look on; closing it ends the detection.
-        patterns: A key expression for each kind.
         anything: A key expression that includes all others.
         changed: Called in a separate thread after a kind got its first subscriber or lost its last one.
     """

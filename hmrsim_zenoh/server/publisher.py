@@ -28,7 +28,6 @@ class Publisher:
     """Publishes on the keys of a session, and declares the keys that it serves.
 
     Args:
-        session: An open session.
         declares: Whether to declare keys upon first use. Zenoh compares an undeclared key with all declared ones: where
             1,000 robots have liveliness tokens, that adds 0.13 ms to a query and 0.5 ms to a publication. In larger
             worlds, which have no tokens, declaring keys would take minutes.

@@ -48,12 +48,7 @@ ENDED: Final = "the simulation has ended"
 
 
 class SharedQuery:
-    """A query that gets several answers and is dropped after the last one; it has the interface of a query.
-
-    Args:
-        query: Zenoh's query.
-        answers: The number of answers.
-    """
+    """A query that gets several answers and is dropped after the last one; it has the interface of a query."""
 
     def __init__(self, query: zenoh.Query, answers: int) -> None:
         self._query = query

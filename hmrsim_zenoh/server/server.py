@@ -74,18 +74,14 @@ class Server(SelectiveSink):
 
     Args:
         session: An open session, which the caller closes.
-        description: The description of the simulation, and the actions of each robot.
         submit: Processes commands at once, in the simulation thread.
         on_roster: Called after robots have come or gone, or the world was replaced, once for many of them. It has to
             call `follow`.
         settings: The limits of request sizes and of an external planner's time.
-        inbox: The inbox of queries, which the server opens.
         interest: Starts to detect subscribers, with the arguments of `SubscriberWatch`.
 
     Attributes:
         keys: How keys are spelled, with the aliases of actions.
-        inbox: The queries and commands for the simulation.
-        planner: The external planner.
     """
 
     varies = True

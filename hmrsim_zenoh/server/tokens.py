@@ -43,8 +43,6 @@ class Claim:
     """The claim of a simulator's session on its prefix.
 
     Args:
-        session: The session.
-        keys: The keys with the prefix.
         connect: The endpoints to which the session connects, through which it can meet another simulator.
 
     Raises:

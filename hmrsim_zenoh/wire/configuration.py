@@ -12,8 +12,7 @@ import zenoh
 from hmrsim.errors import reason_of
 from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.wire.enclave import PROTOCOLS
-from hmrsim_zenoh.wire.options import address_of, is_loopback
+from hmrsim_zenoh.wire.options import ENCRYPTED, address_of, is_loopback
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -79,7 +78,7 @@ def exposed(options: SessionOptions, endpoints: Sequence[str]) -> list[str]:
     config = base_config(options.zenoh_config)
     if any(json.loads(config.get_json(key)) for key in _SECURING):
         return []
-    certified = PROTOCOLS if json.loads(config.get_json(_CERTIFIED)) else ()
+    certified = ENCRYPTED if json.loads(config.get_json(_CERTIFIED)) else ()
     open_to_all = [endpoint for endpoint in endpoints if endpoint.partition("/")[0] not in certified]
     addresses = {endpoint: address_of(endpoint) for endpoint in open_to_all}
     return [endpoint for endpoint, address in addresses.items() if address and not is_loopback(address[0])]

@@ -16,6 +16,7 @@ from hmrsim.errors import printable, reason_of
 from hmrsim.program.files import check_regular
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.access_control import AccessControl, trusting
+from hmrsim_zenoh.wire.options import ENCRYPTED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -79,12 +80,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Enclave:
-    """The folder with the certificate and policy of one member.
-
-    Attributes:
-        folder: Where it is.
-        member: Whose certificate it has.
-    """
+    """The folder with the certificate and policy of one member."""
 
     folder: Path
     member: Member
@@ -158,7 +154,7 @@ class Enclave:
         key, certificate = str(folder / KEY), str(folder / CERTIFICATE)
         policy = self._policy[1] if self.member.role == SIMULATOR else trusting([SIMULATOR]).to_json()
         return {
-            "transport/link/protocols": list(PROTOCOLS),
+            "transport/link/protocols": list(ENCRYPTED),
             "transport/link/tls": {
                 "root_ca_certificate": str(folder / AUTHORITY),
                 "enable_mtls": True,
@@ -171,10 +167,6 @@ class Enclave:
             },
             "access_control": policy,
         }
-
-
-PROTOCOLS: Final = ("tls", "quic")
-"""The protocols of secured sessions."""
 
 
 def find_enclave(path: Path, wanted: str) -> Enclave:

@@ -29,8 +29,8 @@ DEFAULT_ENDPOINT: Final = "tcp/127.0.0.1:7447"
 
 _PROTOCOLS: Final = ("tcp", "udp", "tls", "quic", "ws", "unixsock-stream")
 _DATAGRAMS: Final = ("udp", "quic")
-_CERTIFIED: Final = ("tls", "quic")
-"""The protocols by which Zenoh checks certificates, which it does not do at IPv6 addresses."""
+ENCRYPTED: Final = ("tls", "quic")
+"""The protocols of secured sessions; Zenoh checks no certificates at IPv6 addresses."""
 _ENDPOINT: Final = re.compile(r"(?P<protocol>[^/]+)/(?P<address>[^?#]+)(?P<rest>[?#].*)?")
 _HOST_PORT: Final = re.compile(r"(?P<host>\[[^\]]+\]|[^:\[\]]+):(?P<port>[0-9]{1,5})")
 _LAST_PORT: Final = 65535
@@ -81,7 +81,7 @@ def is_loopback(host: str) -> bool:
 def from_here(endpoint: str) -> str:
     """Return how this machine reaches an endpoint that another program on it listens on."""
     protocol, slash, rest = endpoint.partition("/")
-    if protocol in _CERTIFIED and rest.startswith(("[::]:", "[::1]:")):
+    if protocol in ENCRYPTED and rest.startswith(("[::]:", "[::1]:")):
         return f"{protocol}{slash}localhost:{rest.partition(']:')[2]}"
     for every, own in _EVERY_ADDRESS.items():
         if f"/{every}:" in endpoint:

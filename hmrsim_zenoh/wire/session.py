@@ -17,9 +17,9 @@ import zenoh
 
 from hmrsim_zenoh.errors import BadOptions, ClientClosed, ConnectionDenied, PortTaken, SimulatorNotFound
 from hmrsim_zenoh.wire.configuration import base_config, first_line
-from hmrsim_zenoh.wire.enclave import PROTOCOLS, SIMULATOR, Enclave, find_enclave
+from hmrsim_zenoh.wire.enclave import SIMULATOR, Enclave, find_enclave
 from hmrsim_zenoh.wire.handshake import why_denied
-from hmrsim_zenoh.wire.options import SessionOptions, check_endpoint, with_port
+from hmrsim_zenoh.wire.options import ENCRYPTED, SessionOptions, check_endpoint, with_port
 
 _log = logging.getLogger(__name__)
 
@@ -290,12 +290,12 @@ class _Opening:
 
 def encrypted(endpoint: str) -> str:
     """Return an endpoint with TLS."""
-    return f"{PROTOCOLS[0]}/{endpoint.partition('/')[2]}"
+    return f"{ENCRYPTED[0]}/{endpoint.partition('/')[2]}"
 
 
 def _check_encrypted(flag: str, endpoints: tuple[Any, ...]) -> None:
     for endpoint in map(str, endpoints):
-        if endpoint.partition("/")[0] not in PROTOCOLS:
+        if endpoint.partition("/")[0] not in ENCRYPTED:
             raise BadOptions(f"{flag} {endpoint!r} is not encrypted; with --secure it is {encrypted(endpoint)}")
         if flag == "--connect" and "/[" in endpoint:
             # Zenoh takes the address for a name of DNS, and would try in vain until the timeout.
