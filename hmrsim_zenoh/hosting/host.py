@@ -192,7 +192,7 @@ class Host:
             reason: The message in the results of the active goals.
         """
         self._reason = reason
-        self._server.close()
+        self._inbox.close()
         if self._thread.is_alive():
             self._thread.join(_STOP_SECONDS)
         self._inbox.leave()
@@ -205,7 +205,7 @@ class Host:
         """End the simulation, as another simulator has the prefix."""
         self.error = taken
         self._reason = str(taken)
-        self._server.close()
+        self._inbox.close()
 
     def _run(self) -> None:
         """Run the simulation; whatever ends it, every goal gets its result and the liveliness tokens are undeclared."""

@@ -118,13 +118,13 @@ class Server(SelectiveSink):
             policy=description.policy,
         )
         self._requests = self._read_by(keys, serves=description.serves)
-        self.inbox = inbox
+        self._inbox = inbox
         own, reader = servers_own(keys.everything()), Reader(self._decode, self._refuse)
         inbox.open(session, own, reader, wakeup_key=keys.wakeup_key())
         self.planner = Planner(
             session,
             keys,
-            self.inbox.put,
+            self._inbox.put,
             wanted=lambda: description.plans_externally,
             timeout=settings.planner_timeout,
             max_payload=settings.max_payload,
@@ -149,7 +149,7 @@ class Server(SelectiveSink):
         self._looked_for_goals = -1
         self._interest = interest(session, _patterns(keys), keys.everything(), self._interest_changed)
         self._history = session.declare_queryable(
-            servers_own(keys.history()), zenoh.handlers.Callback(self.inbox.put_query), complete=False
+            servers_own(keys.history()), zenoh.handlers.Callback(self._inbox.put_query), complete=False
         )
 
     def follow(self) -> None:
@@ -169,10 +169,6 @@ class Server(SelectiveSink):
         if self._interest.in_key(self.keys.world(topic)):
             self._publisher.put(self.keys.world(topic), payload(), mime, reliable=True)
 
-    def close(self) -> None:
-        """Close the inbox, so that the simulation thread wakes and ends."""
-        self.inbox.close()
-
     def join(self) -> None:
         """Wait for all threads to end, after the session was closed."""
         self._interest.join()
@@ -185,7 +181,7 @@ class Server(SelectiveSink):
             answer: Sends the answer to these.
         """
         self._finishing = True
-        finish(self.inbox, submit, answer)
+        finish(self._inbox, submit, answer)
 
     def before(self, command: AnyCommand) -> list[AnyCommand]:
         """Return the commands to process before one of a client in this process: changes of planner and subscribers."""
@@ -211,8 +207,8 @@ class Server(SelectiveSink):
 
     def _look(self) -> None:
         """Report new subscribers to the simulation, if the current query arrived after the last look."""
-        if self.inbox.taken > self._looked:
-            self._looked = self.inbox.arrived()
+        if self._inbox.taken > self._looked:
+            self._looked = self._inbox.arrived()
             self._report(self._interest.look())
 
     def _look_for_goals(self) -> None:
@@ -222,8 +218,8 @@ class Server(SelectiveSink):
         """
         if self._description.hurries():
             self._look()
-        elif self.inbox.taken > max(self._looked, self._looked_for_goals):
-            self._looked_for_goals = self.inbox.arrived()
+        elif self._inbox.taken > max(self._looked, self._looked_for_goals):
+            self._looked_for_goals = self._inbox.arrived()
             self._report(self._interest.look(_OF_GOALS))
 
     def _report(self, changes: int) -> None:
@@ -233,7 +229,7 @@ class Server(SelectiveSink):
 
     def _mark_roster(self, _event: RosterChanged) -> None:
         self._roster_changed = True
-        self.inbox.prepare(self._settle)
+        self._inbox.prepare(self._settle)
 
     def _settle(self, query: zenoh.Query | None = None) -> bool:
         """Serve the current robots, unless the next query changes them again, since this takes time for each robot."""
@@ -245,12 +241,12 @@ class Server(SelectiveSink):
         return True
 
     def _refuse(self, query: zenoh.Query) -> None:
-        reason, text = ("not_ready", ENDED) if self.inbox.closed else ("busy", _BUSY)
+        reason, text = ("not_ready", ENDED) if self._inbox.closed else ("busy", _BUSY)
         self._requests.refuse(query, reason, text)
 
     def _interest_changed(self) -> None:
         try:
-            self.inbox.put(InterestChanged())
+            self._inbox.put(InterestChanged())
         except SimulationStopped:
             _log.debug("interest changed after the simulation had ended")
 

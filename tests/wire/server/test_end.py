@@ -88,7 +88,7 @@ def test_a_host_can_be_stopped_twice_and_before_its_start(serve):
 
 
 def test_a_request_after_the_end_gets_no_reply(live, serve, wait):
-    serve.hosts[0]._server.inbox.close()
+    serve.hosts[0]._inbox.close()
     serve.hosts[0].wait(PATIENCE)
 
     assert [] == live.ask(f"{WAIT}/_action/send_goal", {"goal": wait(1)})
@@ -115,7 +115,7 @@ def test_requests_that_wait_at_the_end_get_one_reply_each(serve, monkeypatch, wa
         tester.begin(f"{WAIT}/_action/execute", {"goal": wait(1)}),
     ]
     assert [] == list(tester.session.get("nobody/there"))  # comes back when those before it are with the server
-    serve.hosts[0]._server.inbox.close()
+    serve.hosts[0]._inbox.close()
     leave.set()
 
     goal, result, status, cancel, executed = [pending.one() for pending in late]
