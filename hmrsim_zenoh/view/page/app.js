@@ -147,6 +147,13 @@ export class App {
     return kind === 'robot' ? thing?.poseAt(this.now()) : thing?.at;
   }
 
+  /** Select the first robot among names, or else center on the first object that is on the map. */
+  show(names) {
+    const robot = names.find((name) => this.model.robots.has(name));
+    if (robot) this.select(robot, { center: true });
+    else this.centerOn(names.find((name) => this.pointOf(name)));
+  }
+
   centerOn(name, kind) {
     const point = this.pointOf(name, kind);
     if (!point) return;

@@ -74,9 +74,7 @@ export class EventsPanel extends ListPanel {
   #show(event) {
     const { kind: _, ...fields } = event;
     const named = Object.values(fields).flat().filter((value) => typeof value === 'string');
-    const robot = named.find((name) => this.app.model.robots.has(name));
-    if (robot) this.app.select(robot, { center: true });
-    else this.app.centerOn(named.find((name) => this.app.pointOf(name)));
+    this.app.show(named);
     if (this.app.live?.rewind.active) this.app.live.rewind.seek(event.t);
     else this.app.playback?.seek(event.t);
   }

@@ -84,10 +84,8 @@ export class OrdersPanel extends ListPanel {
 
   /** Show the order's robot, or else its item, destination or origin. */
   #show(order) {
-    const { model } = this.app;
-    const { robot, item, to, from } = asItemIs(order, model.items);
-    if (model.robots.has(robot)) this.app.select(robot, { center: true });
-    else this.app.centerOn([item, to, from].find((name) => this.app.pointOf(name)));
+    const { robot, item, to, from } = asItemIs(order, this.app.model.items);
+    this.app.show([robot, item, to, from]);
   }
 }
 
