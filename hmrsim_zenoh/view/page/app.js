@@ -110,7 +110,7 @@ export class App {
     if (!this.shown) return;
     if (this.map.selected !== null && !this.model.robots.has(this.map.selected)) this.select(null);
     const gone = this.live && this.live.state !== 'live';
-    mark(document.body, 'data-gone', String(Boolean(gone)));
+    mark(document.body, 'data-gone', Boolean(gone));
     for (const part of [this.summary, this.time, this.inspector, this.panels]) guarded(part.element, () => part.render());
   }
 

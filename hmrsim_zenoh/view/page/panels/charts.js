@@ -51,7 +51,7 @@ export class ChartsPanel {
   #drawStates(now) {
     const { history, robots } = this.app.model;
     const current = countStates(robots, now);
-    for (const [state, count] of this.counts) say(count, String(current[state]));
+    for (const [state, count] of this.counts) say(count, current[state]);
     mark(this.states, 'aria-label', `Robots by state over time; now ${STATES.map((state) => `${state} ${current[state]}`).join(', ')}`);
     const points = [...history.counts.points, [now, current]];
     const sums = new Array(points.length).fill(0);

@@ -23,12 +23,12 @@ export function el(tag, given = {}, ...children) {
 
 /** Set a text if it has changed, so that an unchanged one needs no layout. */
 export function say(element, text) {
-  if (element.textContent !== text) element.textContent = text;
+  if (element.textContent !== String(text)) element.textContent = text;
 }
 
-/** Set an attribute if it has changed. */
+/** Set an attribute to a value as text, if it has changed. */
 export function mark(element, name, value) {
-  if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+  if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
 }
 
 /** Render a part of the page; a failure is shown there, and other parts go on. */
@@ -156,7 +156,7 @@ export class ListPanel {
     this.list.hidden = items.length === 0;
     const height = `${items.length * this.height}px`;
     if (this.body.style.height !== height) this.body.style.height = height;
-    mark(this.list, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', String(items.length));
+    mark(this.list, this.rowRole === 'row' ? 'aria-rowcount' : 'data-count', items.length);
     this.#draw();
   }
 
@@ -186,7 +186,7 @@ export class ListPanel {
       if (row.hidden) return;
       const top = `translateY(${index * this.height}px)`;
       if (row.style.transform !== top) row.style.transform = top;
-      if (this.rowRole === 'row') mark(row, 'aria-rowindex', String(index + 1));
+      if (this.rowRole === 'row') mark(row, 'aria-rowindex', index + 1);
       row.item = this.items[index];
       this.fill(row, row.item);
     });

@@ -22,7 +22,7 @@ export class EventsPanel extends ListPanel {
   #toggle() {
     this.held = this.held ? null : this.app.model.events.slice();
     showPlayButton(this.hold, !this.held, this.held ? 'Resume the list' : 'Pause the list', '');
-    mark(this.hold, 'aria-pressed', String(this.held !== null));
+    mark(this.hold, 'aria-pressed', this.held !== null);
     this.render();
   }
 

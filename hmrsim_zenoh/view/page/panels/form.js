@@ -24,7 +24,7 @@ function makeField({ schema, path, required }, app, asked) {
   const complain = (text) => {
     say(error, text);
     error.hidden = text === '';
-    mark(input, 'aria-invalid', String(text !== ''));
+    mark(input, 'aria-invalid', text !== '');
   };
   input.addEventListener('input', () => complain(''));
   const text = () => (input.type === 'checkbox' ? input.checked : input.value.trim());
@@ -228,7 +228,7 @@ export class FormDialog {
   #complain(text) {
     say(this.error, text);
     this.error.hidden = text === '';
-    mark(this.element, 'data-refused', String(text !== ''));
+    mark(this.element, 'data-refused', text !== '');
   }
 }
 

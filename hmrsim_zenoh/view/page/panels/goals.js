@@ -34,8 +34,8 @@ export class GoalsPanel extends ListPanel {
     const all = [...this.app.model.goals.values()].reverse();
     const asked = this.matching(all, (goal) => this.#words(goal));
     for (const { word, chip, count } of this.chips) {
-      say(count, String(asked.filter(SHOWN[word]).length));
-      mark(chip, 'aria-pressed', String(word === this.shown));
+      say(count, asked.filter(SHOWN[word]).length);
+      mark(chip, 'aria-pressed', word === this.shown);
     }
     const none = this.app.live ? 'No goals yet. Click a robot, then its goal.' : 'No goals yet.';
     this.showItems(asked.filter(SHOWN[this.shown]), all.length ? 'No goal matches.' : none);
@@ -74,8 +74,8 @@ export class GoalsPanel extends ListPanel {
     mark(status, 'class', more ? 'unseen' : 'word');
     say(detail, more);
     mark(main, 'title', [asked, word, more].filter(Boolean).join('\n'));
-    mark(detail, 'data-error', String(goal.status === 6));
-    mark(row, 'data-selected', String(goal.robot === map.selected));
+    mark(detail, 'data-error', goal.status === 6);
+    mark(row, 'data-selected', goal.robot === map.selected);
     say(long, goal.accepted === null ? '' : lastingWords(Math.max(0, (goal.ended ?? app.now()) - goal.accepted)));
     cancel.hidden = !isActive(goal.status) || !app.commanding;
   }

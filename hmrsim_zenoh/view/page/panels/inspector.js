@@ -52,7 +52,7 @@ export class Inspector {
     say(this.state, state);
     say(this.why, whyWords(robot, state, model, now));
     say(this.goal, robot.goal ? taskWords(robot.goal, world) + way : 'no goal');
-    mark(this.goal, 'data-none', String(!robot.goal));
+    mark(this.goal, 'data-none', !robot.goal);
     this.#renderBattery(robot);
     this.#renderButtons(robot);
     this.#renderFacts(robot, now);
@@ -63,7 +63,7 @@ export class Inspector {
     if (!battery) return;
     const share = battery.percentage;
     this.meter.firstChild.style.width = `${share * 100}%`;
-    mark(this.meter, 'aria-valuenow', String(Math.round(share * 100)));
+    mark(this.meter, 'aria-valuenow', Math.round(share * 100));
     mark(this.meter, 'data-level', share < 0.1 ? 'critical' : share < 0.25 ? 'low' : 'good');
     say(this.charge, `${shareWords(share)}${battery.charging ? ', charging' : ''}`);
   }
@@ -78,7 +78,7 @@ export class Inspector {
     this.act.disabled = gone || robot.actions.length === 0;
     this.cancel.disabled = gone || robot.goals.length === 0;
     this.fault.disabled = gone;
-    mark(this.follow, 'aria-pressed', String(this.app.map.follow === robot.name));
+    mark(this.follow, 'aria-pressed', this.app.map.follow === robot.name);
   }
 
   #renderFacts(robot, now) {

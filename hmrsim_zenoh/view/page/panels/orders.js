@@ -25,8 +25,8 @@ export class OrdersPanel extends ListPanel {
   render() {
     const { demand, world } = this.app.model;
     const totals = { ...demand.totals, open: demand.open.size };
-    for (const [word, number] of this.totals) say(number, String(totals[word]));
-    for (const word of ['late', 'lost']) mark(this.totals.get(word), 'data-some', String(totals[word] > 0));
+    for (const [word, number] of this.totals) say(number, totals[word]);
+    for (const word of ['late', 'lost']) mark(this.totals.get(word), 'data-some', totals[word] > 0);
     const open = this.matching([...demand.open.values()], (order) => this.#words(order)).sort(byUrgency);
     const ended = this.matching([...demand.ended], (order) => this.#words(order)).reverse();
     const none = demand.open.size === 0 && demand.ended.length === 0;
@@ -52,7 +52,7 @@ export class OrdersPanel extends ListPanel {
   fill(row, given) {
     const { shape, name, task, status, detail, press, times, heading } = row.parts;
     for (const cell of row.children) cell.hidden = (cell === heading) !== (given === ENDED);
-    mark(row, 'data-heading', String(given === ENDED));
+    mark(row, 'data-heading', given === ENDED);
     if (given === ENDED) return mark(row, 'data-selected', 'false');
     const order = asItemIs(given, this.app.model.items);
     const open = order.ended === null;
@@ -67,9 +67,9 @@ export class OrdersPanel extends ListPanel {
     const words = open ? this.#openTimes(order) : endedTimes(order);
     times.forEach((time, i) => {
       say(time, words[i]);
-      mark(time, 'data-late', String(order.late && open === (i === 0)));
+      mark(time, 'data-late', order.late && open === (i === 0));
     });
-    return mark(row, 'data-selected', String(order.robot !== '' && order.robot === this.app.map.selected));
+    return mark(row, 'data-selected', order.robot !== '' && order.robot === this.app.map.selected);
   }
 
   /** Return the time until an order is late, and its age. */

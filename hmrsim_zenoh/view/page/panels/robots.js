@@ -80,8 +80,8 @@ export class RobotsPanel extends ListPanel {
     parts.warning.hidden = !words.faults;
     say(parts.fault, ['stopped', 'offline'].includes(words.state) ? '' : words.faults);
     say(parts.battery, robot.battery ? shareWords(robot.battery.percentage) : '');
-    mark(parts.press, 'data-selected', String(robot.name === app.map.selected));
-    mark(parts.press, 'aria-pressed', String(robot.name === app.map.follow));
+    mark(parts.press, 'data-selected', robot.name === app.map.selected);
+    mark(parts.press, 'aria-pressed', robot.name === app.map.follow);
     mark(parts.press, 'title', `${robot.name}, ${robot.type}: click to follow`);
   }
 }

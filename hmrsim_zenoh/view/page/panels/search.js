@@ -57,7 +57,7 @@ export class Search {
 
   #open(open) {
     this.list.hidden = !open;
-    mark(this.input, 'aria-expanded', String(open));
+    mark(this.input, 'aria-expanded', open);
   }
 
   #about(kind, name) {

@@ -22,7 +22,7 @@ export class Summary {
     if (document.title !== `${name} · hmrsim`) document.title = `${name} · hmrsim`;
     const numbers = countStates(model.robots, this.app.now());
     for (const { state, count, item } of this.counts) {
-      say(count, String(numbers[state]));
+      say(count, numbers[state]);
       item.hidden = numbers[state] === 0;
       mark(item, 'title', `${numbers[state]} ${state}`);
     }
@@ -51,7 +51,7 @@ export class Side {
     if (next === this.open) return;
     this.panels[this.open]?.seen?.(false);
     this.open = next;
-    for (const [each, tab] of this.buttons) mark(tab, 'aria-expanded', String(each === next));
+    for (const [each, tab] of this.buttons) mark(tab, 'aria-expanded', each === next);
     this.element.hidden = next === null;
     mark(document.body, 'data-panel', next ?? 'none');
     if (next !== null) {
@@ -94,7 +94,7 @@ export class Legend {
   }
 
   render() {
-    mark(this.app.legendButton, 'aria-expanded', String(!this.element.hidden));
+    mark(this.app.legendButton, 'aria-expanded', !this.element.hidden);
     if (this.element.hidden) return;
     const { model: { robots, world }, palette, theme } = this.app;
     const used = new Set(Array.from(robots.values(), ({ type }) => type));

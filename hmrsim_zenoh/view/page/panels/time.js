@@ -87,7 +87,7 @@ class Bar {
     if (pressed === this.pressed) return;
     this.pressed = pressed;
     showPlayButton(this.play, !paused, paused ? resume : 'Pause');
-    mark(this.element, 'data-paused', String(paused));
+    mark(this.element, 'data-paused', paused);
   }
 }
 
@@ -142,8 +142,8 @@ export class TimeBar extends Bar {
     const there = connected === 'live' && state !== null;
     const { active, time } = this.timeline;
     for (const control of [this.play, this.step, this.speed]) control.disabled = !there && !active;
-    mark(document.body, 'data-past', String(active));
-    mark(this.present, 'aria-pressed', String(!active));
+    mark(document.body, 'data-past', active);
+    mark(this.present, 'aria-pressed', !active);
     const [speed, other] = active ? [this.pace, this.speed] : [this.speed, this.pace];
     if (!speed.isConnected) other.replaceWith(speed);
     this.show(time, active ? !this.timeline.playing : state?.paused === true, active ? 'Play' : 'Resume');
@@ -175,7 +175,7 @@ export class TimeBar extends Bar {
     else if (factor < 0.05) text = 'idle';
     say(this.note, text);
     const slow = !paused && !lockstep && wanted > 0 && factor < 0.85 * wanted;
-    mark(this.note, 'data-slow', String(slow && this.samples.length > 6));
+    mark(this.note, 'data-slow', slow && this.samples.length > 6);
     mark(this.note, 'title', slow ? 'The machine cannot keep up with the requested speed' : '');
   }
 

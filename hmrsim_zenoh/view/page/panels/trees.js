@@ -73,7 +73,7 @@ class TreeView {
     mark(this.shape, 'data-is', state.status);
     const at = state.sim_time === null ? '' : `, ${clockWords(state.sim_time)}`;
     say(this.tick, `${state.status.toLowerCase()}${state.ended ? ', ended' : ''} · tick ${state.tick}${at}`);
-    mark(this.element, 'data-selected', String(selected));
+    mark(this.element, 'data-selected', selected);
     if (!this.element.open) return;
     const made = JSON.stringify(state.nodes.map(({ depth, name, kind }) => [depth, name, kind]));
     if (made !== this.made) this.#make(state.nodes, made);
@@ -137,7 +137,7 @@ class TreeView {
       row.element.hidden = row.depth > hiddenBelow;
       if (!row.parent) return;
       const folded = this.folded.has(i);
-      mark(row.element, 'aria-expanded', String(!folded));
+      mark(row.element, 'aria-expanded', !folded);
       if (folded) hiddenBelow = Math.min(hiddenBelow, row.depth);
     });
   }
