@@ -13,7 +13,9 @@ from hmrsim_zenoh.client.connection import ReadInfo
 from tests.fake_connection import FakeConnection
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from hmrsim.interfaces.message import Message
 
 INFO = {
     "robots": [
@@ -60,6 +62,34 @@ class FakeClient(Client):
     def lockstep(self) -> None:
         if self.refuses is not None:
             raise self.refuses
+
+
+class FakeTopics:
+    """The topics of a robot, with messages that the test sets.
+
+    Attributes:
+        messages: The latest of each topic.
+        asks: Whether messages are asked for.
+        watched: The topics that are watched, each with its robot.
+        stops: Whether time stops for conditions, as in lockstep.
+    """
+
+    def __init__(self) -> None:
+        self.messages: dict[str, Message] = {}
+        self.asks = True
+        self.watched: list[tuple[str, str]] = []
+        self.stops = False
+
+    def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
+        self.watched.append((robot, topic))
+
+    def stop_time(self, _robot: str, _topic: str) -> bool:
+        return self.stops
+
+    def latest(self, _robot: str, topic: str) -> Message:
+        return self.messages[topic]
+
+    ask = latest
 
 
 @pytest.fixture

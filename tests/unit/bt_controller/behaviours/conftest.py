@@ -8,38 +8,12 @@ import pytest
 
 from bt_controller.core.robots import Directory
 from hmrsim_zenoh.client.places import pose_at
+from tests.unit.bt_controller.conftest import FakeTopics
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hmrsim.interfaces.geometry_msgs import PoseStamped
-    from hmrsim.interfaces.message import Message
-
-
-class FakeTopics:
-    """The topics of a robot, with messages that the test sets.
-
-    Attributes:
-        messages: The latest of each topic.
-        asks: Whether messages are asked for.
-        watched: The topics that are watched, each with its robot.
-        stops: Whether time stops for conditions, as in lockstep.
-    """
-
-    def __init__(self) -> None:
-        self.messages: dict[str, Message] = {}
-        self.asks = True
-        self.watched: list[tuple[str, str]] = []
-        self.stops = False
-
-    def watch(self, robot: str, topic: str, _wake: Callable[[], None] | None = None) -> None:
-        self.watched.append((robot, topic))
-
-    def stop_time(self, _robot: str, _topic: str) -> bool:
-        return self.stops
-
-    def latest(self, _robot: str, topic: str) -> Message:
-        return self.messages[topic]
 
 
 class FakePlaces:

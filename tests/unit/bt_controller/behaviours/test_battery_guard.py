@@ -28,6 +28,7 @@ from hmrsim.interfaces.nav_msgs import Odometry
 from hmrsim.interfaces.sensor_msgs import BatteryState
 from hmrsim.protocol.goal import GoalStatus
 from tests.profiles import examples
+from tests.unit.bt_controller.conftest import FakeTopics
 
 CHARGE = 99
 BACK = 100
@@ -36,21 +37,13 @@ DIRECTORY = Directory.from_info(
 )
 
 
-class Battery:
-    """A stand-in for the topics, with the battery state of a test."""
-
-    asks = True
-    stops = False
+class Battery(FakeTopics):
+    """The topics of a robot, with the battery state of a test."""
 
     def __init__(self):
+        super().__init__()
         self.percentage = 1.0
         self.status = BatteryState.POWER_SUPPLY_STATUS_DISCHARGING
-
-    def watch(self, robot, topic, wake=None):
-        """Take no note of it."""
-
-    def stop_time(self, _robot, _topic):
-        return self.stops
 
     def ask(self, _robot, _topic):
         return Odometry()

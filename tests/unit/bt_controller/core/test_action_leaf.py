@@ -184,23 +184,13 @@ class TestUpdate:
 
         assert ([WAIT], status, message) == ([goal.goal for goal in client.goals], leaf.status, leaf.feedback_message)
 
-    def test_success_is_written_on_the_blackboard(self, client):
+    @pytest.mark.parametrize(("end", "written"), [("succeed", True), ("abort", False)])
+    def test_only_success_is_written_on_the_blackboard(self, client, end, written):
         leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
         leaf.setup(client=client, robot="wall_e")
-        leaf.tick_once()
-        client.goals[0].succeed()
-        leaf.tick_once()
+        play(client, leaf, f"tick {end} tick")
 
-        assert Blackboard.get("waited") is True
-
-    def test_failure_is_not_written_on_the_blackboard(self, client):
-        leaf = ActionLeaf("Wait", "wait", WAIT, on_success={"waited": True})
-        leaf.setup(client=client, robot="wall_e")
-        leaf.tick_once()
-        client.goals[0].abort(9, "no patience")
-        leaf.tick_once()
-
-        assert Blackboard.exists("waited") is False
+        assert written is Blackboard.exists("waited")
 
     def test_an_aborted_goal_fails_with_moveits_message(self, client):
         leaf = ActionLeaf("Grab", "pickup", Pickup.Goal(target_name="anvil"))
@@ -338,17 +328,12 @@ class TestResume:
         ids = [goal.goal_id for goal in client.goals]
         assert (ids[3:], 3) == (ids[:3], len({*ids}))
 
-    def test_a_goal_that_could_not_be_sent_uses_up_no_id(self, client, leaf):
-        """The simulator has never received it."""
-        client.refuses = SimulatorGone("gone")
+    @pytest.mark.parametrize("refuses", [SimulatorGone("gone"), None], ids=["not sent", "rejected"])
+    def test_a_goal_that_has_not_begun_uses_up_no_id(self, client, leaf, refuses):
+        """The simulator has not received or not kept it, so the next life would look for it in vain."""
+        client.refuses = refuses
         leaf.tick_once()
         client.refuses = None
-        play(client, leaf, "tick reject tick tick")
-
-        assert client.goals[0].goal_id == client.goals[1].goal_id
-
-    def test_a_goal_that_was_rejected_uses_up_no_id(self, client, leaf):
-        """The simulator has not kept it, so the next life would look for it in vain."""
         play(client, leaf, "tick reject tick tick")
 
         assert client.goals[0].goal_id == client.goals[1].goal_id

@@ -21,6 +21,7 @@ from hmrsim.interfaces.nav_msgs import Odometry, Path
 from hmrsim.interfaces.std_msgs import Header
 from hmrsim_zenoh.client.places import pose_at
 from tests.cases import case
+from tests.unit.bt_controller.conftest import FakeTopics
 
 NEVER = math.inf
 STATUSES = {"S": Status.SUCCESS, "F": Status.FAILURE, "R": Status.RUNNING, "-": Status.INVALID}
@@ -53,25 +54,17 @@ class Told(Leaf):
         self.halts += new_status is Status.INVALID and self.status is Status.RUNNING
 
 
-class Topics:
-    """The topics of a robot, with messages that the test sets.
+class Topics(FakeTopics):
+    """The topics of a robot, whose pose the test sets.
 
     Attributes:
         known: The arguments with which nodes are set up.
-        messages: By topic, the latest message.
-        watched: The robots and topics that are watched.
-        stops: Whether time stops for conditions, as in lockstep.
     """
 
     def __init__(self):
-        self.messages = {}
-        self.watched = []
-        self.stops = False
+        super().__init__()
         self.known = {"topics": self, "robot": "wall_e"}
         self.at()
-
-    def stop_time(self, _robot, _topic):
-        return self.stops
 
     def at(self, x=0.0, y=0.0, yaw=0.0, speed=0.0, seconds=0.0):
         """Set the robot's pose and velocity."""
@@ -80,12 +73,6 @@ class Topics:
             pose=PoseWithCovariance(pose=pose_at(x, y, yaw).pose),
             twist=TwistWithCovariance(twist=Twist(linear=Vector3(x=speed))),
         )
-
-    def watch(self, robot, topic):
-        self.watched.append((robot, topic))
-
-    def latest(self, _robot, topic):
-        return self.messages[topic]
 
 
 class Tree:

@@ -85,60 +85,43 @@ class BreaksWhenStopped(Behaviour):
         raise KeyError(new_status.name)
 
 
-class TestScenario2:
-    """The four stages of scenario 2's tree."""
+def test_the_stages_of_scenario_2(stage):
+    """The robot goes to the text's goal, not to the listing's."""
+    stage.run(
+        go_to_pose,
+        lambda: (stage.goal().accept(), stage.goal().feed(distance_remaining=468.8464660644531)),
+        lambda: stage.goal().succeed(),
+        confirmed=True,
+    )
 
-    def stages(self, stage):
-        """Return the tree's four stages as text."""
-        stage.run(
-            go_to_pose,
-            lambda: (stage.goal().accept(), stage.goal().feed(distance_remaining=468.8464660644531)),
-            lambda: stage.goal().succeed(),
-            confirmed=True,
-        )
-        return [[node.line() for node in snapshot.nodes] for snapshot in stage.shown]
-
-    def test_first_the_goal_is_sent(self, stage):
-        assert self.stages(stage)[0] == [
+    position = stage.goal().goal.pose.pose.position
+    assert (1, 450.0, 330.0) == (len(stage.client.goals), position.x, position.y)
+    assert [[node.line() for node in snapshot.nodes] for snapshot in stage.shown] == [
+        [
             "{-} GoToPoseSequence [*]",
             "    {o} GoToPoseFallback [*]",
             "        --> CheckArrived [✕] -- 'arrived' comparison failed [v: Status.RUNNING][e: Status.SUCCESS]",
             "        --> GoToPoseAction [*] -- sent goal request",
-        ]
-
-    def test_then_the_robot_reports_the_remaining_distance(self, stage):
-        assert self.stages(stage)[1] == [
+        ],
+        [
             "{-} GoToPoseSequence [*]",
             "    {o} GoToPoseFallback [*]",
             "        --> CheckArrived [-]",
             "        --> GoToPoseAction [*] -- feedback: remaining: 468.8464660644531",
-        ]
-
-    def test_then_it_has_arrived(self, stage):
-        assert self.stages(stage)[2] == [
+        ],
+        [
             "{-} GoToPoseSequence [✓]",
             "    {o} GoToPoseFallback [✓]",
             "        --> CheckArrived [-]",
             "        --> GoToPoseAction [✓] -- successfully completed",
-        ]
-
-    def test_at_last_the_check_says_so(self, stage):
-        assert self.stages(stage)[3:] == [
-            [
-                "{-} GoToPoseSequence [✓]",
-                "    {o} GoToPoseFallback [✓]",
-                "        --> CheckArrived [✓] -- 'arrived' comparison succeeded [v: Status.SUCCESS][e: Status.SUCCESS]",
-                "        --> GoToPoseAction [-]",
-            ]
-        ]
-        assert len(stage.client.goals) == 1
-
-    def test_it_goes_to_450_330(self, stage):
-        """The text's goal, not the listing's."""
-        self.stages(stage)
-
-        position = stage.goal().goal.pose.pose.position
-        assert (position.x, position.y) == (450.0, 330.0)
+        ],
+        [
+            "{-} GoToPoseSequence [✓]",
+            "    {o} GoToPoseFallback [✓]",
+            "        --> CheckArrived [✓] -- 'arrived' comparison succeeded [v: Status.SUCCESS][e: Status.SUCCESS]",
+            "        --> GoToPoseAction [-]",
+        ],
+    ]
 
 
 class TestTicks:
