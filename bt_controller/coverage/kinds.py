@@ -194,7 +194,7 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("nodes.controls.nav2", Kind(_union, recovers=_all), "RoundRobin"),
             ("nodes.controls.branches", Kind(_also(_F), swallows=_first_of_three), "IfThenElse"),
             ("nodes.controls.branches", Kind(_also(_F), halts=_later, swallows=_first_of_three), "WhileDoElse"),
-            ("nodes.controls.branches", Kind(_union, halts=_all), "Switch"),
+            ("nodes.controls.branches", Kind(_union, halts=_all), "_Switch"),
             ("nodes.controls.branches", Kind(_union, swallows=_last), "TryCatch"),
             ("nodes.controls.sequences", Kind(_parallel, halts=_any_with_siblings), "Parallel"),
             ("nodes.controls.sequences", Kind(_also(_S)), "ParallelAll"),

@@ -1,11 +1,12 @@
 """The nodes of XML trees by tag: one folder for each kind, one file for each family.
 
-A family module defines one constant, ``FAMILY``, with the name of its file. Other packages add theirs through entry
-points of the group ``bt_controller.nodes.actions``, and so on.
+A family module defines one constant, ``FAMILY``, with the name of its file and its public nodes. Other packages add
+theirs through entry points of the group ``bt_controller.nodes.actions``, and so on.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -35,6 +36,19 @@ class Family:
     def of(cls, name: str, *nodes: type[Node]) -> Family:
         """Return a family of classes whose names are their tags."""
         return cls(name, {node.__name__: node for node in nodes})
+
+    @classmethod
+    def of_module(cls, module: str, *more: type[Node]) -> Family:
+        """Return the family of all public nodes that a module of this package has defined, and of further nodes."""
+        from bt_controller.core.node import Node  # noqa: PLC0415 - the families have loaded it
+
+        own = [
+            value
+            for name, value in vars(sys.modules[module]).items()
+            if isinstance(value, type) and issubclass(value, Node)
+            if value.__module__ == module and not name.startswith("_")
+        ]
+        return cls.of(module.rpartition(".")[2], *own, *more)
 
 
 UNSUPPORTED: Final[Mapping[str, str]] = MappingProxyType(

@@ -92,4 +92,4 @@ class Sleep(Leaf):
         return Status.SUCCESS if reached(self._ends) else Status.RUNNING
 
 
-FAMILY = Family.of("btcpp", SetBlackboard, UnsetBlackboard, Script, AlwaysSuccess, AlwaysFailure, Sleep)
+FAMILY = Family.of_module(__name__)

@@ -113,4 +113,4 @@ class UndockRobot(_DockNode):
     OUTPUTS: ClassVar = {**ACTION_OUTPUTS, "success": _SUCCESS}
 
 
-FAMILY = Family.of("manipulation", Pickup, Place, DockRobot, UndockRobot)
+FAMILY = Family.of_module(__name__)

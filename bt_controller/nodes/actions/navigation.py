@@ -242,8 +242,12 @@ class _Selector(Leaf):
         return Status.SUCCESS
 
 
-def _selector(tag: str, chosen: str) -> type[_Selector]:
+_SELECTORS: Final = ("controller", "goal_checker", "path_handler", "planner", "progress_checker", "smoother")
+
+
+def _selector(chosen: str) -> type[_Selector]:
     """Return the selector of a planner, a controller, and so on."""
+    tag = f"{chosen.title().replace('_', '')}Selector"
     return type(
         tag,
         (_Selector,),
@@ -260,25 +264,4 @@ def _selector(tag: str, chosen: str) -> type[_Selector]:
     )
 
 
-FAMILY = Family.of(
-    "navigation",
-    NavigateThroughPoses,
-    NavigateToPose,
-    BackUp,
-    DriveOnHeading,
-    Spin,
-    Wait,
-    *map(_cancel, _CANCELED),
-    ClearCostmapAroundPose,
-    ClearCostmapAroundRobot,
-    ClearCostmapExceptRegion,
-    ClearEntireCostmap,
-    ReinitializeGlobalLocalization,
-    ToggleCollisionMonitor,
-    _selector("ControllerSelector", "controller"),
-    _selector("GoalCheckerSelector", "goal_checker"),
-    _selector("PathHandlerSelector", "path_handler"),
-    _selector("PlannerSelector", "planner"),
-    _selector("ProgressCheckerSelector", "progress_checker"),
-    _selector("SmootherSelector", "smoother"),
-)
+FAMILY = Family.of_module(__name__, *map(_cancel, _CANCELED), *map(_selector, _SELECTORS))

@@ -343,18 +343,4 @@ class GetNextFewGoals(Leaf):
         return Status.SUCCESS
 
 
-FAMILY = Family.of(
-    "paths",
-    ComputePathThroughPoses,
-    ComputePathToPose,
-    FollowPath,
-    SmoothPath,
-    ConcatenatePaths,
-    GetPoseFromPath,
-    TruncatePath,
-    TruncatePathLocal,
-    AppendGoalPoseToGoals,
-    GetCurrentPose,
-    GetNextFewGoals,
-    RemovePassedGoals,
-)
+FAMILY = Family.of_module(__name__)

@@ -150,4 +150,4 @@ class ExtractRouteNodesAsGoals(Leaf):
         return Status.SUCCESS
 
 
-FAMILY = Family.of("routes", ComputeAndTrackRoute, ComputeRoute, ExtractRouteNodesAsGoals)
+FAMILY = Family.of_module(__name__)

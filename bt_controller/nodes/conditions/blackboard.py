@@ -106,13 +106,4 @@ class WouldARouteRecoveryHelp(_WouldARecoveryHelp):
     CODES = (ComputeRoute.Result.UNKNOWN, ComputeRoute.Result.TIMEOUT, ComputeRoute.Result.NO_VALID_ROUTE)
 
 
-FAMILY = Family.of(
-    "blackboard",
-    ScriptCondition,
-    WasEntryUpdated,
-    AreErrorCodesPresent,
-    WouldAControllerRecoveryHelp,
-    WouldAPlannerRecoveryHelp,
-    WouldARouteRecoveryHelp,
-    WouldASmootherRecoveryHelp,
-)
+FAMILY = Family.of_module(__name__)

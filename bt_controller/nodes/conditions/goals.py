@@ -301,14 +301,4 @@ def _is_begun(leg: Way, way: Way) -> bool:
     return distance(leg[0], way[0]) <= SAME_PLACE
 
 
-FAMILY = Family.of(
-    "goals",
-    ArePosesNear,
-    GlobalUpdatedGoal,
-    GoalReached,
-    GoalUpdated,
-    IsGoalNearby,
-    IsPathValid,
-    ValidatePath,
-    IsWithinPathTrackingBounds,
-)
+FAMILY = Family.of_module(__name__)

@@ -292,16 +292,4 @@ class IsBatteryCharging(_Battery):
         return "/power_supply_status", operator, BatteryState.POWER_SUPPLY_STATUS_CHARGING
 
 
-FAMILY = Family.of(
-    "robot",
-    CheckStopStatus,
-    DistanceTraveled,
-    IsStopped,
-    IsStuck,
-    InitialPoseReceived,
-    TransformAvailable,
-    PathExpiringTimer,
-    TimeExpired,
-    IsBatteryCharging,
-    IsBatteryLow,
-)
+FAMILY = Family.of_module(__name__)

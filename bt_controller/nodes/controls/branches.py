@@ -75,7 +75,7 @@ class WhileDoElse(Control):
         return branches[meant].status
 
 
-class Switch(Control):
+class _Switch(Control):
     """Ticks the child whose case equals the variable, or else the last child, and returns that child's status.
 
     Case 1 is the first child's, and so on. Values are compared as strings or as numbers, at each tick; a child that is
@@ -107,12 +107,18 @@ class Switch(Control):
         return default
 
 
-def _switch(cases: int) -> type[Switch]:
+def _switch(cases: int) -> type[_Switch]:
     inputs = {"variable": input_port(ANY, "Value to compare with the cases", required=False)}
     for number in range(1, cases + 1):
         inputs[f"case_{number}"] = input_port(ANY, f"Value for child {number}", required=False)
-    parts = {"__doc__": Switch.__doc__, "__module__": __name__, "INPUTS": inputs, "least": cases + 1, "most": cases + 1}
-    return type(f"Switch{cases}", (Switch,), parts)
+    parts = {
+        "__doc__": _Switch.__doc__,
+        "__module__": __name__,
+        "INPUTS": inputs,
+        "least": cases + 1,
+        "most": cases + 1,
+    }
+    return type(f"Switch{cases}", (_Switch,), parts)
 
 
 _CASES: Final = range(2, 7)
@@ -160,4 +166,4 @@ class TryCatch(Control):
             self.reset(catch)
 
 
-FAMILY = Family.of("branches", IfThenElse, WhileDoElse, *map(_switch, _CASES), TryCatch)
+FAMILY = Family.of_module(__name__, *map(_switch, _CASES))

@@ -194,6 +194,4 @@ class RoundRobin(Control):
             self._next = self._failed = 0
 
 
-FAMILY = Family.of(
-    "nav2", NonblockingSequence, PersistentSequence, PipelineSequence, RecoveryNode, RoundRobin, BatteryGuard
-)
+FAMILY = Family.of_module(__name__, BatteryGuard)

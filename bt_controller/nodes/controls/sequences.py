@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
 
-class InOrder(Control):
+class _InOrder(Control):
     """Ticks its children in order; a RUNNING child is ticked again, earlier ones are not.
 
     Attributes:
@@ -42,7 +42,7 @@ class InOrder(Control):
         return self.passes if self._counts else Status.INVALID
 
 
-class Reactive(Control):
+class _Reactive(Control):
     """Ticks its children from the first at each tick; the first that does not pass ends the tick and halts the others.
 
     Attributes:
@@ -71,7 +71,7 @@ class Reactive(Control):
         return self.passes if counts else Status.INVALID
 
 
-class Sequence(InOrder):
+class Sequence(_InOrder):
     """Ticks its children in order; succeeds if all succeed. Fails with the first that fails, and then starts over.
 
     A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, the
@@ -107,7 +107,7 @@ class SequenceWithMemory(Sequence):
             self.reset(child)
 
 
-class ReactiveSequence(Reactive):
+class ReactiveSequence(_Reactive):
     """Ticks its children from the first at each tick; succeeds if all succeed. Fails with the first failure.
 
     So conditions are evaluated again at each tick. When a child is RUNNING or fails, the following ones are halted.
@@ -117,7 +117,7 @@ class ReactiveSequence(Reactive):
     passes: ClassVar = Status.SUCCESS
 
 
-class Fallback(InOrder):
+class Fallback(_InOrder):
     """Ticks its children in order until one succeeds; fails if all fail.
 
     A RUNNING child is ticked again, earlier ones are not. Skipped children are ignored; if all are skipped, the
@@ -131,7 +131,7 @@ class AsyncFallback(Fallback):
     """Same as ``Fallback``: BehaviorTree.CPP yields between two children, but here a tick takes no time."""
 
 
-class ReactiveFallback(Reactive):
+class ReactiveFallback(_Reactive):
     """Ticks its children from the first at each tick until one succeeds; fails if all fail in one tick.
 
     So conditions are evaluated again at each tick. When a child is RUNNING or succeeds, the following ones are halted.
@@ -225,15 +225,4 @@ class ParallelAll(_SideBySide):
         return Status.FAILURE if self._count(Status.FAILURE) >= fatal else Status.SUCCESS
 
 
-FAMILY = Family.of(
-    "sequences",
-    Sequence,
-    AsyncSequence,
-    SequenceWithMemory,
-    ReactiveSequence,
-    Fallback,
-    AsyncFallback,
-    ReactiveFallback,
-    Parallel,
-    ParallelAll,
-)
+FAMILY = Family.of_module(__name__)

@@ -193,16 +193,4 @@ class ForceFailure(_Changed):
     becomes = MappingProxyType({Status.SUCCESS: Status.FAILURE})
 
 
-FAMILY = Family.of(
-    "gates",
-    SkipUnlessUpdated,
-    WaitValueUpdate,
-    RunOnce,
-    SingleTrigger,
-    Precondition,
-    Delay,
-    Timeout,
-    Inverter,
-    ForceSuccess,
-    ForceFailure,
-)
+FAMILY = Family.of_module(__name__)

@@ -225,12 +225,4 @@ class PathLongerOnApproach(Decoration):
         return detour
 
 
-FAMILY = Family.of(
-    "nav2",
-    DistanceController,
-    GoalUpdatedController,
-    RateController,
-    SpeedController,
-    GoalUpdater,
-    PathLongerOnApproach,
-)
+FAMILY = Family.of_module(__name__)

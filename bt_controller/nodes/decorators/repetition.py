@@ -121,7 +121,7 @@ class KeepRunningUntilFailure(_Again):
         return Status.FAILURE if status is Status.FAILURE else Status.RUNNING
 
 
-class Loop(Decoration):
+class _Loop(Decoration):
     """Removes the values from a queue one by one, and ticks its child with each until the child has ended.
 
     Fails when the child does; returns *if_empty* when the queue is empty. A queue is a list on the blackboard, from
@@ -195,9 +195,9 @@ def _queue_of(kind: Kind[Any]) -> Kind[Any]:
     return Kind("any", object, values)
 
 
-def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
+def _loop(tag: str, kind: Kind[Any]) -> type[_Loop]:
     parts = {
-        "__doc__": Loop.__doc__,
+        "__doc__": _Loop.__doc__,
         "__module__": __name__,
         "kind": kind,
         "INPUTS": {
@@ -206,7 +206,7 @@ def _loop(tag: str, kind: Kind[Any]) -> type[Loop]:
         },
         "OUTPUTS": {"value": output_port(kind, "The current value")},
     }
-    return type(tag, (Loop,), parts)
+    return type(tag, (_Loop,), parts)
 
 
 _KINDS: Final[Mapping[str, Kind[Any]]] = MappingProxyType(
@@ -214,6 +214,4 @@ _KINDS: Final[Mapping[str, Kind[Any]]] = MappingProxyType(
 )
 
 
-FAMILY = Family.of(
-    "repetition", Repeat, RetryUntilSuccessful, KeepRunningUntilFailure, *map(_loop, _KINDS, _KINDS.values())
-)
+FAMILY = Family.of_module(__name__, *map(_loop, _KINDS, _KINDS.values()))
