@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
-from typing import Final, Generic, Literal, NamedTuple, TypeAlias, TypeVar, cast
+from typing import Final, Literal, NamedTuple, TypeAlias, cast
 
 import networkx as nx
 
@@ -88,7 +88,7 @@ def bottlenecks(graph: nx.DiGraph[str]) -> Bottlenecks:
         elif start != end and not lane["closed"]:
             joined.add_edge(start, end)
     places: dict[_Vertex, tuple[str, ...]] = {name: graph.nodes[name]["places"] for name in graph}
-    tree = BlockTree(joined, _weight, places, _order)
+    tree = _BlockTree(joined, places)
     found = [*_vertices(tree), *_lanes(tree)]
     ranked = sorted(found, key=lambda one: (*(-pairs for pairs in _separated(tree, one)), one.kind, one.name))
     worst = tuple(Bottleneck(one.kind, one.name, _sides(tree, one)) for one in ranked[:MAX_LISTED])
@@ -96,15 +96,12 @@ def bottlenecks(graph: nx.DiGraph[str]) -> Bottlenecks:
     return Bottlenecks(worst, kinds.count("waypoint"), kinds.count("lane"), kinds.count("lift"))
 
 
-def _weight(vertex: _Vertex) -> int:
-    return int(isinstance(vertex, str))
-
-
 def _order(vertex: _Vertex) -> tuple[bool, str]:
+    """Return the sort key of a vertex, since networkx returns sets."""
     return (True, vertex.lift) if isinstance(vertex, _Lift) else (False, vertex)
 
 
-def _vertices(tree: BlockTree[_Vertex]) -> Iterator[_Found]:
+def _vertices(tree: _BlockTree) -> Iterator[_Found]:
     for vertex in tree.cuts:
         if isinstance(vertex, _Lift):
             yield _Found("lift", (vertex.lift,), tuple(tree.sides(vertex)))
@@ -114,13 +111,13 @@ def _vertices(tree: BlockTree[_Vertex]) -> Iterator[_Found]:
             yield _Found("waypoint", (vertex,), sides)
 
 
-def _lanes(tree: BlockTree[_Vertex]) -> Iterator[_Found]:
+def _lanes(tree: _BlockTree) -> Iterator[_Found]:
     for number, block in enumerate(tree.blocks):
         if len(block) == 2 and not isinstance(block[1], _Lift):  # noqa: PLR2004
             yield _Found("lane", tuple(map(str, block)), tuple(tree.ends(number)))
 
 
-def _separated(tree: BlockTree[_Vertex], found: _Found) -> tuple[int, int]:
+def _separated(tree: _BlockTree, found: _Found) -> tuple[int, int]:
     """Return the numbers of pairs of names, and of waypoints, that a bottleneck separates."""
     waypoints, names = zip(*map(tree.counts, found.sides), strict=True)
     return _pairs(names), _pairs(waypoints)
@@ -130,7 +127,7 @@ def _pairs(sizes: tuple[int, ...]) -> int:
     return math.comb(sum(sizes), 2) - sum(math.comb(size, 2) for size in sizes)
 
 
-def _sides(tree: BlockTree[_Vertex], found: _Found) -> tuple[Side, ...]:
+def _sides(tree: _BlockTree, found: _Found) -> tuple[Side, ...]:
     sides = [Side(tree.counts(side)[0], tuple(sorted(tree.names(side)))) for side in found.sides]
     return tuple(sorted(sides, key=lambda side: (-side.waypoints, -len(side.places), side.places)))
 
@@ -211,37 +208,27 @@ class SingleTracks:
         return math.fsum(self._rooms[name] - (name in self._cuts) for name in part)
 
 
-T = TypeVar("T")
-
 Stretches = tuple[range, ...]
 """Ranges of positions in the walk along the forest, which together are one side of a vertex or edge."""
 
 
-class BlockTree(Generic[T]):
+class _BlockTree:
     """The tree of a graph's blocks and vertices, numbered together: first the blocks, then the vertices.
 
     Args:
         graph: The graph; vertices without an edge are left out.
-        weight: The weight of a vertex.
-        names: The names of the places at each vertex.
-        order: The sort key of the vertices in a block, since networkx returns sets.
+        places: The names of the places at each waypoint.
 
     Attributes:
         blocks: The vertices of each.
         cuts: The vertices that belong to several blocks.
     """
 
-    def __init__(
-        self,
-        graph: nx.Graph[T],
-        weight: Callable[[T], int],
-        names: Mapping[T, Sequence[str]],
-        order: Callable[[T], tuple[bool, str]],
-    ) -> None:
+    def __init__(self, graph: nx.Graph[_Vertex], places: Mapping[_Vertex, Sequence[str]]) -> None:
         # The stubs call what is yielded a list of sets.
-        blocks = cast("Iterable[set[T]]", nx.biconnected_components(graph))
-        self.blocks = [sorted(block, key=order) for block in blocks]
-        blocks_of: dict[T, list[int]] = {}
+        blocks = cast("Iterable[set[_Vertex]]", nx.biconnected_components(graph))
+        self.blocks = [sorted(block, key=_order) for block in blocks]
+        blocks_of: dict[_Vertex, list[int]] = {}
         for number, block in enumerate(self.blocks):
             for vertex in block:
                 blocks_of.setdefault(vertex, []).append(number)
@@ -251,14 +238,14 @@ class BlockTree(Generic[T]):
         self._neighbors += blocks_of.values()
         self._parent, walk = self._walk()
         self._position = {number: i for i, number in enumerate(walk)}
-        vertices: list[T | None] = [None] * len(self.blocks)
+        vertices: list[_Vertex | None] = [None] * len(self.blocks)
         vertices += blocks_of
         walked = [vertices[number] for number in walk]
-        self._names = [name for vertex in walked if vertex is not None for name in names.get(vertex, ())]
-        weights = (0 if vertex is None else weight(vertex) for vertex in walked)
-        named = (0 if vertex is None else len(names.get(vertex, ())) for vertex in walked)
+        named = [() if vertex is None else places.get(vertex, ()) for vertex in walked]
+        self._names = [name for names in named for name in names]
         # Sums over all that is before a position: what is below a number is one stretch of the walk.
-        self._before = [list(accumulate(counts, initial=0)) for counts in (weights, named)]
+        waypoints = [isinstance(vertex, str) for vertex in walked]
+        self._before = [[*accumulate(counts, initial=0)] for counts in (waypoints, map(len, named))]
         self._size, self._root = [1] * len(walk), list(range(len(walk)))
         for number in reversed(walk):
             if (parent := self._parent[number]) is not None:
@@ -285,7 +272,7 @@ class BlockTree(Generic[T]):
                         stack.append(other)
         return parent, walk
 
-    def sides(self, cut: T) -> list[Stretches]:
+    def sides(self, cut: _Vertex) -> list[Stretches]:
         """Return the parts on each side of a vertex, without it."""
         number = self._number[cut]
         return [self._beyond(number, block) for block in self._neighbors[number]]
@@ -295,9 +282,10 @@ class BlockTree(Generic[T]):
         return [self._beyond(block, vertex) for vertex in self._neighbors[block]]
 
     def counts(self, stretches: Stretches) -> tuple[int, int]:
-        """Return the total weight of some stretches, and the number of names in them."""
-        weight, names = (sum(before[part.stop] - before[part.start] for part in stretches) for before in self._before)
-        return weight, names
+        """Return the number of waypoints in some stretches, and the number of names."""
+        numbers = (sum(before[part.stop] - before[part.start] for part in stretches) for before in self._before)
+        waypoints, names = numbers
+        return waypoints, names
 
     def names(self, stretches: Stretches) -> list[str]:
         """Return the names in some stretches."""
