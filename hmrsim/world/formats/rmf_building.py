@@ -11,7 +11,6 @@ import cmath
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -34,27 +33,19 @@ _MIN_STOPS = 2
 """The minimum number of stops of a lift."""
 
 
-@dataclass(frozen=True)
-class Shafts:
-    """The levels and coordinates needed to locate lifts.
+def _lifts(reading: Reading, levels: Mapping[str, Level], reference: Level, *, down: bool) -> dict[str, Any]:
+    """Return the lifts, as in a world file.
 
-    Attributes:
+    Args:
+        reading: The file.
         levels: All levels by name; the waypoints of those that are read have names.
         reference: The level for the drawing of lifts that name no level.
         down: Whether y points down in drawings.
     """
-
-    levels: Mapping[str, Level]
-    reference: Level
-    down: bool
-
-
-def lifts(reading: Reading, shafts: Shafts) -> dict[str, Any]:
-    """Return the lifts, as in a world file."""
     found: dict[str, Any] = {}
     part = reading.root.get("lifts") or Part({})
     for name, lift in reading.attempt(lambda: list(part.entries())) or ():
-        stops = reading.attempt(partial(_stops, shafts, lift))
+        stops = reading.attempt(partial(_stops, levels, reference, lift, down=down))
         if stops is not None and len(stops) < _MIN_STOPS:
             reading.leave_out("lifts with no waypoints on two levels in their cabins", lift)
         elif stops is not None:
@@ -63,7 +54,7 @@ def lifts(reading: Reading, shafts: Shafts) -> dict[str, Any]:
     return found
 
 
-def _stops(shafts: Shafts, lift: Part) -> list[str]:
+def _stops(levels: Mapping[str, Level], reference: Level, lift: Part, *, down: bool) -> list[str]:
     """Return the names of the waypoints where a lift stops, from the lowest level up.
 
     Raises:
@@ -71,18 +62,18 @@ def _stops(shafts: Shafts, lift: Part) -> list[str]:
     """
     drawn = complex(lift.want("x").number(), lift.want("y").number())
     own = lift.get("reference_floor_name")
-    reference = _level(shafts, own, str(own.value)) if own and own.value else shafts.reference
-    center = reference.align(drawn.conjugate() if shafts.down else drawn)
+    reference = _level(levels, own, str(own.value)) if own and own.value else reference
+    center = reference.align(drawn.conjugate() if down else drawn)
     doors = lift.get("level_doors") or Part({})
-    served = [_level(shafts, part, name) for name, part in doors.entries() if part.value]
+    served = [_level(levels, part, name) for name, part in doors.entries() if part.value]
     inside = (_in_cabin(lift, center, level) for level in sorted(served, key=lambda level: level.elevation))
     return [name for name in inside if name]
 
 
-def _level(shafts: Shafts, part: Part, name: str) -> Level:
-    if name not in shafts.levels:
-        raise BadPart(part, f"no level {name!r}; there are {', '.join(shafts.levels)}")
-    return shafts.levels[name]
+def _level(levels: Mapping[str, Level], part: Part, name: str) -> Level:
+    if name not in levels:
+        raise BadPart(part, f"no level {name!r}; there are {', '.join(levels)}")
+    return levels[name]
 
 
 def _in_cabin(lift: Part, center: complex, level: Level) -> str:
@@ -262,15 +253,16 @@ def _read(text: str, file: str, options: ReadOptions = AS_IT_IS) -> Document:
     if not levels:
         reading.complain(reading.root, "has no levels")
         return reading.document({})
-    reference = reading.attempt(partial(_reference, root, levels)) or levels[0]
+    named = {level.name: level for level in levels}
+    reference = reading.attempt(partial(_reference, root, named)) or levels[0]
     _align(reading, levels, reference, system)
     pages = tuple(level.name for level in levels)
     chosen = levels if options.page is None else [levels[choose_page(pages, options.page, file, noun="level")]]
     for level, shift in zip(chosen, side_by_side([map(level.at, level.vertices) for level in chosen]), strict=True):
         level.shift = shift
     conversion = convert(reading, chosen, options)
-    shafts = Shafts({level.name: level for level in levels}, reference, system == _IMAGE)
-    data = {"name": _name(root), **conversion.data, "lifts": lifts(reading, shafts)}
+    lifts = _lifts(reading, named, reference, down=system == _IMAGE)
+    data = {"name": _name(root), **conversion.data, "lifts": lifts}
     return reading.document(data, pages=pages, robots=tuple(conversion.robots))
 
 
@@ -316,14 +308,9 @@ def _align_images(reading: Reading, levels: list[Level], reference: Level) -> No
             level.align = onto or by_scale(reading.attempt(level.scale) or scale)
 
 
-def _reference(root: Part, levels: list[Level]) -> Level:
+def _reference(root: Part, levels: Mapping[str, Level]) -> Level | None:
     name = root.get("reference_level_name")
-    if name is None or name.value == "":
-        return levels[0]
-    for level in levels:
-        if level.name == name.value:
-            return level
-    raise BadPart(name, f"no level {name.value!r}; there are {', '.join(level.name for level in levels)}")
+    return None if name is None or name.value == "" else _level(levels, name, str(name.value))
 
 
 FORMAT = Format(
