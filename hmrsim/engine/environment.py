@@ -112,7 +112,7 @@ class Environment(_Clock):
         """Cancel an alarm; do nothing if it has rung."""
         if alarm.callbacks is not None and alarm.callbacks is not _ABANDONED:
             self._background -= 1
-            self._abandon(alarm)
+            self.abandon(alarm)
 
     def advance_clock(self, to: float) -> None:
         """Set the time to *to*; no event may be due before."""
@@ -214,11 +214,8 @@ class Environment(_Clock):
             self._clear()
         return queue[0][0] if queue else math.inf
 
-    def abandon(self, event: simpy.Timeout | At) -> None:
+    def abandon(self, event: simpy.Timeout | At | Alarm) -> None:
         """Abandon a timed event that no process waits for: time does not advance for it."""
-        self._abandon(event)
-
-    def _abandon(self, event: simpy.Event) -> None:
         event.callbacks = _ABANDONED
         self._abandoned += 1
         # Otherwise events due far in the future would pile up.
