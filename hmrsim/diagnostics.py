@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hmrsim.errors import Problem
 
@@ -46,6 +46,10 @@ class Finding:
     value: object = None
     severity: str = "error"
     line: int | None = None
+
+    def within(self, *path: str | int) -> Finding:
+        """Return the finding about a part as one about the whole, in which *path* leads to the part."""
+        return replace(self, path=(*path, *self.path))
 
 
 def problems_of(findings: Iterable[Finding], file: str, line_of: Callable[[Path], int | None]) -> list[Problem]:

@@ -99,11 +99,12 @@ def valid_parts(
         except ValidationError as error:
             found = [replace(one, path=_original(one.path, kept)) for one in explain(error, left, model)]
             count = error.error_count()
-        fresh = [finding for finding in found if not _follows(gone, finding.path)]
-        findings += fresh
+        # The others follow from parts that are gone.
+        fresh = {finding.path: finding for finding in found if _gone_in(gone, finding.path) == {}}
+        findings += fresh.values()
         for finding in found:
             # An entry that this round has removed may have further errors.
-            if finding not in fresh or not _is_gone(gone, finding.path):
+            if finding.path not in fresh or _gone_in(gone, finding.path) is not None:
                 rest = _remove(rest, gone, finding.path, stand_ins)
         if not left:
             break
@@ -137,14 +138,14 @@ def _kept(data: Mapping[str, Any], gone: _Gone) -> dict[str, tuple[int, ...]]:
     }
 
 
-def _follows(gone: _Gone, path: Path) -> bool:
-    """Return whether an error may follow from an earlier one: in, around or instead of a part that is gone."""
+def _gone_in(gone: _Gone, path: Path) -> _Gone | None:
+    """Return what is gone in the part at a path; None if the part itself is gone."""
     here: Any = gone
     for step in path:
         here = here.get(step, {})
         if not isinstance(here, dict):
-            return True
-    return bool(here)
+            return None
+    return here  # type: ignore[no-any-return]  # a mapping
 
 
 def _remove(data: dict[str, Any], gone: _Gone, path: Path, stand_ins: Mapping[tuple[str, ...], Any]) -> dict[str, Any]:
@@ -152,11 +153,11 @@ def _remove(data: dict[str, Any], gone: _Gone, path: Path, stand_ins: Mapping[tu
     cut = _cut(data, path)
     for place in (path, cut):
         pattern = next((pattern for pattern in stand_ins if _matches(pattern, place)), None)
-        if pattern is not None and not _is_gone(gone, place) and isinstance(_at(data, place[:-1]), dict):
+        if pattern is not None and _gone_in(gone, place) is not None and isinstance(_at(data, place[:-1]), dict):
             _mark(gone, place, False)
             changed: dict[str, Any] = _replaced(data, place, stand_ins[pattern])
             return changed
-    while cut and _is_gone(gone, cut):
+    while cut and _gone_in(gone, cut) is None:
         cut = cut[:-1]
     if cut:
         _mark(gone, cut, None)
@@ -167,15 +168,6 @@ def _remove(data: dict[str, Any], gone: _Gone, path: Path, stand_ins: Mapping[tu
 
 def _matches(pattern: tuple[str, ...], path: Path) -> bool:
     return len(pattern) == len(path) and all(step in {"*", at} for step, at in zip(pattern, path, strict=True))
-
-
-def _is_gone(gone: _Gone, path: Path) -> bool:
-    here: Any = gone
-    for step in path:
-        here = here.get(step, {})
-        if not isinstance(here, dict):
-            return True
-    return False
 
 
 def _mark(gone: _Gone, path: Path, how: Literal[False] | None) -> None:

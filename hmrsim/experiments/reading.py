@@ -143,10 +143,7 @@ def _tables(model: ExperimentFile, folder: Path, findings: list[Finding]) -> dic
     if model.levels is not None:
         named[_LEVELS] = model.levels
     tables, _, wrong = read_tables(named, folder)
-    findings += [
-        Finding(each.path if each.path == (_LEVELS,) else ("tables", *each.path), each.message, each.value)
-        for each in wrong
-    ]
+    findings += [each if each.path == (_LEVELS,) else each.within("tables") for each in wrong]
     return tables
 
 

@@ -104,7 +104,7 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     home = Path(path).absolute().parent
     where = folder or _folder(model, home)
     schedule, flaws = read_injections(model.schedule)
-    valid = _Valid(model, [replace(flaw, path=("schedule", *flaw.path)) for flaw in flaws])
+    valid = _Valid(model, [flaw.within("schedule") for flaw in flaws])
     hint = "" if folder else "; --folder DIR says where the controller's files are"
 
     def unrunnable(check: Check) -> Iterator[Finding]:
@@ -130,7 +130,7 @@ def _unrunnable(check: Check, schedule: Schedule) -> Iterator[Finding]:
     for i, thing in enumerate(schedule):
         if thing.family == DISTURBANCE:
             for flaw in check_pattern(Disturbance.model_validate(dict(thing.spec)).when, there):
-                yield replace(flaw, path=("schedule", i, "when", *flaw.path))
+                yield flaw.within("schedule", i, "when")
 
 
 def _folder(model: ReproFile, home: Path) -> Path:
@@ -220,7 +220,7 @@ def _of_properties(document: Document, model: CheckFile, properties: Properties,
     found = check_properties(properties, world)
     if isinstance(model.properties, str):
         return properties.problems(found)
-    return document.problems([replace(each, path=("properties", *each.path)) for each in found])
+    return document.problems([each.within("properties") for each in found])
 
 
 def _properties(model: CheckFile, home: Path, document: Document) -> tuple[Properties, list[Problem]]:
@@ -229,7 +229,7 @@ def _properties(model: CheckFile, home: Path, document: Document) -> tuple[Prope
         properties, findings = read_valid_properties(home / model.properties)
         return properties, properties.problems(findings)
     properties, findings = valid_properties(Document(document.file, model.properties or {}, PropertyError))
-    return properties, document.problems(replace(each, path=("properties", *each.path)) for each in findings)
+    return properties, document.problems(each.within("properties") for each in findings)
 
 
 def _of_kinds(space: Space) -> Iterator[Finding]:

@@ -190,7 +190,7 @@ def read_injections(values: object) -> tuple[Schedule, list[Finding]]:
     findings: list[Finding] = []
     for i, spec in enumerate(values):
         found = [*_flaws(spec)]
-        findings += [Finding((i, *each.path), each.message, each.value) for each in found]
+        findings += [each.within(i) for each in found]
         if not found:
             injections.append(Injection(spec))
     return tuple(injections), findings
@@ -238,7 +238,7 @@ def _disturbance(spec: dict[str, Any]) -> Iterator[Finding]:
 
 def _of_anchor(anchor: Anchor) -> Iterator[Finding]:
     for flaw in anchor.flaws():
-        yield Finding(("when", *flaw.path), flaw.message, flaw.value)
+        yield flaw.within("when")
 
 
 _READERS: Final[Mapping[str, Callable[[dict[str, Any]], Iterator[Finding]]]] = {

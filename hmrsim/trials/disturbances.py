@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Self
@@ -80,7 +79,7 @@ class Disturbance(BaseModel):
     def flaws(self) -> Iterator[Finding]:
         """Yield the flaws that it has in any world: kinds and fields of events that do not exist."""
         for finding in self.when.flaws():
-            yield replace(finding, path=("when", *finding.path))
+            yield finding.within("when")
 
     def describe(self) -> str:
         """Return it in words, such as ``the controller is killed: 0.5 s after pickup of eve is executing``."""

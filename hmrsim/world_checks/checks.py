@@ -9,18 +9,15 @@ from functools import cache
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from pydantic import ValidationError
-
 from hmrsim.actions import registry
 from hmrsim.components import registry as components
 from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, warning
-from hmrsim.documents.valid_parts import Lost
-from hmrsim.documents.validation import explain
+from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
 from hmrsim.world_checks.faults import check_faults
-from hmrsim.world_checks.lanes import LaneIndex, check_lanes, known_lanes
+from hmrsim.world_checks.lanes import LaneIndex, check_lanes, known_lanes, off_the_map
 from hmrsim.world_checks.robots import check_batteries, check_scripts, check_traffic, check_walled_in
 
 if TYPE_CHECKING:
@@ -103,34 +100,15 @@ def _at(point: Point) -> str:
     return f"({point[0]:g}, {point[1]:g})"
 
 
-def _outside(world: World, point: Point) -> bool:
-    if world.bounds is None:
-        return False
-    x0, y0, x1, y1 = world.bounds
-    return x0 < x1 and y0 < y1 and not (x0 <= point[0] <= x1 and y0 <= point[1] <= y1)
-
-
-def _spans(world: World) -> str:
-    x0, y0, x1, y1 = world.bounds or (0, 0, 0, 0)
-    return f"the map, which spans {_at((x0, y0))} to {_at((x1, y1))}"
-
-
 def _check_inside(world: World) -> Iterator[Finding]:
-    # The docks have their own check.
-    points: list[tuple[Path, Point]] = [(("waypoints", name), point) for name, point in _strays(world)]
+    x0, y0, x1, y1 = world.bounds or (-math.inf, -math.inf, math.inf, math.inf)
+    # A grid has a million waypoints; the docks have their own check.
+    strays = {name: (x, y) for name, (x, y) in world.points.items() if not (x0 <= x <= x1 and y0 <= y <= y1)}
+    points: list[tuple[Path, Point]] = [(("waypoints", name), point) for name, point in strays.items()]
     points += [(("places", name, "at"), place.at) for name, place in world.places.items()]
     points += [(("items", name, "at"), item.at) for name, item in world.items.items() if not isinstance(item.at, str)]
     for path, point in points:
-        if _outside(world, point):
-            yield warning(path, f"{_at(point)} is outside {_spans(world)}", list(point))
-
-
-def _strays(world: World) -> Iterator[tuple[str, Point]]:
-    """Yield the waypoints outside the bounds, with little work for each one because a grid has a million."""
-    x0, y0, x1, y1 = world.bounds or (-math.inf, -math.inf, math.inf, math.inf)
-    for name, (x, y) in world.points.items():
-        if not (x0 <= x <= x1 and y0 <= y <= y1):
-            yield name, (x, y)
+        yield from off_the_map(world, path, point, "warning")
 
 
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
@@ -147,11 +125,8 @@ def _check_settings(path: Path, name: str, settings: Mapping[str, Any]) -> Itera
     if component is None:
         yield Finding(path, f"no component {name!r}{instead(name, components())}", name)
         return
-    try:
-        component.settings.model_validate(settings)
-    except ValidationError as error:
-        for finding in explain(error, settings, component.settings):
-            yield Finding((*path, *finding.path), finding.message, finding.value)
+    for finding in valid_parts(settings, component.settings).findings:
+        yield finding.within(*path)
 
 
 def _check_robot_types(world: World) -> Iterator[Finding]:
@@ -198,8 +173,7 @@ def _check_own_components(world: World, name: str, robot: RobotSpec) -> Iterator
 def _check_start(
     world: World, path: Path, point: Point, solids: Obstacles, lanes: Callable[[], LaneIndex]
 ) -> Iterator[Finding]:
-    if _outside(world, point):
-        yield Finding(path, f"{_at(point)} is outside {_spans(world)}", list(point))
+    yield from off_the_map(world, path, point)
     if solids.occupy(point):
         if lanes().lanes_at(point):
             yield warning(path, f"{_at(point)} is inside an obstacle; only its lane leads out", list(point))

@@ -12,21 +12,20 @@ from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.network import connected
 from hmrsim.world.segments import SegmentGrid
-from hmrsim.world_checks.lanes import LaneIndex, known_lanes, lane_ends
+from hmrsim.world_checks.lanes import LaneIndex, known_lanes, lane_ends, off_the_map
 from hmrsim.world_checks.robots import known_start
 
 if TYPE_CHECKING:
     from hmrsim.documents.valid_parts import Lost
     from hmrsim.geometry import Point
-    from hmrsim.world.model import Dock, Door, Lift, RobotSpec, World
+    from hmrsim.world.model import Dock, Lift, RobotSpec, World
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the docks of a world."""
-    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
-        yield from _check_reserved_for(known, name, dock, lost)
+        yield from _check_users(world, ("docks", name, "reserved_for"), dock.reserved_for, lost)
         try:
             point = world.dock_point(name)
         except KeyError:
@@ -34,9 +33,9 @@ def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
                 points = [*world.waypoints, *world.places]
                 yield Finding(path, f"no waypoint or place {dock.at!r}{instead(str(dock.at), points)}", dock.at)
             continue
-        yield from _check_inside(world, path, point)
+        yield from off_the_map(world, path, point)
         if dock.staging is not None:
-            yield from _check_inside(world, ("docks", name, "staging"), dock.staging)
+            yield from off_the_map(world, ("docks", name, "staging"), dock.staging)
 
 
 def check_ways_to_docks(world: World, lost: Lost) -> Iterator[Finding]:
@@ -50,22 +49,16 @@ def check_ways_to_docks(world: World, lost: Lost) -> Iterator[Finding]:
             point = world.dock_point(name)
         except KeyError:
             continue
-        if not any(_check_inside(world, path, point)):
+        if not any(off_the_map(world, path, point)):
             yield from ways.check(path, name, dock, point)
 
 
-def _check_inside(world: World, path: Path, point: Point) -> Iterator[Finding]:
-    x0, y0, x1, y1 = world.bounds or (0.0, 0.0, 0.0, 0.0)
-    if world.bounds and x0 < x1 and y0 < y1 and not (x0 <= point[0] <= x1 and y0 <= point[1] <= y1):
-        spans = f"which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})"
-        yield Finding(path, f"({point[0]:g}, {point[1]:g}) is outside the map, {spans}", list(point))
-
-
-def _check_reserved_for(known: Collection[str], name: str, dock: Dock, lost: Lost) -> Iterator[Finding]:
-    for i, other in enumerate(dock.reserved_for or ()):
-        if other not in known and not lost.has(other, "robots", "robot_types"):
-            message = f"no robot or robot type {other!r}{instead(other, known)}"
-            yield Finding(("docks", name, "reserved_for", i), message, other)
+def _check_users(world: World, path: Path, users: Collection[str] | None, lost: Lost) -> Iterator[Finding]:
+    """Yield an error for each name that is neither a robot nor a type of robots."""
+    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES)) if users else {}
+    for i, user in enumerate(users or ()):
+        if user not in known and not lost.has(user, "robots", "robot_types"):
+            yield Finding((*path, i), f"no robot or robot type {user!r}{instead(user, known)}", user)
 
 
 class _Ways:
@@ -131,9 +124,12 @@ class _Ways:
 def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield the errors of the doors and lifts of a world."""
     yield from _check_unique_names(world)
-    known = dict.fromkeys((*world.robots, *world.robot_types, *BUILT_IN_TYPES))
     for name, door in world.doors.items():
-        yield from _check_door(known, name, door, lost)
+        path: Path = ("doors", name)
+        if distance(*door.at) <= SAME_PLACE:
+            yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
+        else:
+            yield from _check_users(world, (*path, "opens_for"), door.opens_for, lost)
     yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
         frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes if world.lifts else ())
@@ -166,17 +162,6 @@ def _check_unique_names(world: World) -> Iterator[Finding]:
             other = first.setdefault(name, kind)
             if other != kind and kind in ("doors", "lifts"):
                 yield Finding((kind, name), f"{other}.{name} has this name already; choose another", name)
-
-
-def _check_door(known: Collection[str], name: str, door: Door, lost: Lost) -> Iterator[Finding]:
-    path: Path = ("doors", name)
-    if distance(*door.at) <= SAME_PLACE:
-        yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
-        return
-    for i, opener in enumerate(door.opens_for or ()):
-        if opener not in known and not lost.has(opener, "robots", "robot_types"):
-            message = f"no robot or robot type {opener!r}{instead(opener, known)}"
-            yield Finding((*path, "opens_for", i), message, opener)
 
 
 def _check_standing(world: World) -> Iterator[Finding]:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
-
-from pydantic import ValidationError
 
 from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.components import SensorSettings
 from hmrsim.components import registry as components
-from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead
 from hmrsim.distributions import latest
 from hmrsim.documents.valid_parts import valid_parts
 from hmrsim.faults import SUBJECTS, registry
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.model import BUILT_IN_TYPES
-from hmrsim.world_checks.robots import components_lost
+from hmrsim.world_checks.robots import components_lost, valid_battery
 
 if TYPE_CHECKING:
     from hmrsim.documents.valid_parts import Lost
@@ -84,7 +81,7 @@ def check_faults(world: World, lost: Lost) -> Iterator[Finding]:
             flawed += [flaw for flaw in further if not _may_be_lost(flaw, settings, world, lost)]
             names.setdefault(settings.name or "", i)
         for flaw in flawed:
-            yield Finding(("faults", i, *flaw.path), flaw.message, flaw.value)
+            yield flaw.within("faults", i)
 
 
 def read_fault(name: str, values: Mapping[str, Any]) -> tuple[AnyFault, Occurrence] | list[Finding]:
@@ -118,7 +115,7 @@ def flaws(
             yield Finding((field,), f"{latest(time):g} s is over; it is {now:g} s now", time)
     if settings.when is not None:
         for flaw in check_pattern(settings.when, there):
-            yield replace(flaw, path=("when", *flaw.path))
+            yield flaw.within("when")
 
 
 def missing(fault: AnyFault, settings: Occurrence, there: There) -> Iterator[Finding]:
@@ -226,7 +223,7 @@ def there_in(world: World) -> There:
         name: world.robot_type(robot).components if robot.type in types else components()
         for name, robot in world.robots.items()
     }
-    cells = {name: cells for name, carried in robots.items() if (cells := _cells(carried.get("battery")))}
+    batteries = {name: valid_battery(carried.get("battery")) for name, carried in robots.items()}
     return There(
         robots=robots,
         lanes=dict.fromkeys(sorted(lanes | {(b, a) for a, b in lanes})),
@@ -234,16 +231,6 @@ def there_in(world: World) -> There:
         docks=world.docks,
         lifts=world.lifts,
         items=world.items,
-        cells=cells,
+        cells={name: battery.cells for name, battery in batteries.items() if battery},
         made=[demand.item or demand.name for demand in world.demand],
     )
-
-
-def _cells(settings: Any) -> int | None:
-    """Return the number of cells of a battery with these settings, or None if it is unknown."""
-    if not isinstance(settings, dict):
-        return None
-    try:
-        return BatterySettings.model_validate(settings).cells
-    except ValidationError:
-        return None

@@ -18,6 +18,7 @@ from hmrsim.world.network import Pairs
 from hmrsim.world.segments import SegmentGrid, cells_around
 
 if TYPE_CHECKING:
+    from hmrsim.diagnostics import Path
     from hmrsim.documents.valid_parts import Lost
     from hmrsim.geometry import Point
     from hmrsim.world.model import Lane, World
@@ -42,6 +43,14 @@ def check_lanes(world: World, lost: Lost) -> Iterator[Finding]:
         pairs, joined = _pairs(world, good), [name for lane in lanes for name in (lane.from_, lane.to)]
     if lanes and not lost.touches("waypoints", "lanes", "lifts"):
         yield from _check_connected(world, pairs, joined)
+
+
+def off_the_map(world: World, path: Path, point: Point, severity: str = "error") -> Iterator[Finding]:
+    """Yield a finding if a point is outside the bounds of a world."""
+    (x, y), (x0, y0, x1, y1) = point, world.bounds or (-math.inf, -math.inf, math.inf, math.inf)
+    if x0 < x1 and y0 < y1 and not (x0 <= x <= x1 and y0 <= y <= y1):
+        text = f"({x:g}, {y:g}) is outside the map, which spans ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})"
+        yield Finding(path, text, [x, y], severity)
 
 
 def known_lanes(world: World) -> list[Lane]:

@@ -15,8 +15,7 @@ from pydantic import ValidationError
 from hmrsim.actions import registry
 from hmrsim.components.battery import BatterySettings
 from hmrsim.diagnostics import Finding, instead, shown, warning
-from hmrsim.documents.valid_parts import Lost
-from hmrsim.documents.validation import explain
+from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.goals.script_orders import read_order
 from hmrsim.traffic.nearness import rooms_of_waypoints
@@ -73,15 +72,19 @@ def _missing_actions(path: Path, drain: object) -> Iterator[Finding]:
 def _doubtful_charge(path: Path, own: Mapping[str, Any], settings: Mapping[str, Any]) -> Iterator[Finding]:
     if own.get("initial_charge") is None:
         return
-    try:
-        battery = BatterySettings.model_validate(settings)
-    except ValidationError:
-        # Reported by the checks of components.
-        return
-    charge, capacity = battery.initial_charge, battery.capacity
+    battery = valid_battery(settings)
+    charge, capacity = (battery.initial_charge, battery.capacity) if battery else (None, 0.0)
     if charge is not None and 0 < charge <= 1 < capacity * _MIN_SHARE:
         message = f"{charge:g} of {capacity:g} units is next to nothing; {charge:.0%} of it are {charge * capacity:g}"
         yield warning((*path, "initial_charge"), message, charge)
+
+
+def valid_battery(settings: Any) -> BatterySettings | None:
+    """Return the settings of a battery, or None if they are invalid, which the checks of components report."""
+    try:
+        return BatterySettings.model_validate(settings)
+    except ValidationError:
+        return None
 
 
 def check_scripts(world: World, lost: Lost) -> Iterator[Finding]:
@@ -215,15 +218,14 @@ def check_traffic(world: World, lost: Lost | None = None) -> Iterator[Finding]:
         yield Finding(("traffic", "policy"), message, world.policy)
         return
     said = world.traffic.model_dump()
-    try:
-        settings = policy.settings.model_validate(said)
-    except ValidationError as error:
-        hint = f" (the policy is {policy.name!r} by default; set another one)" if by_default else ""
-        for finding in explain(error, said, policy.settings):
-            yield Finding(("traffic", *finding.path), f"{finding.message}{hint}", finding.value)
+    valid = valid_parts(said, policy.settings)
+    hint = f" (the policy is {policy.name!r} by default; set another one)" if by_default else ""
+    for finding in valid.findings:
+        yield Finding(("traffic", *finding.path), f"{finding.message}{hint}", finding.value)
+    if valid.findings:
         return
-    if isinstance(settings, ReserveSettings):
-        yield from _check_starts(world, settings, lost)
+    if isinstance(valid.value, ReserveSettings):
+        yield from _check_starts(world, valid.value, lost)
     elif by_default:
         yield from _check_capacities(world)
 

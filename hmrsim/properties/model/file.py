@@ -163,7 +163,7 @@ def _flaws(properties: Properties) -> Iterator[Finding]:
             yield Finding(path, f"{name!r} is a property that is built in; give another name", name)
         for inner, part in walk(each, path):
             if isinstance(part, EventPattern):
-                yield from (Finding((*inner, *flaw.path), flaw.message, flaw.value) for flaw in part.flaws())
+                yield from (flaw.within(*inner) for flaw in part.flaws())
                 yield from (
                     Finding((*inner, "where", key), f"each robot is said beside where: robot: {EACH!r}", value)
                     for key, value in part.where.items()

@@ -116,7 +116,7 @@ def read_overlay(path: str | Path) -> Overlay:
     """
     document = read_document(path, WorldError, "a mapping of paths to values such as robots.*.base.speed: 0.8")
     tables, files, flaws = read_tables(document.data.get(_TABLES, {}), Path(path).parent)
-    document.raise_for(replace(flaw, path=(_TABLES, *flaw.path)) for flaw in flaws)
+    document.raise_for(flaw.within(_TABLES) for flaw in flaws)
     changes = {key: value for key, value in document.data.items() if key != _TABLES}
     source = Source(document.file, Document(changes, document.line))
     return Overlay(source, tables, (Path(path).absolute(), *files))
