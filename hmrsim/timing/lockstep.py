@@ -125,13 +125,13 @@ class Lockstep(SelectiveSink):
     def waiting_for(self) -> tuple[str, ...]:
         """The participants that have yet to ask to advance, or to join."""
         there = self._participants
-        return tuple(sorted((*(each.name for each in there.thinking), *there.missing, *there.awaited)))
+        return tuple(sorted((*there.thinking, *there.missing, *there.awaited)))
 
     @property
     def expects(self) -> bool:
         """Return whether time moves, or waits, because of a participant that is absent or stalled."""
         there = self._participants
-        return there.later or bool(there.awaited) or any(each.stalled for each in there.all)
+        return there.later or bool(there.awaited) or any(each.state.stalled for each in there.all)
 
     @property
     def over(self) -> bool:
@@ -193,7 +193,8 @@ class Lockstep(SelectiveSink):
         """
         if self.granting or self._simulator.paused:
             return []
-        return [each.name for each in self._participants.thinking if each.since < before]
+        here = list(self._participants.all)
+        return [each.name for each in here if each.state is State.THINKING and each.since < before]
 
     def stall(self, name: str, until: float) -> None:
         """Stall a participant until some time: the simulation continues without it, and its requests have to wait.
@@ -259,7 +260,7 @@ class Lockstep(SelectiveSink):
         if self.granting or there.missing or there.awaited or self._gate.limit <= self._env.now:
             return False
         for participant in there.all:
-            if participant.state is State.THINKING and not participant.stalled:
+            if participant.state is State.THINKING:
                 return False
         return bool(there.all) or there.later
 
@@ -270,7 +271,7 @@ class Lockstep(SelectiveSink):
             self._submit_changes()
         asked, kinds = [], NO_KINDS
         for participant in self._participants.all:
-            if participant.state is State.ASKING:
+            if participant.state.begins:
                 request = participant.begin()
                 asked.append((participant, request))
             kinds |= participant.kinds
@@ -290,7 +291,7 @@ class Lockstep(SelectiveSink):
         """Set the horizon of the grant, and the kinds of events that end it, from the requests of the participants."""
         horizon, wake = self._participants.due, NO_KINDS
         for participant in self._participants.all:
-            if participant.state is State.GRANTED and not participant.stalled and (request := participant.request):
+            if participant.state is State.GRANTED and (request := participant.request):
                 horizon = min(horizon, request.until)
                 wake |= request.wake
         self._horizon, self._wake = max(horizon, self._env.now), wake
@@ -304,7 +305,7 @@ class Lockstep(SelectiveSink):
             return True
         met = self._conditions.met
         for participant in self._participants.all:
-            if participant.state is State.GRANTED and not participant.stalled and (request := participant.request):
+            if participant.state is State.GRANTED and (request := participant.request):
                 if participant.name in met:
                     return True
                 for slot in participant.slots:
@@ -325,7 +326,7 @@ class Lockstep(SelectiveSink):
 
     def _apply(self, participant: Participant, request: Advance) -> None:
         """Apply the commands of a participant in order."""
-        wakes = "result" in request.wake and not participant.stalled
+        wakes = "result" in request.wake and not participant.state.stalled
         name = participant.name
         participant.slots = [Slot(self._halt, wakes=wakes) for _ in request.commands]
         for command, slot in zip(request.commands, participant.slots, strict=True):
@@ -385,7 +386,7 @@ class Lockstep(SelectiveSink):
             simulator.advance_clock(stop)
             self._finish("end", wall)
         else:
-            if all(each.stalled or each.state is not State.GRANTED for each in self._participants.all):
+            if all(each.state is not State.GRANTED for each in self._participants.all):
                 self._participants.expect_only_those_that_come()
             self._finish("idle", wall)
         return False
@@ -405,7 +406,7 @@ class Lockstep(SelectiveSink):
             return
         if "feedback" in self._kinds:
             self._sort_events()
-        asked = [each for each in self._participants.all if each.state is State.GRANTED and not each.stalled]
+        asked = [each for each in self._participants.all if each.state is State.GRANTED]
         sampled: Sequence[Reported] | None = None
         for participant in asked:
             participant.since = wall
@@ -485,7 +486,7 @@ class Lockstep(SelectiveSink):
         thinks = self.thinks
         for participant in self._participants.all:
             participant.behind = None
-            if participant.request is not None and not participant.stalled:
+            if participant.request is not None and not participant.state.stalled:
                 self._answer(participant, "event")
         if not thinks:
             self._forget_events()
@@ -607,7 +608,7 @@ class Lockstep(SelectiveSink):
     def _forget_events(self) -> None:
         """Clear the events, but keep those that stalled participants have missed."""
         for each in self._participants.all:
-            if each.stalled or each.behind is not None:
+            if each.state.stalled or each.behind is not None:
                 each.missed += [event for event in self._events if event[0] in each.kinds]
         self._events.clear()
 

@@ -1,6 +1,16 @@
-"""The participants in lockstep, and those that are to join.
+"""The participants in lockstep: the states of each, and the one table of transitions between them.
 
-Simulated time waits while a participant thinks. A stalled participant holds up nothing and receives nothing. Its
+::
+
+                 ┌───────────────────────────answer──────────────────────────┐
+                 ▼                                                            │
+    join ──► THINKING ──ask──► ASKING ────────────begin──────────────► GRANTED
+              ▲   │             ▲  ▲ │                                  ▲   │
+           resume stall     resume │ stall                           resume stall
+              │   ▼             │  │ ▼                                  │   ▼
+             STALLED ──ask──► UNHEARD  STALLED_ASKING ────begin────► STALLED_GRANTED
+
+Simulated time waits while a participant is THINKING. A stalled participant holds up nothing and receives nothing. Its
 requests from before the stall are carried out; those made during the stall are handled when the stall is over.
 """
 
@@ -8,9 +18,9 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from enum import Enum, auto
+from enum import Enum
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -39,19 +49,81 @@ _FINAL: Final = (Refused, ResultResponse, bytes)
 
 
 class State(Enum):
-    """The state of a participant: which side waits for the other."""
+    """The state of a participant: which side waits for the other.
+
+    Attributes:
+        stalled: Whether time moves without it.
+        begins: Whether its commands are applied when the next grant begins.
+    """
+
+    THINKING = "thinking"
+    """It has not asked yet, and simulated time waits for it."""
+    ASKING = "asking"
+    """It has asked to advance, and its commands go with the next grant."""
+    GRANTED = "granted"
+    """Its commands were applied; it is answered at the end of the grant."""
+    STALLED = "stalled"
+    """It has not asked yet, and simulated time moves without it."""
+    UNHEARD = "unheard"
+    """It asked during its stall, and its request is handled afterwards."""
+    STALLED_ASKING = "stalled_asking"
+    """It had asked before its stall, and its commands go with the next grant."""
+    STALLED_GRANTED = "stalled_granted"
+    """Its commands were applied; it is answered at the end of the first grant after its stall."""
+
+    stalled: bool
+    begins: bool
 
     __hash__ = object.__hash__
     """Enum's own is written in Python."""
 
-    THINKING = auto()
-    """It has not asked yet, and simulated time waits for it unless it is stalled."""
-    UNHEARD = auto()
-    """It asked during its stall, and its request is handled afterwards."""
-    ASKING = auto()
-    """It has asked to advance, and its commands go with the next grant."""
-    GRANTED = auto()
-    """Its commands were applied; it is answered at the end of the grant, or of the first one after its stall."""
+    def __init__(self, name: str) -> None:
+        self.stalled = name.startswith("stalled") or name == "unheard"
+        self.begins = name.endswith("asking")
+
+
+class Event(Enum):
+    """An event in the life of a participant."""
+
+    __hash__ = object.__hash__
+
+    ASK = "ask"
+    """It asks to advance."""
+    BEGIN = "begin"
+    """A grant begins, with its commands."""
+    ANSWER = "answer"
+    """It is answered."""
+    STALL = "stall"
+    """Time moves without it for a while."""
+    RESUME = "resume"
+    """Its stall is over."""
+
+
+TRANSITIONS: Final[Mapping[tuple[State, Event], State]] = {
+    (State.THINKING, Event.ASK): State.ASKING,
+    (State.THINKING, Event.STALL): State.STALLED,
+    (State.ASKING, Event.BEGIN): State.GRANTED,
+    # A reset, or the end of lockstep, answers before a grant begins.
+    (State.ASKING, Event.ANSWER): State.THINKING,
+    (State.ASKING, Event.STALL): State.STALLED_ASKING,
+    (State.GRANTED, Event.ANSWER): State.THINKING,
+    (State.GRANTED, Event.STALL): State.STALLED_GRANTED,
+    (State.STALLED, Event.ASK): State.UNHEARD,
+    (State.STALLED, Event.STALL): State.STALLED,
+    (State.STALLED, Event.RESUME): State.THINKING,
+    (State.UNHEARD, Event.STALL): State.UNHEARD,
+    (State.UNHEARD, Event.RESUME): State.ASKING,
+    (State.STALLED_ASKING, Event.BEGIN): State.STALLED_GRANTED,
+    (State.STALLED_ASKING, Event.STALL): State.STALLED_ASKING,
+    (State.STALLED_ASKING, Event.RESUME): State.ASKING,
+    (State.STALLED_GRANTED, Event.STALL): State.STALLED_GRANTED,
+    (State.STALLED_GRANTED, Event.RESUME): State.GRANTED,
+    # The end of the run is reported to stalled participants, too.
+    (State.UNHEARD, Event.ANSWER): State.STALLED,
+    (State.STALLED_ASKING, Event.ANSWER): State.STALLED,
+    (State.STALLED_GRANTED, Event.ANSWER): State.STALLED,
+}
+"""All transitions; an event that is not here can't happen in that state."""
 
 
 class Slot(Receiver):
@@ -91,7 +163,6 @@ class Participant:
         token: Whether its liveliness token was ever seen.
         joined_with: The token of its request to join; empty for none.
         state: What is waited for.
-        stalled: Whether time moves without it.
         stalled_until: Simulated seconds at which its stall is over; infinite if it is not stalled.
         request: Its open request to advance; None while it thinks.
         askers: The senders to answer: more than one if the request was repeated.
@@ -108,7 +179,6 @@ class Participant:
     token: bool = False
     joined_with: str = ""
     state: State = State.THINKING
-    stalled: bool = False
     stalled_until: float = math.inf
     request: Advance | None = None
     askers: list[Any] = field(default_factory=list)
@@ -121,12 +191,12 @@ class Participant:
 
     def ask(self, request: Advance, wall: float) -> None:
         """Take its request to advance."""
-        self.state = State.UNHEARD if self.stalled else State.ASKING
+        self.state = TRANSITIONS[self.state, Event.ASK]
         self.request, self.since, self.askers = request, wall, [request.reply_to]
 
     def begin(self) -> Advance:
         """Return the request whose commands are applied now."""
-        self.state = State.GRANTED
+        self.state = TRANSITIONS[self.state, Event.BEGIN]
         if (request := self.request) is None:
             raise AssertionError(f"{self.name} has not asked to advance")
         self.behind, self.kinds = None, kinds_wanted(request) if request.report else request.wake
@@ -135,7 +205,7 @@ class Participant:
 
     def answer(self, epoch: int, granted: Granted) -> list[Any]:
         """Take the answer to its request for an epoch, and return the senders to give it to."""
-        self.state = State.THINKING
+        self.state = TRANSITIONS[self.state, Event.ANSWER]
         self.last = (epoch, granted)
         askers, self.askers = self.askers, []
         self.request, self.behind = None, None
@@ -144,18 +214,17 @@ class Participant:
 
     def stall(self, until: float, epoch: int) -> None:
         """Stall it until some time, unless it is stalled for longer; *epoch* is the next one."""
-        if self.state is State.THINKING and not self.stalled and self.behind is None:
+        if self.state is State.THINKING and self.behind is None:
             self.behind = epoch
-        self.stalled_until = max(until, self.stalled_until) if self.stalled else until
-        self.stalled = True
+        self.stalled_until = max(until, self.stalled_until) if self.state.stalled else until
+        self.state = TRANSITIONS[self.state, Event.STALL]
         for slot in self.slots:
             slot.wakes = slot.woke = False
 
     def resume(self, wall: float | None) -> None:
         """End the stall of the participant."""
-        self.stalled, self.stalled_until = False, math.inf
-        if self.state is State.UNHEARD:
-            self.state = State.ASKING
+        self.state = TRANSITIONS[self.state, Event.RESUME]
+        self.stalled_until = math.inf
         if wall is not None:
             self.since = wall
 
@@ -212,9 +281,9 @@ class Participants:
         return tuple(map(_NAME, self.all))
 
     @property
-    def thinking(self) -> list[Participant]:
-        """Those that time waits for, as they have yet to ask; from any thread."""
-        return [each for each in list(self.all) if each.state is State.THINKING and not each.stalled]
+    def thinking(self) -> list[str]:
+        """The names of those that time waits for, as they have yet to ask; from any thread."""
+        return [each.name for each in list(self.all) if each.state is State.THINKING]
 
     def why_unknown(self, name: str) -> str:
         """Return why there is no participant of a name."""
