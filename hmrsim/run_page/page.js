@@ -45,10 +45,13 @@ function spanAt(spans, at) {
 
 const seconds = (at) => `${at.toFixed(at < 1000 ? 3 : 1)} s`;
 
-const stateOf = (robot, moment) => lastAt(robot.state, moment)?.[2] ?? "idle";
+/** Return what the last change set that holds at a moment. */
+const valueAt = (changes, moment, otherwise) => lastAt(changes, moment)?.[2] ?? otherwise;
+
+const stateOf = (robot, moment) => valueAt(robot.state, moment, "idle");
 
 /** Return the goals that a robot executes at a moment, in words. */
-const goalsOf = (robot, moment) => lastAt(robot.goals, moment)?.[2] ?? [];
+const goalsOf = (robot, moment) => valueAt(robot.goals, moment, []);
 
 /** The poses of a robot, decoded from differences. */
 class Poses {
@@ -129,7 +132,7 @@ class Run {
     const carried = new Map(), places = new Map(), lying = new Map();
     this.robots.forEach((robot) => places.set(robot.name, robot.track.at(at)));
     for (const [name, values] of Object.entries(this.values.items)) {
-      const where = lastAt(values, moment)?.[2];
+      const where = valueAt(values, moment);
       const box = this.boxes.get(name);
       const robot = typeof where === "string" ? places.get(where) : undefined;
       const beside = robot ? carried : lying, key = String(where), others = beside.get(key) ?? [];
@@ -143,7 +146,7 @@ class Run {
     this.waits.replaceChildren();
     this.robots.forEach((robot, i) => this.#showRobot(robot, this.rows[i], places, moment, carried.get(robot.name) ?? []));
     for (const [kind, elements] of [["doors", this.doors], ["lanes", this.lanes]]) {
-      for (const [name, values] of Object.entries(this.values[kind])) elements.get(name)?.classList.toggle("on", lastAt(values, moment)?.[2] ?? false);
+      for (const [name, values] of Object.entries(this.values[kind])) elements.get(name)?.classList.toggle("on", valueAt(values, moment, false));
     }
     this.#showItem(count);
   }
@@ -151,7 +154,7 @@ class Run {
   #showRobot(robot, row, places, moment, holds) {
     const [x, y, yaw] = places.get(robot.name), at = moment.at - this.inside;
     const state = stateOf(robot, moment);
-    const gone = lastAt(robot.gone, moment)?.[2] ?? true;
+    const gone = valueAt(robot.gone, moment, true);
     const body = this.bodies.get(robot.name);
     body.toggleAttribute("hidden", gone);
     body.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`);
