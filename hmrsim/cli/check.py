@@ -267,7 +267,7 @@ def _checked(path: Path, properties: Properties, flaws: list[Finding]) -> Checke
     from hmrsim.cli.worlds import show_findings
     from hmrsim.properties import check_recording
     from hmrsim.properties import check_trace as check_lines
-    from hmrsim_zenoh.recording import open_recording
+    from hmrsim_zenoh.recording import Recording
 
     def on_findings(further: list[Finding]) -> None:
         """Report errors and misspelled names before a long run is replayed."""
@@ -275,7 +275,7 @@ def _checked(path: Path, properties: Properties, flaws: list[Finding]) -> Checke
 
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
-            return check_recording(open_recording(path), properties, on_findings)
+            return check_recording(Recording(path), properties, on_findings)
         return check_lines(lambda: lines_of(path), properties, on_findings)
 
 

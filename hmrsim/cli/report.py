@@ -126,13 +126,13 @@ def _read(path: Path, section: int | None) -> list[ReportInput]:
     """Return the content of each section of a trace, or of one, or the content of a recording."""
     from hmrsim.cli.replay import errors_of, is_recording, lines_of
     from hmrsim.report import of_recording, of_trace
-    from hmrsim_zenoh.recording import open_recording
+    from hmrsim_zenoh.recording import Recording
 
     with errors_of(path, no_text="neither a trace (text) nor a recording (MCAP)"):
         if is_recording(path):
             if section is not None:
                 raise TraceError(f"no section {section}: a recording has none, as time continues in it after a reset")
-            return [of_recording(open_recording(path))]
+            return [of_recording(Recording(path))]
         return of_trace(lambda: lines_of(path), section=section)
 
 

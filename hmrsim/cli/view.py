@@ -104,10 +104,10 @@ def _view(args: argparse.Namespace) -> int:
 
 
 def _recorded(path: Path) -> Source:
-    from hmrsim_zenoh.recording import open_recording
+    from hmrsim_zenoh.recording import Recording
     from hmrsim_zenoh.view.sources import Recorded
 
-    return Recorded(open_recording(path))
+    return Recorded(Recording(path))
 
 
 def _server_enclave(options: SessionOptions) -> Enclave | None:

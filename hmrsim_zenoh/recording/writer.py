@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Self
 
@@ -85,18 +86,16 @@ class RecordingFile:
             HmrsimError: The file can't be written.
         """
         known = self._channels.get(topic)
-        if known is not None:
-            return known
-        with self._lock, _Failing(self):
-            if schema.name not in self._schemas:
-                self._schemas[schema.name] = self._writer.register_schema(
-                    schema.name, schema.encoding, schema.text.encode()
-                )
-            number = self._writer.register_channel(
-                topic, schema.message_encoding, self._schemas[schema.name], metadata or {}
+        if known is None:
+            known = self._channels[topic] = self._write(self._register, topic, schema, metadata or {})
+        return known
+
+    def _register(self, topic: str, schema: Schema, metadata: dict[str, str]) -> int:
+        if schema.name not in self._schemas:
+            self._schemas[schema.name] = self._writer.register_schema(
+                schema.name, schema.encoding, schema.text.encode()
             )
-        self._channels[topic] = number
-        return number
+        return self._writer.register_channel(topic, schema.message_encoding, self._schemas[schema.name], metadata)
 
     def add(self, channel: int, time: int, data: bytes) -> None:
         """Write a message of a channel; *time* in nanoseconds.
@@ -104,12 +103,11 @@ class RecordingFile:
         Raises:
             HmrsimError: The file can't be written.
         """
-        with self._lock, _Failing(self):
-            self._writer.add_message(channel, time, data, time)
-            self.messages += 1
-            if self._reproducible and time - self._begun >= _FLUSH_SIMULATED:
-                self._begun = time
-                self._writer.flush()  # type: ignore[no-untyped-call]
+        self._write(self._writer.add_message, channel, time, data, time)
+        self.messages += 1
+        if self._reproducible and time - self._begun >= _FLUSH_SIMULATED:
+            self._begun = time
+            self._write(self._writer.flush)
 
     def describe(self, name: str, values: dict[str, str]) -> None:
         """Write metadata of the recording.
@@ -117,8 +115,7 @@ class RecordingFile:
         Raises:
             HmrsimError: The file can't be written.
         """
-        with self._lock, _Failing(self):
-            self._writer.add_metadata(name, values)
+        self._write(self._writer.add_metadata, name, values)
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Attach a file to the recording.
@@ -126,8 +123,7 @@ class RecordingFile:
         Raises:
             HmrsimError: The file can't be written.
         """
-        with self._lock, _Failing(self):
-            self._writer.add_attachment(0, 0, name, media_type, data)
+        self._write(self._writer.add_attachment, 0, 0, name, media_type, data)
 
     def close(self) -> None:
         """Write the index, without which a reader has to scan the whole file.
@@ -141,9 +137,8 @@ class RecordingFile:
         if self._thread.is_alive():
             self._thread.join(_JOIN_SECONDS)
         try:
-            with self._lock, _Failing(self):
-                self._writer.finish()  # type: ignore[no-untyped-call]
-                self._file.flush()
+            self._write(self._writer.finish)
+            self._write(self._file.flush)
         finally:
             # Closing would try to write the failed bytes again.
             with suppress(OSError):
@@ -164,33 +159,15 @@ class RecordingFile:
                 except OSError as error:
                     self._error = error
 
-    def check(self) -> None:
-        """Check that all messages could be written.
-
-        Raises:
-            HmrsimError: One could not.
-        """
-        if self._error is not None:
-            raise unwritable(str(self.path), self._error)
-
-    def failed(self, error: OSError) -> None:
-        """Keep an error for `check`."""
-        self._error = error
-
-
-class _Failing:
-    """Raises errors of the file as `HmrsimError`, including those of the background thread."""
-
-    def __init__(self, file: RecordingFile) -> None:
-        self._file = file
-
-    def __enter__(self) -> None:
-        self._file.check()
-
-    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if isinstance(error, OSError):
-            self._file.failed(error)
-            raise unwritable(str(self._file.path), error) from None
+    def _write(self, call: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function that writes; raise its error, or that of the background thread, as `HmrsimError`."""
+        with self._lock:
+            if self._error is None:
+                try:
+                    return call(*arguments)
+                except OSError as error:
+                    self._error = error
+            raise unwritable(str(self.path), self._error) from None
 
 
 def _opened(path: Path) -> IO[bytes]:

@@ -37,7 +37,7 @@ from hmrsim.errors import HmrsimError, printable
 from hmrsim.properties import Monitor, check_properties, check_recording, check_trace, properties_of, read_properties
 from hmrsim.settings.run import read_file
 from hmrsim.world_checks import load_world
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 from hmrsim_zenoh.settings import SERVED
 from tests.torture.corpus import Sample, samples
 from tests.torture.mutation import mutated, mutated_lines
@@ -105,7 +105,7 @@ def _checked(path: str) -> int:
     try:
         file = Path(path).read_bytes()[:8]
         if file.startswith(b"\x89MCAP"):
-            checked = check_recording(open_recording(Path(path)), properties)
+            checked = check_recording(Recording(Path(path)), properties)
         else:
             checked = check_trace(lambda: lines_of(Path(path)), properties)
         checked.monitor.verdicts()
@@ -121,7 +121,7 @@ def _played(path: str) -> int:
     from hmrsim_zenoh.view.sources import Recorded  # noqa: PLC0415
 
     try:
-        Recorded(open_recording(Path(path)))
+        Recorded(Recording(Path(path)))
     except HmrsimError as error:
         print(error, file=sys.stderr)
         return 2

@@ -36,7 +36,16 @@ _T = TypeVar("_T")
 _DOT: Final = "."
 _UNLIMITED: Final = 1e9
 """The value for an unlimited turning rate, as clients expect a finite number."""
-_FIELDS: Final = ((bool, "bool"), (int, "integer"), (float, "double"), (str, "string"))
+_TYPES: Final[Mapping[type, tuple[int, str]]] = MappingProxyType(
+    {
+        bool: (ParameterValue.BOOL, "bool_value"),
+        int: (ParameterValue.INTEGER, "integer_value"),
+        float: (ParameterValue.DOUBLE, "double_value"),
+        str: (ParameterValue.STRING, "string_value"),
+        list: (ParameterValue.STRING_ARRAY, "string_array_value"),
+    }
+)
+"""The number of each type of parameter in ROS, and the field of its value."""
 
 
 class NodeParameter(NamedTuple):
@@ -45,19 +54,15 @@ class NodeParameter(NamedTuple):
     value: Value
     description: str
 
-    def as_value(self) -> ParameterValue:
-        """Return the value as a ROS message."""
-        if isinstance(self.value, list):
-            return ParameterValue(type=ParameterValue.STRING_ARRAY, string_array_value=self.value)
-        kind = next(name for type_, name in _FIELDS if isinstance(self.value, type_))
-        return ParameterValue.model_validate({"type": self.type, f"{kind}_value": self.value})
-
     @property
     def type(self) -> int:
         """The number of its type in ROS."""
-        if isinstance(self.value, list):
-            return ParameterValue.STRING_ARRAY
-        return next(number for number, (type_, _) in enumerate(_FIELDS, start=1) if isinstance(self.value, type_))
+        return _TYPES[type(self.value)][0]
+
+    def as_value(self) -> ParameterValue:
+        """Return the value as a ROS message."""
+        number, field = _TYPES[type(self.value)]
+        return ParameterValue.model_validate({"type": number, field: self.value})
 
     def as_descriptor(self, name: str) -> ParameterDescriptor:
         """Return the description as a ROS message."""

@@ -9,7 +9,7 @@ import pytest
 
 from hmrsim.cli import main
 from hmrsim.cli.check import check_trace
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 
 FREE_PORT = ("--listen", "tcp/127.0.0.1:0")
 WORLD = {
@@ -48,9 +48,7 @@ def test_a_violation_is_recorded_and_not_traced(run, tmp_path):
     """A trace must not depend on its watchers."""
     run({"away": {"never": {"robot": "eve", "at": "shelf"}}})
 
-    recorded = [
-        event for event in open_recording(tmp_path / "run.mcap").events() if event["kind"] == "property_violated"
-    ]
+    recorded = [event for event in Recording(tmp_path / "run.mcap").events() if event["kind"] == "property_violated"]
     assert ([("away", "eve", "eve is at shelf")], False) == (
         [(event["property"], event["subject"], event["reason"]) for event in recorded],
         "property_violated" in (tmp_path / "run.jsonl").read_text(),

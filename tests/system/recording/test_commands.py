@@ -16,7 +16,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from hmrsim.actions import registry
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim_zenoh.client.client import Client
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 from hmrsim_zenoh.wire.session import SessionOptions
 from tests.patience import PATIENCE
 
@@ -100,7 +100,7 @@ def test_recordings_of_the_simulator_and_over_the_network_agree(simulator, recor
     end(process, signal.SIGTERM)
 
     assert 0 == code
-    assert list(open_recording(inside).events()) == list(open_recording(outside).events())
+    assert list(Recording(inside).events()) == list(Recording(outside).events())
     assert statuses(inside) == statuses(outside)
     assert channels(inside) == channels(outside)
 
@@ -116,7 +116,7 @@ def test_lockstep_makes_the_same_file_twice(simulator, tmp_path):
         end(process, signal.SIGTERM)
 
     assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert 20_000_000_000 <= open_recording(paths[0]).end
+    assert 20_000_000_000 <= Recording(paths[0]).end
 
 
 def test_a_recording_is_readable_after_a_kill(simulator, tmp_path):
@@ -125,7 +125,7 @@ def test_a_recording_is_readable_after_a_kill(simulator, tmp_path):
     with connected(endpoint) as client:
         client.sleep(60.0)
     end(process, signal.SIGKILL)
-    recording = open_recording(path)
+    recording = Recording(path)
     whole = [one for chunk in chunks(path) for one in breakup_chunk(chunk, validate_crc=True)]
 
     assert recording.truncated
@@ -143,7 +143,7 @@ def test_a_signal_ends_a_recording_with_its_index(simulator, recorder, tmp_path,
         counted = make_reader(file).get_summary().statistics.message_count
 
     assert (0, counted, path.stat().st_size, 0) == (code, said["messages"], said["bytes"], said["lost"])
-    assert not open_recording(path).truncated
+    assert not Recording(path).truncated
 
 
 def test_a_deleted_recording_is_reported_in_one_line(simulator, tmp_path):
@@ -162,7 +162,7 @@ def test_a_recording_ends_after_its_duration(simulator, recorder, tmp_path):
     path = tmp_path / "run.mcap"
     _, endpoint = simulator("--real-time-factor", "10")
     code, _, err = end(recorder(path, endpoint, "--duration", "5"))
-    recording = open_recording(path)
+    recording = Recording(path)
 
     assert 0 == code
     assert pytest.approx(5.0, abs=0.2) == (recording.end - recording.begin) / 1e9
@@ -178,7 +178,7 @@ def test_the_recorder_ends_with_the_simulator(simulator, recorder, tmp_path):
     code, _, err = end(listening)
 
     assert (0, "the simulator is gone") == (code, err.splitlines()[0])
-    assert not open_recording(path).truncated
+    assert not Recording(path).truncated
 
 
 def test_a_restarted_simulator_is_recorded_after_a_mark(simulator, recorder, start, tmp_path):
@@ -194,8 +194,8 @@ def test_a_restarted_simulator_is_recorded_after_a_mark(simulator, recorder, sta
         client.sleep(30.0)
         drive(client)
     end(listening, signal.SIGINT)
-    kinds = [event["kind"] for event in open_recording(path).events()]
-    worlds = [time for time, key, _ in open_recording(path).samples() if key == "_world/world"]
+    kinds = [event["kind"] for event in Recording(path).events()]
+    worlds = [time for time, key, _ in Recording(path).samples() if key == "_world/world"]
 
     assert ["simulator_returned", "goal"] == [kind for kind in kinds if kind in ("simulator_returned", "goal")]
     assert 2 == len(worlds)

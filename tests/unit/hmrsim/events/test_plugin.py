@@ -22,7 +22,7 @@ from hmrsim.settings.run import RunSettings
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.trace.writer import Header, Trace
 from hmrsim.world_checks.loading import world_of
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.sink import RecordingSink
 from hmrsim_zenoh.recording.writer import RecordingFile
@@ -104,7 +104,7 @@ def test_events_are_recorded(simulator, tmp_path):
         log = [message.data for _, _, message in make_reader(file).iter_messages(topics=["/rosout"])]
     assert any("has cleaned 24 m² of lobby".encode() in data for data in log)
     assert any(b"has a worn brush" in data for data in log)
-    assert 1 == report_of(of_recording(open_recording(path))).events["floor_cleaned"]
+    assert 1 == report_of(of_recording(Recording(path))).events["floor_cleaned"]
 
 
 def test_events_are_logged(simulator, caplog):

@@ -12,7 +12,7 @@ from hmrsim.cli.record import rosout
 from hmrsim.simulation.simulator import Simulator
 from hmrsim.simulation.snapshot import scene
 from hmrsim.world.model import World
-from hmrsim_zenoh.recording import listener, open_recording
+from hmrsim_zenoh.recording import Recording, listener
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.writer import RecordingFile
 from hmrsim_zenoh.server.world_info import Description
@@ -90,7 +90,7 @@ class Listening:
         """End it; return times in seconds, keys and payloads."""
         self.listener.drain()
         self.file.close()
-        return [(round(at / 1e9, 3), key, payload) for at, key, payload in open_recording(self.path).samples()]
+        return [(round(at / 1e9, 3), key, payload) for at, key, payload in Recording(self.path).samples()]
 
     def kinds(self):
         """End it; return the kinds of what happened."""

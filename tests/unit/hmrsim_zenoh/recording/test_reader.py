@@ -18,7 +18,7 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from hmrsim.errors import RecordingError
 from hmrsim.interfaces.nav2_msgs import Wait
 from hmrsim.protocol.commands import SendGoal
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 from hmrsim_zenoh.recording.reader import MAX_UNPACKED, Budget, records, unpacked
 from tests.calls import calls_of
 from tests.simulation import SMALL_WORLD
@@ -64,26 +64,26 @@ def written(path, topics, **options):
 
 
 def test_a_complete_recording_says_so(path):
-    recording = open_recording(path)
+    recording = Recording(path)
 
     assert (1, 60_000_000_000, False) == (recording.begin, recording.end, recording.truncated)
 
 
 def test_the_world_is_as_in_its_file(path):
-    recording = open_recording(path)
+    recording = Recording(path)
 
     assert SMALL_WORLD["lanes"][0] == recording.world["lanes"][0]
     assert "small" == recording.info["world"]["name"]
 
 
 def test_events_come_in_order(path):
-    kinds = Counter(event["kind"] for event in open_recording(path).events())
+    kinds = Counter(event["kind"] for event in Recording(path).events())
 
     assert {"goal": 30, "status": 90} == kinds
 
 
 def test_samples_are_what_the_page_needs(path):
-    samples = list(open_recording(path).samples())
+    samples = list(Recording(path).samples())
 
     assert ["_world/world", "_world/info", "_world/scene", "_world/events"] == [key for _, key, _ in samples[:4]]
     assert [time for time, _, _ in samples] == sorted(time for time, _, _ in samples)
@@ -91,7 +91,7 @@ def test_samples_are_what_the_page_needs(path):
 
 def test_batteries_are_among_the_samples(record):
     world = {**SMALL_WORLD, "robot_types": {"nurse": {"components": {"battery": {"capacity": 100.0}}}}}
-    samples = open_recording(record(until=1.0, world=world)).samples()
+    samples = Recording(record(until=1.0, world=world)).samples()
     (level,) = (state["percentage"] for _, key, state in samples if key == "eve/battery_state")
 
     assert pytest.approx(0.99) == level
@@ -100,7 +100,7 @@ def test_batteries_are_among_the_samples(record):
 def test_what_was_cut_off_can_be_read_up_to_there(path):
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
-    recording = open_recording(path)
+    recording = Recording(path)
 
     assert recording.truncated
     assert 60 < sum(1 for _ in recording.events()) < 120
@@ -109,7 +109,7 @@ def test_what_was_cut_off_can_be_read_up_to_there(path):
 def test_a_damaged_chunk_costs_its_own_messages(path):
     data, damaged = path.read_bytes(), chunks(path)[5].data
     path.write_bytes(data.replace(damaged, bytes(len(damaged))))
-    recording = open_recording(path)
+    recording = Recording(path)
     times = [event["stamp"]["sec"] for event in recording.events()]
 
     assert recording.truncated
@@ -121,26 +121,26 @@ def test_a_text_is_not_a_recording(tmp_path):
     path.write_text("not much")
 
     with pytest.raises(RecordingError, match=r"notes\.mcap: not a recording: not an MCAP file"):
-        open_recording(path)
+        Recording(path)
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(RecordingError, match=r"none\.mcap: can't be read: no such file or directory"):
-        open_recording(tmp_path / "none.mcap")
+        Recording(tmp_path / "none.mcap")
 
 
 def test_others_recordings_lack_our_events(tmp_path):
     path = written(tmp_path / "other.mcap", {"/chatter": b"{}"})
 
     with pytest.raises(RecordingError, match=r"there are no messages on /_world/events; make one with `hmrsim run"):
-        open_recording(path)
+        Recording(path)
 
 
 def test_a_recording_without_a_world_says_so(tmp_path):
     path = written(tmp_path / "events.mcap", {"/_world/events": b"{}"})
 
     with pytest.raises(RecordingError, match="there are no messages on /_world/world"):
-        open_recording(path)
+        Recording(path)
 
 
 @pytest.mark.parametrize("compression", CompressionType)
@@ -150,7 +150,7 @@ def test_it_may_have_been_packed_anew(tmp_path, compression):
     topics = {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": json.dumps(event).encode()}
     path = written(tmp_path / "again.mcap", topics, compression=compression)
 
-    assert [event] == list(open_recording(path).events())
+    assert [event] == list(Recording(path).events())
 
 
 def test_it_may_have_no_chunks(tmp_path):
@@ -161,7 +161,7 @@ def test_it_may_have_no_chunks(tmp_path):
     }
     path = written(tmp_path / "plain.mcap", topics, use_chunking=False)
 
-    assert ["a"] == [event["kind"] for event in open_recording(path).events()]
+    assert ["a"] == [event["kind"] for event in Recording(path).events()]
 
 
 @pytest.mark.parametrize("data", [b"[1]", b"{", b"[" * 100_000, b'{"kind":"a"}'])
@@ -169,7 +169,7 @@ def test_an_event_that_is_none_is_named(tmp_path, data):
     path = written(tmp_path / "bad.mcap", {"/_world/world": b"{}", "/_world/info": b"{}", "/_world/events": data})
 
     with pytest.raises(RecordingError, match=r"bad\.mcap: /_world/events at 0\.000 s: not "):
-        list(open_recording(path).events())
+        list(Recording(path).events())
 
 
 @pytest.mark.parametrize(("topic", "most"), [("/_world/world", 5_000_000), ("/_world/info", 1_000_000)])
@@ -179,7 +179,7 @@ def test_a_message_of_too_many_values_is_not_parsed(tmp_path, topic, most):
     path = written(tmp_path / "many.mcap", {**topics, topic: b'{"x":[' + b"0," * most + b"0]}"})
 
     with pytest.raises(RecordingError, match=rf"many\.mcap: {topic} at 0\.000 s: more than {most} values$"):
-        open_recording(path)
+        Recording(path)
 
 
 @pytest.mark.parametrize("claimed", [10, 1 << 27, 1 << 60])
@@ -251,7 +251,7 @@ def test_a_small_file_of_much_is_refused(path, chunk, error):
 
     def read():
         with pytest.raises(RecordingError, match=error):
-            list(open_recording(path).samples())
+            list(Recording(path).samples())
 
     assert calls_of(read) < 4_000_000
 
@@ -260,7 +260,7 @@ def test_a_recording_of_nothing_but_time_is_read(tmp_path):
     """The most compressible real recording is far below the limit."""
     path = record_to(tmp_path / "idle.mcap", until=60.0)
 
-    assert 500 < sum(1 for _ in open_recording(path)._messages(lambda _topic: True))
+    assert 500 < sum(1 for _ in Recording(path)._messages(lambda _topic: True))
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -280,7 +280,7 @@ def test_noise_is_read_or_refused(path, seed):
     path.write_bytes(data)
     recording = refusal = None
     try:
-        recording = open_recording(path)
+        recording = Recording(path)
         read = sum(1 for _ in recording.samples())
     except RecordingError as error:
         refusal, read = str(error), 0

@@ -16,7 +16,7 @@ from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose, Wait
 from hmrsim.protocol.commands import CallService, SendGoal
 from hmrsim.services import registry as services
-from hmrsim_zenoh.recording import open_recording
+from hmrsim_zenoh.recording import Recording
 from hmrsim_zenoh.recording.recorder import Recorder
 from hmrsim_zenoh.recording.writer import RecordingFile
 from tests.simulation import SMALL_WORLD
@@ -219,7 +219,7 @@ def test_time_goes_on_after_a_reset(record):
 
     assert [5.0, 5.0, 6.0] == [
         event["stamp"]["sec"] + event["stamp"]["nanosec"] / 1e9
-        for event in open_recording(path).events()
+        for event in Recording(path).events()
         if event["kind"] == "status"
     ]
 
@@ -227,7 +227,7 @@ def test_time_goes_on_after_a_reset(record):
 def test_a_reset_records_the_scene_anew(record):
     """The scene is written again with the next sample of the clock."""
     path = record((3.0, call("reset_simulation")), until=4.0)
-    scenes = [time for time, key, _ in open_recording(path).samples() if key == "_world/scene"]
+    scenes = [time for time, key, _ in Recording(path).samples() if key == "_world/scene"]
 
     assert [1, 3_100_000_000] == scenes
 
@@ -247,7 +247,7 @@ def test_robots_that_come_one_after_the_other_make_one_scene_a_second(record):
         for i in range(10)
     ]
     path = record(*spawns, until=1.45)
-    scenes = [(at, len(scene["robots"])) for at, key, scene in open_recording(path).samples() if key == "_world/scene"]
+    scenes = [(at, len(scene["robots"])) for at, key, scene in Recording(path).samples() if key == "_world/scene"]
 
     assert [(1, 3), (1_100_000_000, 9), (1_450_000_000, 13)] == scenes
 
