@@ -137,22 +137,6 @@ def fast():
         yield client
 
 
-def test_a_goal_has_the_bytes_of_pycdr2():
-    """The bytes come from free_fleet's types and pycdr2 1.0."""
-    goal = goal_to(1.5, -2.25)
-    goal["pose"]["header"]["stamp"] = {"sec": 1, "nanosec": 2}
-
-    encoded = ros_action("navigate_to_pose").send_goal.request.encode(
-        {"goal_id": {"uuid": list(range(16))}, "goal": goal}
-    )
-
-    assert encoded.hex() == (
-        "00010000000102030405060708090a0b0c0d0e0f0100000002000000040000006d61700000000000"
-        "0000f83f00000000000002c0000000000000000000000000000000000000000000000000"
-        "0000000000000000000000000000f03f0100000000"
-    )
-
-
 def test_a_goal_succeeds_and_the_transforms_show_the_robot_there(fast):
     assert SUCCEEDED == fast.status(fast.navigate(5.0, 2.0))
 

@@ -65,7 +65,7 @@ class TestGolden:
         )
 
     def test_goal(self, navigate_to_pose: ActionType) -> None:
-        """Alignment counts from the first byte after the encapsulation."""
+        """Alignment counts from the first byte after the encapsulation; pycdr2 writes the same for free_fleet."""
         pose = {
             "header": {"stamp": {"sec": 1, "nanosec": 2}, "frame_id": "map"},
             "pose": {"position": {"x": 1.5, "y": -2.25}},
@@ -91,13 +91,6 @@ class TestGolden:
         assert message_type(JointState).encode(JointState()) == bytes.fromhex("00010000") + bytes(8) + bytes.fromhex(
             "01000000000000000000000000000000" + "0000000000000000"
         )
-
-    def test_every_answer_reads_back(self, navigate_to_pose: ActionType) -> None:
-        """A decoded message has the values that a model validates."""
-        type_ = navigate_to_pose.get_result.response
-        read = type_.decode(bytes.fromhex("00010000040028230c000000756e6c75636b7920e29c9700"))
-
-        assert {"status": 4, "result": {"error_code": 9000, "error_msg": "unlucky ✗"}} == read
 
 
 class TestWriting:

@@ -212,17 +212,6 @@ def plain(value: Any) -> Any:
 
 @a_few
 @given(seeds)
-def test_what_is_written_reads_back(seed: int) -> None:
-    """Values are the same after encoding and decoding."""
-    for own, described in each_type(seed):
-        with case(own):
-            values = Values(own).of(described)
-
-            assert values == decoder(as_it_is(described))(encoder(as_it_is(described))(values))
-
-
-@a_few
-@given(seeds)
 def test_reads_the_values_of_other_distributions(seed: int) -> None:
     """The decoder reads what other distributions send, and the encoder writes it again."""
     for own, described in each_type(seed):
