@@ -260,29 +260,13 @@ class JsonLines:
         show_json({"succeeded": succeeded, **times, "robots": story.to_json()})
 
 
-class _MissionTable(RobotTable[RobotSummary]):
-    """A table of the robots of a mission, which disappears at the end when the summary is printed."""
-
-    def __init__(self, console: Console, story: Story) -> None:
-        super().__init__(console, story.robots, _COLUMNS, transient=True)
-        self._story = story
-
-    def title(self) -> str:
-        """Return the name of the world, and the time."""
-        return f"hospital   {self._story.sim_time:.1f} s"
-
-    def row(self, name: str, robot: RobotSummary) -> Sequence[str]:
-        """Return the activity of a robot."""
-        return name, robot.type, robot.does, f"{robot.distance:.1f}", robot.carries
-
-
 class Screen:
     """Prints lines as they arrive, and shows the state of each robot on a terminal."""
 
     def __init__(self, out: IO[str]) -> None:
         self._console = Console(file=out, highlight=False)
         self._out = out
-        self._table: _MissionTable | None = None
+        self._table: RobotTable[RobotSummary] | None = None
 
     @contextmanager
     def opened(self, story: Story) -> Iterator[None]:
@@ -290,7 +274,15 @@ class Screen:
         if not self._console.is_terminal:
             yield
             return
-        with _MissionTable(self._console, story) as self._table:
+
+        def title() -> str:
+            return f"hospital   {story.sim_time:.1f} s"
+
+        def row(name: str, robot: RobotSummary) -> Sequence[str]:
+            return name, robot.type, robot.does, f"{robot.distance:.1f}", robot.carries
+
+        # The table disappears at the end, when the summary is printed.
+        with RobotTable(self._console, story.robots, _COLUMNS, title, row, transient=True) as self._table:
             yield
         self._table = None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Generic, Literal, NamedTuple, Self, TypeVar
@@ -21,11 +20,11 @@ from hmrsim.events import Severity
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.outputs import GoalChanged
 from hmrsim.protocol.topics import Topic
-from hmrsim.robots.robot import Robot
 
 if TYPE_CHECKING:
     from hmrsim.protocol.outputs import Output
     from hmrsim.protocol.sinks import Sink
+    from hmrsim.robots.robot import Robot
     from hmrsim_zenoh.hosting.host import Host
 
 
@@ -60,34 +59,36 @@ class Column(NamedTuple):
     justify: Literal["left", "right"] = "left"
 
 
-class RobotTable(ABC, Generic[RobotT]):
+class RobotTable(Generic[RobotT]):
     """A live table of robots.
 
     Args:
         console: The terminal.
         robots: The robots by name, which may be added and removed.
         columns: The columns, of which the first has the names.
+        title: Returns the title.
+        row: Returns the cells of a robot, one for each column; the last ones may be omitted.
         transient: Whether the table disappears when it is closed.
     """
 
     def __init__(
-        self, console: Console, robots: Mapping[str, RobotT], columns: Sequence[Column], *, transient: bool = False
+        self,
+        console: Console,
+        robots: Mapping[str, RobotT],
+        columns: Sequence[Column],
+        title: Callable[[], str],
+        row: Callable[[str, RobotT], Sequence[str | Text]],
+        *,
+        transient: bool = False,
     ) -> None:
         self._console = console
         self._robots = robots
+        self._title, self._row = title, row
         self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, transient=transient)
         self._next = 0.0
         longest = max(map(len, robots), default=0)
         names = columns[0]._replace(width=min(_MAX_NAME, max(columns[0].width, longest)))
         self._columns = (names, *columns[1:])
-
-    @abstractmethod
-    def title(self) -> str:
-        """Return the title."""
-
-    @abstractmethod
-    def row(self, name: str, robot: RobotT) -> Sequence[str | Text]:
-        """Return the cells of a robot, one for each column; the last ones may be omitted."""
 
     def __enter__(self) -> Self:
         """Show the table."""
@@ -114,7 +115,7 @@ class RobotTable(ABC, Generic[RobotT]):
         """Return the current table."""
         available = self._console.size.width - _ECHO
         table = Table(
-            title=Text(self.title(), no_wrap=True, overflow="ellipsis"),
+            title=Text(self._title(), no_wrap=True, overflow="ellipsis"),
             title_justify="left",
             caption_justify="left",
             box=box.SIMPLE_HEAD,
@@ -133,7 +134,7 @@ class RobotTable(ABC, Generic[RobotT]):
         room = max(1, self._console.size.height - _LINES_AROUND)
         robots = list(self._robots.items())
         for name, robot in robots[:room]:
-            cells = zip(self._columns, self.row(name, robot), strict=False)
+            cells = zip(self._columns, self._row(name, robot), strict=False)
             table.add_row(*(cell for column, cell in cells if column in columns))
         if len(robots) > room:
             table.caption = Text(f"… and {len(robots) - room} more", no_wrap=True)
@@ -178,37 +179,31 @@ class LastGoals:
         return topic is Topic.CLOCK
 
 
-class HostTable(RobotTable[Robot]):
-    """A live table of the robots of a host.
+def host_table(host: Host, world: str, goals: LastGoals, console: Console) -> RobotTable[Robot]:
+    """Return a live table of the robots of a host.
 
     Args:
         host: The host.
         world: The name of the world.
         goals: The sink with the last goals.
-        console: The terminal; None for stderr.
+        console: The terminal.
     """
 
-    def __init__(self, host: Host, world: str, goals: LastGoals, console: Console | None = None) -> None:
-        super().__init__(console or Console(stderr=True), host.simulator.robots, _HOST_COLUMNS)
-        self._host = host
-        self._world = world
-        self._last = goals.verdicts
-
-    def title(self) -> str:
-        """Return the world's name, and the time."""
-        pacing = self._host.pacing
+    def title() -> str:
+        pacing = host.pacing
         factor = f"at {pacing.real_time_factor:g} x" if pacing.real_time_factor else "as fast as possible"
         lag = f"   {pacing.lag:.1f} s behind" if pacing.lag else ""
-        return f"{printable(self._world)}   {self._host.simulator.now:.1f} s   {factor}{lag}"
+        return f"{printable(world)}   {host.simulator.now:.1f} s   {factor}{lag}"
 
-    def row(self, name: str, robot: Robot) -> Sequence[str | Text]:
-        """Return the cells of a robot; read them again if the simulation's thread has changed the robot meanwhile."""
+    def row(name: str, robot: Robot) -> Sequence[str | Text]:
+        # The simulation's thread may change the robot meanwhile; then it is read again.
         for _ in range(_TRIES):
             try:
                 pose, remaining = robot.pose(), robot.motion.progress().length
             except AttributeError:
                 continue
-            goal = self._host.simulator.dispatcher.goal_of(name)
+            goal = host.simulator.dispatcher.goal_of(name)
+            items = [getattr(component, "item", None) for component in robot.components.values()]
             return (
                 name,
                 robot.type,
@@ -216,10 +211,12 @@ class HostTable(RobotTable[Robot]):
                 f"{pose.yaw:.2f}",
                 goal[0] if goal else "-",
                 f"{remaining:.2f}" if remaining else "",
-                _carried(robot),
-                self._last.get(name, ""),
+                ", ".join(item.name for item in items if item is not None),
+                goals.verdicts.get(name, ""),
             )
         return name, robot.type
+
+    return RobotTable(console, host.simulator.robots, _HOST_COLUMNS, title, row)
 
 
 class TableDisplay:
@@ -236,7 +233,8 @@ class TableDisplay:
     @contextmanager
     def shown(self, host: Host) -> Iterator[Callable[[], None]]:
         """Show the table, and yield the function that refreshes it."""
-        with HostTable(host, self._world, self._goals) as table, LogLines(table.print, self._level):
+        table = host_table(host, self._world, self._goals, Console(stderr=True))
+        with table, LogLines(table.print, self._level):
             log_policy(host.simulator)
             yield table.refresh
 
@@ -245,8 +243,3 @@ def _verdict(event: GoalChanged) -> Text:
     why = error_of(event.result) if event.status is GoalStatus.ABORTED and event.result is not None else ""
     text = f"{event.status.name}: {printable(why)}" if why else f"{event.status.name} {event.action}"
     return Text(text, style=_STYLES.get(event.status, ""))
-
-
-def _carried(robot: Robot) -> str:
-    items = [getattr(component, "item", None) for component in robot.components.values()]
-    return ", ".join(item.name for item in items if item is not None)

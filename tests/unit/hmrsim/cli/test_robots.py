@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from hmrsim.cli.robot import rows
-from hmrsim.cli.robot_table import HostTable, LastGoals
+from hmrsim.cli.robot_table import LastGoals, host_table
 from hmrsim.interfaces.moveit_msgs import Pickup
 from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim.protocol.commands import SendGoal
@@ -32,7 +32,7 @@ def host():
 def drawn(host, *events, width=120, height=30):
     console = Console(file=io.StringIO(), width=width, height=height)
     goals = LastGoals()
-    table = HostTable(host, "scenario 1", goals, console)
+    table = host_table(host, "scenario 1", goals, console)
     for event in events:
         goals.emit(event)
     console.print(table.table())
@@ -79,7 +79,7 @@ def test_table_shows_how_the_last_goal_ended(host):
 def test_a_failed_goal_is_red(host):
     console = Console(file=io.StringIO(), width=120, force_terminal=True, color_system="standard")
     goals = LastGoals()
-    table = HostTable(host, "scenario 1", goals, console)
+    table = host_table(host, "scenario 1", goals, console)
     goals.emit(ended(GoalStatus.ABORTED, NavigateToPose.Result(error_code=208, error_msg="no way")))
     console.print(table.table())
 
@@ -151,7 +151,7 @@ def test_the_title_advances_between_events():
 def test_log_lines_are_above_the_last_table(host):
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
 
-    with HostTable(host, "scenario 1", LastGoals(), console) as table:
+    with host_table(host, "scenario 1", LastGoals(), console) as table:
         table.refresh()
         table.print("[INFO] hello")
 
