@@ -14,7 +14,8 @@ import zenoh
 from hmrsim.protocol.goal import WORLD
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import PATIENCE
-from hmrsim_zenoh.doctor import network_checks, ros2_checks
+from hmrsim_zenoh.doctor.network_checks import network_problems
+from hmrsim_zenoh.doctor.ros2_checks import ros2_problems
 from hmrsim_zenoh.doctor.snapshot import Simulator, Snapshot
 from hmrsim_zenoh.errors import ConnectionDenied, RequestError, RequestTimeout, SimulatorNotFound, Unreachable
 from hmrsim_zenoh.ros2.keys import DOMAINS, read_token
@@ -178,6 +179,5 @@ def _of_ros(texts: list[str]) -> tuple[dict[int, tuple[Token, ...]], tuple[str, 
 
 def problems(snapshot: Snapshot) -> list[Problem]:
     """Return the problems of a snapshot in the order in which they should be solved; errors first."""
-    checks = (*network_checks.CHECKS, *ros2_checks.CHECKS)
-    found = chain.from_iterable(check(snapshot) for check in checks)
+    found = chain(network_problems(snapshot), ros2_problems(snapshot))
     return sorted(found, key=lambda problem: problem.severity != "error")

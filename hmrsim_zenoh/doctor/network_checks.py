@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -26,8 +26,7 @@ _FILE, _OVERRIDE = "ZENOH_SESSION_CONFIG_URI", "ZENOH_CONFIG_OVERRIDE"
 _CONNECT: Final = re.compile(r"connect/endpoints\s*=\s*\[([^\]]*)\]")
 
 
-def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that there is no simulator with the prefix."""
+def _no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.simulator is not None:
         return
     if snapshot.prefixes:
@@ -45,8 +44,7 @@ def no_simulator(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def no_router(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that ROS nodes can't discover each other without a router."""
+def _no_router(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.peers and not snapshot.routers and snapshot.uses_ros:
         yield Problem(
             "no_router",
@@ -56,8 +54,7 @@ def no_router(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def other_middleware(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that ROS nodes of this shell do not use rmw_zenoh."""
+def _other_middleware(snapshot: Snapshot) -> Iterator[Problem]:
     rmw = snapshot.environment.get("RMW_IMPLEMENTATION")
     if rmw == _RMW or not (rmw or "ROS_DISTRO" in snapshot.environment):
         return
@@ -69,8 +66,7 @@ def other_middleware(snapshot: Snapshot) -> Iterator[Problem]:
     )
 
 
-def other_distribution(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that the distribution of this shell is not supported."""
+def _other_distribution(snapshot: Snapshot) -> Iterator[Problem]:
     distro = snapshot.environment.get("ROS_DISTRO", _ROLLING)
     if distro not in (*DISTROS, _ROLLING):
         yield Problem(
@@ -80,8 +76,7 @@ def other_distribution(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that ROS nodes of this shell are in another domain than the requested one, or can't start."""
+def _other_domain(snapshot: Snapshot) -> Iterator[Problem]:
     text = snapshot.environment.get("ROS_DOMAIN_ID", "")
     if not text:
         return
@@ -100,8 +95,7 @@ def other_domain(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def configuration(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that ROS nodes of this shell lack their configuration file, or may connect elsewhere."""
+def _configuration(snapshot: Snapshot) -> Iterator[Problem]:
     for name in (_FILE, _OVERRIDE):
         text = snapshot.environment.get(name)
         if not text or _leads_here(text, snapshot.endpoints):
@@ -130,8 +124,7 @@ def _is_file(text: str) -> bool:
         return False
 
 
-def unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report unknown ROS liveliness tokens."""
+def _unreadable_tokens(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.unreadable:
         yield Problem(
             "unreadable_tokens",
@@ -149,8 +142,7 @@ _SOON: Final = 14
 _ASKS: Final[dict[Kind, Message]] = {Kind.CLIENT: "query", Kind.SUBSCRIBER: "declare_subscriber"}
 
 
-def expiring(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report that this session's certificate will expire soon."""
+def _expiring(snapshot: Snapshot) -> Iterator[Problem]:
     enclave = snapshot.enclave
     if enclave and enclave.left < _SOON * _DAY:
         yield Problem(
@@ -161,8 +153,7 @@ def expiring(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def denied(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report ROS clients and subscribers whose certificates do not allow access to the simulator."""
+def _denied(snapshot: Snapshot) -> Iterator[Problem]:
     if snapshot.enclave is None:
         return
     policy, ours = snapshot.enclave.access_control, snapshot.ros.simulator_types
@@ -189,8 +180,7 @@ _PLANNER: Final = "_planner"
 """The external planner's name in ``waiting_for``."""
 
 
-def twins(simulator: Simulator) -> Iterator[Problem]:
-    """Report other simulators with the same prefix."""
+def _twins(simulator: Simulator) -> Iterator[Problem]:
     if simulator.twins:
         yield Problem(
             "two_simulators",
@@ -199,8 +189,7 @@ def twins(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def contract(simulator: Simulator) -> Iterator[Problem]:
-    """Report that the simulator and this program have different contracts."""
+def _contract(simulator: Simulator) -> Iterator[Problem]:
     theirs = simulator.info.get("contract")
     if theirs != hmrsim.CONTRACT:
         yield Problem(
@@ -211,8 +200,7 @@ def contract(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def robots(simulator: Simulator) -> Iterator[Problem]:
-    """Report that the simulator has no robots."""
+def _robots(simulator: Simulator) -> Iterator[Problem]:
     if not simulator.robots:
         yield Problem("no_robots", "the world has no robots", "add one: `hmrsim run WORLD --robot NAME@X,Y`")
     idle = [robot for robot, actions in simulator.robots.items() if not actions]
@@ -224,8 +212,7 @@ def robots(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def tokens(simulator: Simulator) -> Iterator[Problem]:
-    """Report robots without a liveliness token."""
+def _tokens(simulator: Simulator) -> Iterator[Problem]:
     if simulator.lost:
         are = "is" if len(simulator.lost) == 1 else "are"
         yield Problem(
@@ -235,8 +222,7 @@ def tokens(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def time_stands(simulator: Simulator) -> Iterator[Problem]:
-    """Report why time stands still."""
+def _time_stands(simulator: Simulator) -> Iterator[Problem]:
     time = simulator.time
     if time.get("paused"):
         yield Problem(
@@ -273,8 +259,7 @@ def time_stands(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def lag(simulator: Simulator) -> Iterator[Problem]:
-    """Report that the machine can't keep up."""
+def _lag(simulator: Simulator) -> Iterator[Problem]:
     lags = [time.get("lag", 0.0) for time in simulator.times]
     if lags and lags[-1] > lags[0]:
         yield Problem(
@@ -284,8 +269,7 @@ def lag(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-def planner(simulator: Simulator) -> Iterator[Problem]:
-    """Report robots whose goals are rejected as the external planner is missing."""
+def _planner(simulator: Simulator) -> Iterator[Problem]:
     waiting = [robot["name"] for robot in simulator.info.get("robots", ()) if robot.get("planner") == "external"]
     if waiting and not simulator.info.get("planner_present"):
         yield Problem(
@@ -295,32 +279,20 @@ def planner(simulator: Simulator) -> Iterator[Problem]:
         )
 
 
-_OF_SIMULATORS: Final[tuple[Callable[[Simulator], Iterator[Problem]], ...]] = (
-    twins,
-    contract,
-    robots,
-    tokens,
-    planner,
-    time_stands,
-    lag,
-)
-
-
-def _simulator(snapshot: Snapshot) -> Iterator[Problem]:
+def network_problems(snapshot: Snapshot) -> Iterator[Problem]:
+    """Yield the problems of the network and its simulator, in the order in which they should be solved."""
+    for check in (
+        _no_simulator,
+        _no_router,
+        _other_middleware,
+        _other_distribution,
+        _other_domain,
+        _configuration,
+        _unreadable_tokens,
+        _expiring,
+        _denied,
+    ):
+        yield from check(snapshot)
     if snapshot.simulator is not None:
-        for check in _OF_SIMULATORS:
-            yield from check(snapshot.simulator)
-
-
-CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
-    no_simulator,
-    no_router,
-    other_middleware,
-    other_distribution,
-    other_domain,
-    configuration,
-    unreadable_tokens,
-    expiring,
-    denied,
-    _simulator,
-)
+        for of_simulator in (_twins, _contract, _robots, _tokens, _planner, _time_stands, _lag):
+            yield from of_simulator(snapshot.simulator)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final
 
 from hmrsim_zenoh.doctor.snapshot import OFFER, WANT, Problem, collapsed, endpoints, first_few
@@ -54,7 +54,7 @@ def _missing(snapshot: Snapshot) -> dict[str, list[str]]:
     return found
 
 
-def not_served(snapshot: Snapshot) -> Iterator[Problem]:
+def _not_served(snapshot: Snapshot) -> Iterator[Problem]:
     """Report that the simulator is not in the domain: it has no ROS 2 wire, or is in another domain."""
     if snapshot.simulator is None or snapshot.ros.ours:
         return
@@ -69,8 +69,7 @@ def not_served(snapshot: Snapshot) -> Iterator[Problem]:
         yield Problem("no_ros2", "the simulator does not serve ROS 2", "start `hmrsim run` with --ros2")
 
 
-def missing_parts(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report actions that are incomplete in ROS."""
+def _missing_parts(snapshot: Snapshot) -> Iterator[Problem]:
     incomplete = incomplete_actions(snapshot) if snapshot.ros.ours else {}
     if incomplete and snapshot.simulator is not None:
         most, every = len(_PARTS), len(snapshot.simulator.names.actions)
@@ -82,8 +81,7 @@ def missing_parts(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report types of the simulator whose hashes this version does not know."""
+def _unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
     strange = {
         endpoint.type
         for _, endpoint in endpoints(snapshot.ros.ours, *OFFER)
@@ -97,7 +95,7 @@ def unknown_types(snapshot: Snapshot) -> Iterator[Problem]:
         )
 
 
-def two_servers(snapshot: Snapshot) -> Iterator[Problem]:
+def _two_servers(snapshot: Snapshot) -> Iterator[Problem]:
     """Report actions and services with two servers: both execute a request, and a client gets the reply of either."""
     servers: defaultdict[str, dict[str, str]] = defaultdict(dict)
     for token, endpoint in endpoints(snapshot.ros.tokens, Kind.SERVICE):
@@ -121,7 +119,7 @@ _CLOSE: Final = 0.8
 """The similarity from which a name counts as a misspelling, for difflib."""
 
 
-def without_server(snapshot: Snapshot) -> Iterator[Problem]:
+def _without_server(snapshot: Snapshot) -> Iterator[Problem]:
     """Report clients that wait for a server; a warning if the node has found another server."""
     wanted: defaultdict[str, list[str]] = defaultdict(list)
     for token, endpoint in endpoints(snapshot.ros.others, Kind.CLIENT):
@@ -138,8 +136,7 @@ def without_server(snapshot: Snapshot) -> Iterator[Problem]:
             )
 
 
-def different_types(snapshot: Snapshot) -> Iterator[Problem]:
-    """Report clients and subscribers whose types differ from the server's or publisher's."""
+def _different_types(snapshot: Snapshot) -> Iterator[Problem]:
     found: defaultdict[tuple[str, str, str], list[str]] = defaultdict(list)
     for token, endpoint in endpoints(snapshot.ros.others, *WANT):
         types = snapshot.ros.types.get(endpoint.name, set())
@@ -175,7 +172,7 @@ def _advice(missing: list[str], there: Iterable[str]) -> str:
     return f"did you mean {meant}?" if meant else "start the server, or correct the name, namespace or ROS_DOMAIN_ID"
 
 
-def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
+def _in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
     """Report clients in another domain of services that the simulator has in this one."""
     ours = snapshot.ros.simulator_types
     for number, domain in snapshot.domains.items():
@@ -195,12 +192,15 @@ def in_other_domains(snapshot: Snapshot) -> Iterator[Problem]:
             )
 
 
-CHECKS: Final[tuple[Callable[[Snapshot], Iterator[Problem]], ...]] = (
-    not_served,
-    missing_parts,
-    unknown_types,
-    two_servers,
-    without_server,
-    different_types,
-    in_other_domains,
-)
+def ros2_problems(snapshot: Snapshot) -> Iterator[Problem]:
+    """Yield the problems of ROS 2, in the order in which they should be solved."""
+    for check in (
+        _not_served,
+        _missing_parts,
+        _unknown_types,
+        _two_servers,
+        _without_server,
+        _different_types,
+        _in_other_domains,
+    ):
+        yield from check(snapshot)
