@@ -58,13 +58,13 @@ def action_schema(action: AnyAction) -> dict[str, Any]:
     return _together(f"{action.name} ({action.ros_type})", parts, description=what)
 
 
-def service_schema(service: Service) -> dict[str, Any]:
+def _service_schema(service: Service) -> dict[str, Any]:
     """Return the schema of a service's request and reply."""
     parts: _Parts = {"request": (service.request, "validation"), "reply": (service.response, "serialization")}
     return _together(f"{service.name} ({service.ros_type})", parts)
 
 
-def envelope_schema() -> dict[str, Any]:
+def _envelope_schema() -> dict[str, Any]:
     """Return the schema of the messages that all actions share."""
     parts: _Parts = {
         "send_goal_reply": (envelopes.SendGoalResponse, "serialization"),
@@ -76,7 +76,7 @@ def envelope_schema() -> dict[str, Any]:
     return _together("Messages of all actions", parts)
 
 
-def time_schema() -> dict[str, Any]:
+def _time_schema() -> dict[str, Any]:
     """Return the schema of the requests about time, by the last chunk of their keys."""
     parts: _Parts = {
         "join": (decode_time.JoinRequest, "validation"),
@@ -117,13 +117,13 @@ def _fields_schema(event: type[Event]) -> dict[str, Any]:
     return {"description": schema.pop("description"), **schema}
 
 
-def all_schemas() -> dict[str, dict[str, Any]]:
+def _all_schemas() -> dict[str, dict[str, Any]]:
     """Return every schema by the name of its file below ``schemas/``."""
     actions = {f"actions/{name}.schema.json": action_schema(action) for name, action in registry().items()}
-    asked = {f"services/{name}.schema.json": service_schema(service) for name, service in services().items()}
+    asked = {f"services/{name}.schema.json": _service_schema(service) for name, service in services().items()}
     shared = {
-        "envelopes.schema.json": envelope_schema(),
-        "time.schema.json": time_schema(),
+        "envelopes.schema.json": _envelope_schema(),
+        "time.schema.json": _time_schema(),
         "tree.schema.json": _schema(TreeState, mode="serialization"),
         "report.schema.json": _schema(Report, mode="serialization"),
         "report_sections.schema.json": _schema(Sections, mode="serialization"),
@@ -144,7 +144,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for flaw in flaws():
         sys.stderr.write(f"{flaw}\n")
         stale += 1
-    for name, schema in all_schemas().items():
+    for name, schema in _all_schemas().items():
         path = arguments.directory / name
         text = json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
         if path.exists() and path.read_text(encoding="utf-8") == text:

@@ -31,7 +31,7 @@ def _main(argv: Sequence[str] | None) -> int:
     autocomplete(parser, f"{__name__}._options")
     args = parser.parse_args(argv)
     try:
-        code: int = args.command(args)
+        code: int = args.function(args)
     except BrokenPipeError:
         # The reader of stdout has gone; Python would report a broken pipe again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

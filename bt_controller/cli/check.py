@@ -44,11 +44,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_robot_option(parser, "the robots that the tree is built for, if one tree is for several (default: robot)")
     parser.add_argument("--json", action="store_true", help="print the tree as one JSON object")
     add_picture_options(parser)
-    parser.set_defaults(command=check)
+    parser.set_defaults(function=_check)
 
 
-def check(args: argparse.Namespace) -> int:
-    """Build the tree that the options select, and print it; return the exit code."""
+def _check(args: argparse.Namespace) -> int:
     from bt_controller.cli._watching import check_files, draw
 
     plan = tree_of(args)

@@ -42,7 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="write the coverage to FILE instead: .json, or .info for an LCOV tracefile",
     )
-    parser.set_defaults(command=coverage)
+    parser.set_defaults(function=_coverage)
 
 
 _WIDTH: Final = 200
@@ -51,8 +51,7 @@ _IMPOSSIBLE: Final = "-"
 _NEVER: Final = "never"
 
 
-def coverage(args: argparse.Namespace) -> int:
-    """Show the coverage of the files; return the exit code."""
+def _coverage(args: argparse.Namespace) -> int:
     from bt_controller.coverage import TreeCoverage
     from bt_controller.coverage.files import check_format, read_coverage, summary, write_coverage
     from hmrsim.program.files import check_outputs

@@ -32,11 +32,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="one JSON object: nodes with their ports, by tag")
     form.add_argument("--xml", action="store_true", help="a TreeNodesModel, for editors such as Groot2")
-    parser.set_defaults(command=print_nodes)
+    parser.set_defaults(function=_nodes)
 
 
-def print_nodes(args: argparse.Namespace) -> int:
-    """Print the nodes that the options select; return the exit code."""
+def _nodes(args: argparse.Namespace) -> int:
     from bt_controller.nodes import registry
 
     known = registry()

@@ -152,7 +152,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_watching_options(parser)
     add_session_options(parser)
     add_log_options(parser)
-    parser.set_defaults(command=partial(run, parser))
+    parser.set_defaults(function=partial(_run, parser))
 
 
 def _checked(check: Callable[[str], object], text: str) -> str:
@@ -185,8 +185,7 @@ def _resumed(args: argparse.Namespace, plan: Plan) -> str | None:
     return f"{args.name}/{args.resume or plan.name}" if wanted else None
 
 
-def run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
-    """Run the tree that the options select for each of the robots; return the exit code."""
+def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     from bt_controller.cli._watching import check_files, check_pictures, covering, display, draw, watching
     from bt_controller.running.clocks import STOP, Mailbox, clock_for
     from bt_controller.running.mission import missions_for, prepare

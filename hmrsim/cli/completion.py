@@ -56,7 +56,7 @@ def _world_of(args: argparse.Namespace) -> World | None:
     from hmrsim.cli.worlds import read_world
 
     try:
-        return read_world(args, argument="file").world
+        return read_world(args).world
     except (HmrsimError, AttributeError):
         return None
 
@@ -75,9 +75,9 @@ def _pages(parsed_args: argparse.Namespace, **_unused: object) -> Iterable[str]:
     from hmrsim.world.files import find
     from hmrsim.world.includes import read_document
 
-    name = next((getattr(parsed_args, key) for key in ("world", "file", "in") if hasattr(parsed_args, key)), None)
+    name = parsed_args.world or ""
     try:
-        return read_document(find(name or ""), name or "").pages
+        return read_document(find(name), name).pages
     except HmrsimError:
         return ()
 

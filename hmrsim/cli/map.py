@@ -224,7 +224,7 @@ examples:
   hmrsim map validate my_world.yaml
   hmrsim map validate my_world.yaml --traffic
   hmrsim map validate my_world.yaml --json | jq -r '.[].message'"""
-    add_world_options(parser, argument="file")
+    add_world_options(parser, metavar="FILE")
     parser.add_argument(
         "--traffic",
         action="store_true",
@@ -246,7 +246,7 @@ examples:
   hmrsim map info drawing.drawio --json | jq '.counts, .parts'
   hmrsim map info a.yaml --json | jq -r .hash
   hmrsim map info warehouse --json | jq '.network.bottlenecks.worst[0]'"""
-    add_world_options(parser, argument="file")
+    add_world_options(parser, metavar="FILE")
     add_json(parser)
     parser.set_defaults(function=Later("hmrsim.cli.map_info", "info"))
 
@@ -260,7 +260,7 @@ examples:
   hmrsim map plan hospital wall_e pharmacy
   hmrsim map plan hospital lab 39,6.5 --for eve
   hmrsim map plan my_world.yaml home -3,4 --speed 0.8 --json | jq .length"""
-    add_world_options(parser, argument="file")
+    add_world_options(parser, metavar="FILE")
     where = "X,Y, or the name of a waypoint, place, dock, robot or item"
     parser.add_argument("start", metavar="FROM", help=where)
     parser.add_argument("goal", metavar="TO", help=where)
@@ -290,7 +290,7 @@ examples:
   hmrsim map convert arena.map arena.yaml --neighbours 4
   hmrsim map convert hospital hospital.geojson --force
   hmrsim map convert scenario1 - --to geojson | jq '.features | length'"""
-    add_world_options(parser, argument="in")
+    add_world_options(parser, metavar="IN")
     parser.add_argument("out", metavar="OUT", help="the file to write, or - for stdout")
     parser.add_argument(
         "--to",
@@ -356,7 +356,7 @@ def _validate(args: argparse.Namespace) -> int:
 
         checks += [check_obstructions, forecast]
     try:
-        loaded = read_world(args, argument="file", further=checks)
+        loaded = read_world(args, further=checks)
         problems, policy, code = loaded.warnings, policy_line(loaded.world), ExitCode.DONE
     except WorldError as error:
         misused = any(_is_wrong_use(problem) for problem in error.problems) or not _is_readable(args)
@@ -378,7 +378,7 @@ def _is_readable(args: argparse.Namespace) -> bool:
     from hmrsim.world.includes import read_document
 
     try:
-        read_document(find(args.file), args.file, ReadOptions(page=read_settings(args, WorldSettings).page))
+        read_document(find(args.world), args.world, ReadOptions(page=read_settings(args, WorldSettings).page))
     except WorldError:
         return False
     return True

@@ -38,7 +38,7 @@ def convert(args: argparse.Namespace) -> int:
         raise WrongUse("--json and OUT - both write to stdout; name a file")
     if args.out != STDOUT:
         check_target(out, force=args.force)
-    loaded = read_world(args, argument="in")
+    loaded = read_world(args)
     check_outputs([("OUT", args.out)], loaded.files)
     show_warnings(loaded)
     text = _WRITERS[to](loaded.world, out)

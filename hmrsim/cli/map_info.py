@@ -198,7 +198,7 @@ _MAX_TRIPS: Final = 5
 
 def info(args: argparse.Namespace) -> int:
     """Print the contents of a world file; return the exit code."""
-    loaded = read_world(args, argument="file")
+    loaded = read_world(args)
     values = _facts(loaded)
     show_result(values, map(printable, _lines(values, policy_line(loaded.world))), as_json=args.json)
     return ExitCode.DONE

@@ -52,7 +52,7 @@ class Trip:
 
 def plan(args: argparse.Namespace) -> int:
     """Print the quickest route between two points; return the exit code."""
-    world = read_world(args, argument="file").world
+    world = read_world(args).world
     driver = args.driver or (args.start if args.speed is None and args.start in world.robots else None)
     start, goal = _ends(world, (args.start, args.goal), driver)
     base = Base(speed=args.speed) if driver is None else world.robot_type(world.robots[driver]).base

@@ -104,20 +104,18 @@ def add_connection_options(parser: argparse.ArgumentParser) -> None:
     add_log_options(parser)
 
 
-def add_world_options(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
+def add_world_options(parser: argparse.ArgumentParser, *, metavar: str = "WORLD") -> None:
     """Add WORLD and all options that change it."""
     from hmrsim.settings.arguments import add_settings
     from hmrsim.settings.run import WorldSettings
 
-    add_world_argument(parser, argument=argument)
+    add_world_argument(parser, metavar=metavar)
     add_settings(parser, WorldSettings)
 
 
-def add_world_argument(parser: argparse.ArgumentParser, *, argument: str = "world") -> None:
+def add_world_argument(parser: argparse.ArgumentParser, *, metavar: str = "WORLD") -> None:
     """Add WORLD."""
-    parser.add_argument(
-        argument, metavar=argument.upper(), help="a world file of any format, or the name of a shipped world"
-    )
+    parser.add_argument("world", metavar=metavar, help="a world file of any format, or the name of a shipped world")
 
 
 def add_ros_domain(parser: argparse.ArgumentParser, what: str) -> None:

@@ -135,7 +135,7 @@ def _run(args: argparse.Namespace) -> int:
     show_warnings(loaded)
     if (more := len(obstructions) - _MAX_WARNINGS) > 0:
         warn(f"and {more} more traffic warnings; `hmrsim map validate --traffic WORLD` lists all")
-    monitor = None if settings.monitor is None else RunMonitor(settings.monitor, loaded.world)
+    monitor = None if settings.monitor is None else _Monitor(settings.monitor, loaded.world)
     if run.clock == REALTIME and run.real_time_factor == 0 and run.duration < math.inf:
         warn(f"--duration {run.duration:g}: as fast as possible, {TIME_STANDS}")
     trace = TraceFile(settings.trace, loaded.world, run)
@@ -255,16 +255,8 @@ def ros2_wires(settings: Ros2Settings) -> tuple[Wire, ...]:
     return tuple(opened)
 
 
-class RunMonitor:
-    """Monitors properties during a run, and publishes each violation as an event of the world.
-
-    Args:
-        path: The properties file.
-        world: The world of the run.
-
-    Raises:
-        PropertyError: The file is invalid, or refers to something that the world lacks.
-    """
+class _Monitor:
+    """Monitors properties during a run, and publishes each violation as an event of the world."""
 
     def __init__(self, path: Path, world: World) -> None:
         # Loads the properties, which takes 100 ms.

@@ -30,7 +30,6 @@ _MEETING: Final = 2
 def read_world(
     args: argparse.Namespace,
     *,
-    argument: str = "world",
     below: Mapping[str, Any] | None = None,
     further: Sequence[Callable[[World], Iterable[Finding]]] = (),
 ) -> LoadedWorld:
@@ -38,7 +37,6 @@ def read_world(
 
     Args:
         args: The command line.
-        argument: The name of the world's argument.
         below: The settings of a file, which options override.
         further: Further checks, as for `load_world`.
 
@@ -48,7 +46,7 @@ def read_world(
     settings = read_settings(args, WorldSettings, below)
     options = ReadOptions(settings.page, renames(settings.rename), settings.lenient, settings.neighbours)
     return load_world(
-        getattr(args, argument),
+        args.world,
         add_robots=settings.robot,
         add_items=settings.item,
         options=options,
