@@ -111,14 +111,11 @@ def make_parser() -> CommandParser:
         prog="hmrsim",
         description="A mission-level simulator of robots, driven over Zenoh.",
         epilog=f"{_EPILOG}\n{ENVIRONMENT}",
+        groups=_COMMANDS,
     )
     parser.add_argument("--version", action="version", version=f"hmrsim {__version__}")
     commands = {name: text for group in _COMMANDS.values() for name, text in group.items()}
-    add_commands(
-        parser,
-        {name: (text, Later(f"{__name__}.{name}", "configure")) for name, text in commands.items()},
-        _COMMANDS,
-    )
+    add_commands(parser, {name: (text, Later(f"{__name__}.{name}", "configure")) for name, text in commands.items()})
     return parser
 
 

@@ -11,9 +11,11 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from hmrsim.diagnostics import meant
@@ -54,11 +56,18 @@ class CommandParser(argparse.ArgumentParser):
     Args:
         configure: Adds the arguments to the parser when its command is used; None for none. Many commands load pydantic
             for their options, which would slow down ``--help`` of the program.
+        groups: The names of the commands below each heading of the help; by default there are no headings.
         options: As for argparse.
     """
 
-    def __init__(self, *, configure: Configure | None = None, **options: Any) -> None:
-        super().__init__(formatter_class=_Formatter, allow_abbrev=False, **options)
+    def __init__(
+        self,
+        *,
+        configure: Configure | None = None,
+        groups: Mapping[str, Iterable[str]] = MappingProxyType({}),
+        **options: Any,
+    ) -> None:
+        super().__init__(formatter_class=partial(_Formatter, groups=groups), allow_abbrev=False, **options)
         self._configure = configure
         self._instead: Mapping[str, str] = {}
         # Points such as -3,4 are not options.
@@ -185,51 +194,28 @@ class Later:
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Shows subcommands below the headings of their groups."""
+    """Shows commands below the headings of their groups."""
+
+    def __init__(self, prog: str, groups: Mapping[str, Iterable[str]]) -> None:
+        super().__init__(prog)
+        self._groups = groups
 
     def _iter_indented_subactions(self, action: argparse.Action) -> Generator[argparse.Action, None, None]:
-        if not isinstance(action, _GroupedCommands):
+        if not self._groups:
             yield from super()._iter_indented_subactions(action)
             return
+        commands = {command.dest: command for command in super()._iter_indented_subactions(action)}
         self._indent()
-        yield from action.headings()
+        for title, names in self._groups.items() if commands else ():
+            yield argparse.Action([], title, metavar=f"{title}:")
+            self._indent()
+            yield from (commands[name] for name in names)
+            self._dedent()
         self._dedent()
 
 
-class _GroupedCommands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: SLF001
-    """Subcommands that the help lists in groups."""
-
-    def __init__(self, *, groups: Mapping[str, Iterable[str]], **options: Any) -> None:
-        super().__init__(**options)
-        self._groups = groups
-
-    def headings(self) -> Iterator[argparse.Action]:
-        """Yield a heading for each group, with the group's commands as its subactions."""
-        commands = {command.dest: command for command in self._get_subactions()}
-        for title, names in self._groups.items():
-            yield _Heading(title, [commands[name] for name in names])
-
-
-class _Heading(argparse.Action):
-    """A heading in the list of subcommands."""
-
-    def __init__(self, title: str, commands: list[argparse.Action]) -> None:
-        super().__init__(option_strings=[], dest=title, metavar=f"{title}:")
-        self._commands = commands
-
-    def __call__(self, *_arguments: object) -> None:
-        """Do nothing, since a heading is no argument."""
-
-    def _get_subactions(self) -> list[argparse.Action]:
-        return self._commands
-
-
 def add_commands(
-    parser: CommandParser,
-    commands: Mapping[str, tuple[str, Configure]],
-    groups: Mapping[str, Iterable[str]] | None = None,
-    *,
-    title: str | None = None,
+    parser: CommandParser, commands: Mapping[str, tuple[str, Configure]], *, title: str | None = None
 ) -> None:
     """Add subcommands to a parser.
 
@@ -237,12 +223,9 @@ def add_commands(
         parser: The parser of the program, or of a command.
         commands: A summary of each subcommand, which is also its description by default, and the function that adds
             its arguments when it is used. A name such as ``send-goal`` is also accepted with underscores.
-        groups: The names of the subcommands below each heading of the help; one list without headings by default.
-        title: The heading of that list.
+        title: The heading of the list of subcommands, unless they are in groups.
     """
     options: dict[str, Any] = {} if title is None else {"title": title}
-    if groups is not None:
-        options |= {"action": _GroupedCommands, "groups": groups}
     parsers = parser.add_subparsers(metavar="COMMAND", required=True, **options)
     words = os.environ.get("COMP_LINE", "").split() if "_ARGCOMPLETE" in os.environ else ()
     for name, (summary, configure) in commands.items():
