@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import queue
 import re
 import sys
@@ -14,7 +13,7 @@ from dataclasses import dataclass, field
 from shlex import quote
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from hmrsim.cli.connection import OPERATOR, connected, in_run
+from hmrsim.cli.connection import OPERATOR, connected, in_run, value_of
 from hmrsim.cli.options import ExitCode, Refused, UnknownName, WrongUse, add_connection_options, add_json
 from hmrsim.cli.output import show, show_json, show_result, warn, yaml_flow, yaml_text
 from hmrsim.diagnostics import shown
@@ -135,7 +134,7 @@ def _empty(client: Client, name: ActionName, text: str | None) -> dict[str, Any]
 
 def _check_that_time_moves(client: Client) -> None:
     """Print which participants advance time in lockstep; raise an error if there are none."""
-    participants = json.loads(client.get(client.keys.world("time/state")))["participants"]
+    participants = value_of(client, "time/state")["participants"]
     if not participants:
         raise Refused(
             "time stands, as in lockstep no controller takes part: start one, run the world without --clock lockstep, "

@@ -103,6 +103,11 @@ def received(client: Client, items: queue.SimpleQueue[T], period: float = _LOOK)
             yield item
 
 
+def value_of(client: Client, name: str) -> Any:
+    """Return a value of the world, such as ``scene``."""
+    return json.loads(client.get(client.keys.world(name)))
+
+
 def call(client: Client, service: str, **request: Any) -> dict[str, Any]:
     """Call a service of the world and return its response.
 

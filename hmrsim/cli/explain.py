@@ -75,15 +75,15 @@ def _explain(args: argparse.Namespace) -> int:
 
 
 def _explain_robot(args: argparse.Namespace) -> int:
-    from hmrsim.cli.connection import call, connected
+    from hmrsim.cli.connection import call, connected, value_of
     from hmrsim.cli.robot import waiting_orders
     from hmrsim.traffic.causes import Link, chain_of
 
     if args.code is not None:
         raise WrongUse("give a code or --robot, not both")
     with connected(args) as (client, _):
-        scene = json.loads(client.get(client.keys.world("scene")))
-        time = json.loads(client.get(client.keys.world("time/state")))
+        scene = value_of(client, "scene")
+        time = value_of(client, "time/state")
         orders = waiting_orders(client)
         faults = call(client, "get_faults")["faults"]
     robots = {robot["name"]: robot for robot in scene["robots"]}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from pydantic import ValidationError
 
+from hmrsim.cli.connection import value_of
 from hmrsim.cli.options import WrongUse
 from hmrsim.diagnostics import dotted, shown
 from hmrsim.documents import yaml_text
@@ -161,7 +161,7 @@ def example_of(client: Client, action: AnyAction, robot: str) -> Mapping[str, An
 
 def _names_in(client: Client, robot: str) -> tuple[list[str], dict[str, list[str]]]:
     """Return the names of places to drive to, and those for each kind of choices in `hmrsim.actions._inputs.Input`."""
-    scene = json.loads(client.get(client.keys.world("scene")))
+    scene = value_of(client, "scene")
     docks = [one["name"] for one in scene["fixtures"] if one["kind"] == "dock"]
     items = [one["name"] for one in scene["items"]]
     held = [one["name"] for one in scene["items"] if one["carrier"] == robot]

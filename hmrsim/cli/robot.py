@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from hmrsim.cli.connection import connected
+from hmrsim.cli.connection import connected, value_of
 from hmrsim.cli.options import ExitCode, add_connection_options, add_json
 from hmrsim.cli.output import columns, show_result
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
@@ -47,7 +46,7 @@ def _configure_list(parser: argparse.ArgumentParser) -> None:
 
 def _list(args: argparse.Namespace) -> int:
     with connected(args) as (client, _):
-        scene = json.loads(client.get(client.keys.world("scene")))
+        scene = value_of(client, "scene")
         orders = waiting_orders(client)
     table = [("name", "type", "at", "battery", "state"), *rows(scene)]
     lines = chain(columns(table), ["", orders] if orders else [])
@@ -57,7 +56,7 @@ def _list(args: argparse.Namespace) -> int:
 
 def waiting_orders(client: Client) -> str:
     """Return how many orders no robot has picked up, and which one has waited longest; empty if there are none."""
-    demand = json.loads(client.get(client.keys.world("demand")))
+    demand = value_of(client, "demand")
     waiting = [order for order in demand["orders"] if order["state"] == "waiting"]
     if not waiting:
         return ""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, Final
 
-from hmrsim.cli.connection import OPERATOR, call, connected
+from hmrsim.cli.connection import OPERATOR, call, connected, value_of
 from hmrsim.cli.options import ExitCode, add_connection_options, add_json, number_in, whole_in
 from hmrsim.cli.output import show_result
 from hmrsim.program.command_line import add_commands
@@ -67,13 +66,7 @@ def _configure_step(parser: argparse.ArgumentParser) -> None:
 
 def _configure_speed(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("factor", metavar="FACTOR", type=_FACTOR, help="such as 2; 0 is as fast as possible")
-    _add(
-        parser,
-        "speed",
-        lambda client, args: client.get(
-            client.keys.world("time/set"), payload=json.dumps({"real_time_factor": args.factor}).encode()
-        ),
-    )
+    _add(parser, "speed", lambda client, args: call(client, "time/set", real_time_factor=args.factor))
 
 
 def _add(parser: argparse.ArgumentParser, name: str, do: Callable[[Client, argparse.Namespace], object]) -> None:
@@ -87,7 +80,7 @@ def _add(parser: argparse.ArgumentParser, name: str, do: Callable[[Client, argpa
 def _do(args: argparse.Namespace, do: Callable[[Client, argparse.Namespace], object]) -> int:
     with connected(args, OPERATOR) as (client, _):
         do(client, args)
-        state: dict[str, Any] = json.loads(client.get(client.keys.world("time/state")))
+        state: dict[str, Any] = value_of(client, "time/state")
     show_result(state, ", ".join(_described(state)), as_json=getattr(args, "json", False))
     return ExitCode.DONE
 
