@@ -4,34 +4,38 @@ from __future__ import annotations
 
 import json
 import sys
+from functools import partial
 
 import pytest
 
-from hmrsim.cli import main
+
+@pytest.fixture
+def security(hmrsim):
+    """Return the function that runs a command and returns exit code, output and errors."""
+    return partial(hmrsim, "security")
 
 
 @pytest.fixture
-def keys(tmp_path, capsys):
+def keys(tmp_path, security):
     path = tmp_path / "keys"
-    assert main(["security", "create", str(path), "--controller", "nurses=wall_e,eve", "--host", "10.0.0.7"]) == 0
-    capsys.readouterr()
+    assert 0 == security("create", path, "--controller", "nurses=wall_e,eve", "--host", "10.0.0.7")[0]
     return path
 
 
-def test_create_lists_enclaves_and_the_next_command(tmp_path, capsys):
+def test_create_lists_enclaves_and_the_next_command(tmp_path, security):
     path = tmp_path / "keys"
+    code, out, _ = security("create", path)
 
-    assert main(["security", "create", str(path)]) == 0
-    first, second, third = capsys.readouterr().out.splitlines()
+    first, second, third = out.splitlines()
+    assert 0 == code
     assert f"made {path}: simulator, controller (controller of all robots), viewer, operator" == first
     assert second.startswith("valid until 2")
     assert f"next: hmrsim run WORLD --secure {path}" == third
 
 
-def test_create_takes_controllers_and_hosts(keys, capsys):
+def test_create_takes_controllers_and_hosts(keys, security):
     """The configuration of ROS nodes has the first of the hosts."""
-    assert main(["security", "renew", str(keys), "viewer", "--json"]) == 0
-    output = json.loads(capsys.readouterr().out)
+    output = json.loads(security("renew", keys, "viewer", "--json")[1])
     session = json.loads((keys / "enclaves" / "nurses" / "session.json5").read_text(encoding="utf-8"))
 
     assert ["simulator", "nurses", "viewer", "operator"] == [each["name"] for each in output["enclaves"]]
@@ -40,24 +44,14 @@ def test_create_takes_controllers_and_hosts(keys, capsys):
     assert ["tls/10.0.0.7:7447"] == session["connect"]["endpoints"]
 
 
-def test_a_second_create_changes_nothing(keys, capsys):
-    assert main(["security", "create", str(keys)]) == 2
-    assert f"hmrsim: {keys} exists; name another folder, or replace the keystore there with --force\n" == (
-        capsys.readouterr().err
-    )
-
-
-def test_add_and_revoke_ask_for_a_restart(keys, capsys):
+def test_add_and_revoke_ask_for_a_restart(keys, security):
     """A running simulator keeps the policy with which it was started."""
-    assert (
-        main(["security", "add", str(keys), "controller", "porters", "--robot", "m_o", "--service", "call_lift"]) == 0
-    )
-    assert main(["security", "revoke", str(keys), "porters"]) == 0
-    added, revoked = capsys.readouterr().out.splitlines()
+    added = security("add", keys, "controller", "porters", "--robot", "m_o", "--service", "call_lift")[1]
+    revoked = security("revoke", keys, "porters")[1]
 
     assert added.startswith("added porters (controller of m_o, call_lift), valid until 2")
-    assert added.endswith("; restart the simulator")
-    assert "revoked porters; restart the simulator and `hmrsim view`, which know the old policy" == revoked
+    assert added.endswith("; restart the simulator\n")
+    assert "revoked porters; restart the simulator and `hmrsim view`, which know the old policy\n" == revoked
 
 
 @pytest.mark.parametrize(
@@ -69,6 +63,7 @@ def test_add_and_revoke_ask_for_a_restart(keys, capsys):
         ),
         (("add", "DIR", "root", "lobby"), "no role 'root'; there are controller, viewer, operator"),
         (("revoke", "DIR", "lobby"), "DIR has no 'lobby'; there are: simulator, nurses, viewer, operator"),
+        (("create", "DIR"), "DIR exists; name another folder, or replace the keystore there with --force"),
         (("create", "DIR/x", "--controller", "nurses="), "'nurses=' names no robots"),
         (("create", "DIR/x", "--days", "1e9"), "'1e9' is not a number of days greater than 0, and up to 36500"),
         (("explain", "DIR", "a//b"), "'a//b' is not a key expression"),
@@ -79,38 +74,34 @@ def test_add_and_revoke_ask_for_a_restart(keys, capsys):
         (("check",), "no keystore; name its folder DIR, or set HMRSIM_SECURE=DIR"),
     ],
 )
-def test_wrong_use_is_one_line(keys, capsys, words, text):
-    assert main(["security", *(word.replace("DIR", str(keys)) for word in words)]) == 2
-    error = capsys.readouterr().err.replace(str(keys), "DIR")
+def test_wrong_use_is_one_line(keys, security, words, text):
+    code, _, err = security(*(word.replace("DIR", str(keys)) for word in words))
 
-    assert text in error
-    assert 1 == error.count("\n")
+    assert (2, 1) == (code, err.count("\n"))
+    assert text in err.replace(str(keys), "DIR")
 
 
-def test_a_missing_package_names_the_extra(tmp_path, capsys, monkeypatch):
-    for name in [name for name in sys.modules if name.startswith(("hmrsim_zenoh.security", "hmrsim.cli.security"))]:
+def test_a_missing_package_names_the_extra(tmp_path, security, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith("hmrsim_zenoh.security")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cryptography", None)
 
-    assert main(["security", "create", str(tmp_path / "keys")]) == 2
-    assert "hmrsim security needs a package that is not installed; pip install 'hmrsim[security]'\n" == (
-        capsys.readouterr().err
+    error = "hmrsim security needs a package that is not installed; pip install 'hmrsim[security]'\n"
+    assert (2, "", error) == security("create", tmp_path / "keys")
+
+
+def test_explain_uses_the_keystore_of_the_environment(keys, security, monkeypatch):
+    monkeypatch.setenv("HMRSIM_SECURE", str(keys))
+
+    assert (
+        "viewer  may      ask           rule 'all read values'" in security("explain", "hmrsim/eve/odom", "viewer")[1]
     )
 
 
-def test_explain_uses_the_keystore_of_the_environment(keys, capsys, monkeypatch):
-    monkeypatch.setenv("HMRSIM_SECURE", str(keys))
-
-    assert main(["security", "explain", "hmrsim/eve/odom", "viewer"]) == 0
-    assert "viewer  may      ask           rule 'all read values'" in capsys.readouterr().out
-
-
-def test_explain_names_the_rule_of_each_enclave(keys, capsys):
+def test_explain_names_the_rule_of_each_enclave(keys, security):
     key = "hmrsim/eve/wait/_action/send_goal"
-    assert main(["security", "explain", str(keys), key, "--json"]) == 0
-    every = json.loads(capsys.readouterr().out)["enclaves"]
-    assert main(["security", "explain", str(keys / "enclaves" / "viewer"), key, "viewer"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    every = json.loads(security("explain", keys, key, "--json")[1])["enclaves"]
+    lines = security("explain", keys / "enclaves" / "viewer", key, "viewer")[1].splitlines()
 
     assert {"nurses": True, "operator": True, "simulator": True, "viewer": False} == {
         name: each["ask"]["allowed"] for name, each in every.items()
