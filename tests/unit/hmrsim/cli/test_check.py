@@ -13,7 +13,7 @@ import yaml
 
 from hmrsim.cli import main
 from hmrsim.cli.check import check_trace
-from hmrsim.cli.check_search import _write_page
+from hmrsim.cli.check_runs import _write_page
 from hmrsim.testing import simulation
 from tests.porters import HERE, WORLD
 

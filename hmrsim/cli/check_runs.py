@@ -1,16 +1,20 @@
-"""The search of ``hmrsim check`` for failures of a controller."""
+"""The runs of ``hmrsim check``: the search for failures of a controller, and the repetition of one."""
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import shlex
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.options import ExitCode, WrongUse
 from hmrsim.cli.output import ProgressLine, counted, show_result, warn
+from hmrsim.cli.replay import difference_from
 from hmrsim.documents.document import read_document
 from hmrsim.errors import CheckError, HmrsimError, Problem, WorldError
 from hmrsim.fault_search.campaign import Campaign, Options, Progress, limited, no_search
@@ -18,16 +22,20 @@ from hmrsim.fault_search.evaluator import Evaluator
 from hmrsim.fault_search.failure_page import failure_page, run_logged
 from hmrsim.fault_search.reading import check_at, file_of, read_check, read_repro
 from hmrsim.fault_search.results_folder import ResultsFolder
-from hmrsim.fault_search.run import VERDICTS, Failure
+from hmrsim.fault_search.run import VERDICTS, Failure, Wanted, run_case
 from hmrsim.fault_search.schedule import Case
-from hmrsim.fault_search.story import passes
+from hmrsim.fault_search.story import LONG, events_of, passes
+from hmrsim.fault_search.summary import by_begin
 from hmrsim.program.files import write_text
+from hmrsim.program.memory import collect_rarely
+from hmrsim.settings.run import RunSettings
 from hmrsim.trials.batches import factory_of
-from hmrsim.trials.trial import DIED, TIMEOUT
+from hmrsim.trials.trial import DIED, ERROR, TIMEOUT
 from hmrsim.world.overlays.overlay import setting
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
+    from hmrsim.fault_search.reading import Repro
     from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.summary import Finding, Summary
 
@@ -279,3 +287,92 @@ def _finding(number: int, finding: Finding, file: str) -> Iterator[str]:
         yield f"     without it {passes(outcome)}"
     if file:
         yield f"   hmrsim check --repro {shlex.quote(file)}"
+
+
+def repeat(args: argparse.Namespace) -> int:
+    """Repeat a failure; return the exit code: 1 if the run fails, in the same or another way."""
+    if args.folder is not None and not args.folder.is_dir():
+        raise WrongUse(f"--folder {args.folder}: no such folder")
+    repro = read_repro(args.repro, args.folder)
+    # The file may come from someone else, and it names a program that is run.
+    warn(f"{args.repro}: runs {repro.check.file.controller.described}")
+    collect_rarely()
+    with ExitStack() as stack:
+        wanted = Wanted(trace=True, story=True)
+        if args.record:
+            # Loads the MCAP writer, which takes 100 ms.
+            from hmrsim.cli.record import recorded
+
+            further = stack.enter_context(recorded(args.record, RunSettings(clock="lockstep")))
+            wanted = Wanted(trace=True, story=True, further=further)
+        check = _compared(repro.check)
+        if args.page is None:
+            outcome, log = run_case(check, repro.case, wanted), None
+        else:
+            outcome, log = run_logged(check, repro.case, wanted)
+    if outcome.ending == ERROR:
+        raise CheckError([Problem(str(args.repro), "", f"can't be repeated: {outcome.cause}")])
+    show_result(_repro_facts(repro, outcome), _repro_lines(args, repro, outcome), as_json=args.json)
+    if log is not None:
+        if outcome.failure is None:
+            warn(f"--page {args.page}: not written, since the run passes")
+        else:
+            write_text("--page", args.page, failure_page(check, repro.case, outcome, log))
+            warn(f"page: {args.page}")
+    return ExitCode.FAILED if outcome.failure else ExitCode.DONE
+
+
+def _compared(check: Check) -> Check:
+    """Return the check with its run without faults, which is made here if a property compares runs with it."""
+    if not check.compares:
+        return check
+    nominal = run_case(check, Case())
+    return replace(check, reference=nominal.items if nominal.ending == "succeeded" else None)
+
+
+def _trace_of(path: Path, folder: Path | None) -> str:
+    repro = read_repro(path, folder)
+    return run_case(repro.check, repro.case, Wanted(trace=True)).trace
+
+
+def _same(repro: Repro, outcome: Outcome) -> bool:
+    return Failure(repro.failure.property, repro.failure.reason) in outcome.failures
+
+
+def _same_trace(repro: Repro, outcome: Outcome) -> bool | None:
+    """Return whether the trace is the same; None if there was none, as for a controller that hangs."""
+    return hashlib.sha256(outcome.trace.encode()).hexdigest() == repro.trace if repro.trace else None
+
+
+def _repro_facts(repro: Repro, outcome: Outcome) -> dict[str, object]:
+    return {
+        "failed": outcome.failure is not None,
+        "same_failure": _same(repro, outcome),
+        "same_trace": _same_trace(repro, outcome),
+        "ending": outcome.ending,
+        "cause": outcome.cause,
+        "at": outcome.at,
+        "violations": [violation.as_dict() for violation in outcome.violations],
+    }
+
+
+def _repro_lines(args: argparse.Namespace, repro: Repro, outcome: Outcome) -> Iterator[str]:
+    schedule = repro.case.schedule
+    for number, i in enumerate(by_begin(schedule, outcome), 1):
+        yield f"{number}. {schedule[i].describe()}"
+    yield ""
+    for at, text in events_of(outcome, LONG):
+        yield f"{at:10.3f} s  {text}"
+    cause = f" ({outcome.cause})" if outcome.cause else ""
+    yield f"{outcome.at:10.3f} s  the run ends: {outcome.ending}{cause}"
+    yield ""
+    same_trace = _same_trace(repro, outcome)
+    if outcome.failure is None:
+        yield f"it passes: {repro.failure.property} is not violated any more"
+    elif _same(repro, outcome):
+        trace = {True: " (with the same trace)", False: " (with another trace)", None: ""}[same_trace]
+        yield f"it fails as before: {repro.failure.property}: {repro.failure.reason}{trace}"
+    else:
+        yield f"it fails otherwise: {outcome.failure}"
+    if same_trace is False:
+        yield difference_from("", outcome.trace, _trace_of, args.repro, args.folder)
