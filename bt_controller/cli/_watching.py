@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 
 def check_files(args: argparse.Namespace, plan: Plan) -> None:
-    """Check that no file to write is one of those that were read, or another one to write.
+    """Check that no output file is also an input file or another output file.
 
     Raises:
-        OutputError: One is.
+        OutputError: Two options name the same file.
     """
     outputs = [(f"--{name}", getattr(args, name, None)) for name in ("transitions", "dot", "svg", "coverage")]
     check_outputs(outputs, [*plan.files, getattr(args, "zenoh_config", None)])
@@ -85,10 +85,10 @@ def display(args: argparse.Namespace) -> AbstractContextManager[Watcher | None]:
 
 @contextmanager
 def covering(args: argparse.Namespace) -> Iterator[TreeCoverage | None]:
-    """Yield where to count what happens to nodes, if anywhere; it is written in the end, whatever that is.
+    """Yield the coverage to count in, if the options request it; it is written in the end, even after an error.
 
     Raises:
-        CoverageError: The file is there, and is no coverage.
+        CoverageError: The file exists, but is not coverage.
         OutputError: The file can't be written.
         WriteError: The disk is full.
     """

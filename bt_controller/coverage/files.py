@@ -27,10 +27,10 @@ INFO: Final = ".info"
 
 
 def read_coverage(path: Path) -> TreeCoverage:
-    """Return the coverage of a file.
+    """Return the coverage in a file.
 
     Raises:
-        CoverageError: It can't be read, or is no coverage in JSON.
+        CoverageError: The file can't be read, or is not coverage in JSON.
     """
     try:
         check_regular(path)
@@ -44,21 +44,21 @@ def read_coverage(path: Path) -> TreeCoverage:
 
 
 def check_format(option: str, path: Path) -> None:
-    """Check that the ending of a file to write says a format.
+    """Check that a file to write has the suffix of a format.
 
     Raises:
-        OutputError: It does not.
+        OutputError: It has another suffix.
     """
     if path.suffix not in (JSON, INFO):
-        raise OutputError(f"{option} {path} does not say a format; expected a name that ends with {JSON} or {INFO}")
+        raise OutputError(f"{option} {path} has no known format; expected a name that ends with {JSON} or {INFO}")
 
 
 def check_mergeable(option: str, path: Path) -> None:
-    """Check that a coverage can be written to a file, before it takes the time to get it.
+    """Check that coverage can be merged into a file, before the trees run.
 
     Raises:
-        CoverageError: The file is there, and is no coverage in JSON.
-        OutputError: Its ending says no format, or there is no such folder.
+        CoverageError: The file exists, but is not coverage in JSON.
+        OutputError: The suffix is not that of a format, or the folder does not exist.
     """
     check_format(option, path)
     if not path.parent.is_dir():
@@ -68,11 +68,11 @@ def check_mergeable(option: str, path: Path) -> None:
 
 
 def merge_into(option: str, path: Path, coverage: TreeCoverage) -> None:
-    """Write a coverage to a file; in JSON, with what is in it already.
+    """Write coverage to a file; a JSON file keeps the counts that it has already.
 
     Raises:
-        CoverageError: The file is no coverage.
-        OutputError: It can't be written.
+        CoverageError: The file is not coverage.
+        OutputError: The file can't be written.
         WriteError: The disk is full.
     """
     if path.suffix == JSON and path.exists():
@@ -83,10 +83,10 @@ def merge_into(option: str, path: Path, coverage: TreeCoverage) -> None:
 
 
 def write_coverage(option: str, path: Path, coverage: TreeCoverage) -> None:
-    """Write a coverage to a file, as its ending says; a JSON file is replaced only when the new one is complete.
+    """Write coverage in the format of the file's suffix; a JSON file is replaced only when the new one is complete.
 
     Raises:
-        OutputError: It can't be written.
+        OutputError: The file can't be written.
         WriteError: The disk is full.
     """
     if path.suffix == INFO:
@@ -123,7 +123,7 @@ def lcov(coverage: TreeCoverage, outline: Path) -> tuple[str, str]:
 
     Args:
         coverage: The coverage.
-        outline: Where the outline is saved.
+        outline: The file of the outline.
     """
     files: dict[str, Lines] = {}
     drawn: list[str] = []
@@ -142,7 +142,7 @@ def lcov(coverage: TreeCoverage, outline: Path) -> tuple[str, str]:
 
 
 def _in_files(nodes: Sequence[NodeCoverage]) -> Iterator[tuple[str, int, NodeCoverage]]:
-    """Yield files, lines and nodes; a node that no file names is on its parent's line."""
+    """Yield files, lines and nodes; a node without an origin is on its parent's line."""
     places: dict[tuple[int, ...], str] = {}
     for node in nodes:
         origin = places[node.place] = node.origin or places.get(node.place[:-1], "")
@@ -175,11 +175,11 @@ def _branches(lines: Mapping[int, Sequence[NodeCoverage]]) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Share:
-    """A share of the outcomes that can happen.
+    """The share of the possible outcomes that have occurred.
 
     Attributes:
-        seen: How many have happened.
-        possible: How many can happen.
+        seen: The number of outcomes that have occurred.
+        possible: The number of possible outcomes.
     """
 
     seen: int
@@ -197,18 +197,18 @@ class Share:
 
 
 def share_of(nodes: Sequence[NodeCoverage]) -> Share:
-    """Return how much of some nodes is covered."""
+    """Return the covered share of some nodes."""
     possible = sum(len(node.points) for node in nodes)
     return Share(possible - sum(len(node.missing) for node in nodes), possible)
 
 
 def goal_ends(node: NodeCoverage) -> dict[str, int]:
-    """Return how often a leaf's goals have ended otherwise than by success or a cancel, by outcome."""
+    """Return the number of a leaf's goals that neither succeeded nor were canceled, by outcome."""
     return {outcome: count for outcome, count in node.seen.items() if outcome not in (*ENDINGS, RUNNING, SKIPPED)}
 
 
 def summary(coverage: TreeCoverage) -> dict[str, Any]:
-    """Return what was covered and what never happened, as JSON values."""
+    """Return the counts of all nodes, and the outcomes that never occurred, as JSON values."""
     return {
         "trees": [
             {

@@ -1,4 +1,4 @@
-"""The coverage of a node: what can happen to it, how the goals of action leaves end, and how often each was seen."""
+"""The coverage of a node: its possible outcomes, the ends of its goals, and how often each has occurred."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class NodeCoverage:
     """The counts of a node, in all trees that have it at this path.
 
     Attributes:
-        place: Which child of each parent, from the root.
+        place: The index of each ancestor, and of the node itself, among its siblings, from the root.
         path: The names from the root; siblings of one name are numbered, and the robot's own name is ``{robot}``.
         kind: Its class.
         origin: File and line, if it comes from a file.
         possible: Its possible outcomes, as far as they are known without running it.
-        counts: How often each outcome was seen: statuses by ticks, the other outcomes each time that they happen.
+        counts: The count of each outcome: of statuses per tick, of other outcomes per occurrence.
     """
 
     place: tuple[int, ...]
@@ -49,17 +49,17 @@ class NodeCoverage:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """The outcomes that count for the share: those that can happen, and those that were seen nevertheless."""
+        """The outcomes that count for the share: the possible ones, and unexpected ones that have occurred."""
         return tuple(each for each in ENDINGS if each in self.possible or self.counts.get(each))
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The outcomes that count, and never happened."""
+        """The outcomes that count and have never occurred."""
         return tuple(each for each in self.points if not self.counts.get(each))
 
     @property
     def seen(self) -> dict[str, int]:
-        """The count of each outcome that was seen, in order."""
+        """The count of each outcome that has occurred, by name."""
         return {outcome: count for outcome, count in sorted(self.counts.items()) if count}
 
     @property
@@ -69,11 +69,11 @@ class NodeCoverage:
 
     @property
     def never(self) -> list[str]:
-        """The possible events that never happened: ``ticked``, or `WORDS`."""
+        """The possible events that have never occurred: ``ticked``, or one of `WORDS`."""
         return [*([] if self.ticks else [TICKED]), *(WORDS[outcome] for outcome in self.missing)]
 
     def merge(self, other: NodeCoverage) -> None:
-        """Add what happened to the node elsewhere."""
+        """Add the counts of the same node in another coverage."""
         self.place = min(self.place, other.place)
         self.origin = self.origin or other.origin
         self.possible |= other.possible
@@ -85,17 +85,17 @@ SUCCESS: Final = "SUCCESS"
 FAILURE: Final = "FAILURE"
 RUNNING: Final = "RUNNING"
 SKIPPED: Final = "SKIPPED"
-"""A tick without a result, as nodes of XML trees have it."""
+"""A tick without a result, as of skipped nodes in XML trees."""
 CANCELED: Final = "CANCELED"
 """The node was halted or suspended while it was running, or another client canceled its goal."""
 RECOVERED: Final = "RECOVERED"
-"""The node failed, and a node above it that tries something else, or the same again, succeeded nevertheless."""
+"""The node failed, but a node above it succeeded by an alternative or a retry."""
 REJECTED: Final = "REJECTED"
 """The goal was not accepted."""
 PREEMPTED: Final = "PREEMPTED"
-"""Another goal took the robot's base."""
+"""Another goal preempted the goal."""
 LOST: Final = "LOST"
-"""Nobody knows how the goal ended."""
+"""The end of the goal is unknown."""
 
 ABORTED: Final = "ABORTED/"
 """The goal was aborted; the error code follows."""
@@ -106,7 +106,7 @@ ENDINGS: Final = (SUCCESS, FAILURE, CANCELED, RECOVERED)
 WORDS: Final[Mapping[str, str]] = MappingProxyType(
     {SUCCESS: "succeeded", FAILURE: "failed", CANCELED: "canceled", RECOVERED: "recovered"}
 )
-"""What a node has done, by outcome."""
+"""The outcomes in words."""
 
 TICKED: Final = "ticked"
 
@@ -115,12 +115,12 @@ _ENDED: Final = "ended"
 
 
 def ended_with_run(handle: GoalHandle[Any, Any] | None) -> bool:
-    """Return whether a goal has ended since the simulation has, which says nothing about the tree."""
+    """Return whether a goal ended because the simulation did, which does not count as an outcome of the tree."""
     return handle is not None and (handle.cause == _ENDED or isinstance(handle.error, SimulatorGone))
 
 
 def ending_of(handle: GoalHandle[Any, Any]) -> str | None:
-    """Return how a goal that is done has ended; None if it succeeded."""
+    """Return the outcome of a goal that has ended; None if it succeeded."""
     if handle.error is not None:
         return REJECTED if isinstance(handle.error, GoalRejected) else LOST
     match handle.status:

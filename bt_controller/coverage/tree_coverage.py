@@ -1,7 +1,7 @@
 """The coverage of behavior trees: recorded while a tree is ticked, merged with other runs, and kept as JSON.
 
-Without coverage this costs nothing. With coverage each tick costs a count for each node that is ticked. Halts are noted
-by each node's ``stop``, and suspensions by each action leaf's ``suspend``.
+Without coverage, this costs nothing. With coverage, each tick counts each node that is ticked. Halts are counted in
+each node's ``stop``, and suspensions in each action leaf's ``suspend``.
 """
 
 from __future__ import annotations
@@ -267,12 +267,12 @@ _FORMAT: Final = "hmrsim tree coverage 1"
 
 
 class CoverageError(HmrsimError):
-    """A text is no coverage of trees, or a file can't be read; the text says which."""
+    """A file can't be read, or is not coverage of trees."""
 
 
 @dataclass
 class _Tree:
-    """The nodes of a tree by path, and how many trees of the name were run."""
+    """The nodes of a tree by path, and the number of its runs."""
 
     runs: int = 0
     nodes: dict[str, NodeCoverage] = field(default_factory=dict)
@@ -327,12 +327,12 @@ class TreeCoverage:
         return self._trees[tree].in_order()
 
     def watch(self, name: str, root: Behaviour, *, robot: str | None = None) -> Recorder:
-        """Return what ticks a tree and counts here what happens.
+        """Return a recorder that ticks a tree and counts its outcomes here.
 
         Args:
             name: The tree's name.
             root: The tree, before its first tick.
-            robot: The robot whose tree it is, so that those of several robots are counted together.
+            robot: The tree's robot, so that the trees of several robots are counted together.
         """
         tree = self._trees.setdefault(name, _Tree())
         tree.runs += 1
@@ -348,7 +348,7 @@ class TreeCoverage:
             self._trees.setdefault(name, _Tree()).merge(other._trees[name])
 
     def keys(self) -> frozenset[str]:
-        """Return what happened, without how often: texts such as ``TREE/PATH:FAILURE`` or ``TREE/PATH:ABORTED/204``."""
+        """Return the outcomes that have occurred, such as ``TREE/PATH:FAILURE`` or ``TREE/PATH:ABORTED/204``."""
         return frozenset(
             [
                 f"{name}/{path}:{outcome}"
@@ -360,7 +360,7 @@ class TreeCoverage:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """Return the coverage as JSON values, in an order that depends on nothing but the contents."""
+        """Return the coverage as JSON values, in an order that depends on the contents alone."""
         return {
             "format": _FORMAT,
             "trees": {
@@ -374,7 +374,7 @@ class TreeCoverage:
         """Return the coverage of the values of `to_json`, or of their text.
 
         Raises:
-            CoverageError: They are no coverage of trees.
+            CoverageError: The values are not coverage of trees.
         """
         try:
             if isinstance(values, (str, bytes)):

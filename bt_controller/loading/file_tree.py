@@ -205,7 +205,7 @@ def load_file(
         TreeError: The file is invalid; the text has one line for each error.
     """
     key = (path, str(Path(path).absolute()), frozenset(nodes.items()), tree, frozenset(values.items()))
-    # To check a tree takes ten times as long as to build it.
+    # Checking a tree takes ten times as long as building it.
     return _LOADED.get(key, partial(_load, path, nodes, tree, values), lambda loaded: loaded.result.files)
 
 

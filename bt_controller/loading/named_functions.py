@@ -29,10 +29,9 @@ class NamedFunction:
     """A function that was found by its name.
 
     Attributes:
-        name: As the user wrote it.
-        function: The function itself.
-        arguments: The arguments that the user gives.
-        files: The files that it was read from.
+        name: The name as the user wrote it.
+        arguments: The user's arguments.
+        files: The files that the function was read from.
     """
 
     name: str
@@ -46,10 +45,10 @@ class NamedFunction:
         return partial(self.function, **self.arguments) if self.arguments else self.function
 
     def called_with(self, arguments: Mapping[str, Any]) -> NamedFunction:
-        """Return the same function with further arguments, which take the place of those of the same names.
+        """Return the same function with further arguments, which replace those of the same names.
 
         Raises:
-            TreeError: It does not take them.
+            TreeError: The function has no such arguments.
         """
         if not arguments:
             return self
@@ -62,10 +61,10 @@ def find_function(name: str, what: str = _FUNCTION) -> NamedFunction:
 
     Args:
         name: As in ``missions:patrol``, ``missions.py:patrol`` or ``missions.py:deliver(code=7)``.
-        what: What is expected, for the error about a name that is none.
+        what: The expected form, for the error about an invalid name.
 
     Raises:
-        TreeError: There is none, or it does not take these parameters.
+        TreeError: There is no such function, or it has no such arguments.
     """
     home, function_name, arguments = _parts(name, what)
     is_file = home.endswith(".py")
@@ -75,7 +74,7 @@ def find_function(name: str, what: str = _FUNCTION) -> NamedFunction:
         hint = instead(function_name, _functions(module), verb="it has")
         raise TreeError(f"{name}: {'file' if is_file else 'module'} {home!r} has no {function_name!r}{hint}")
     if not callable(function):
-        raise TreeError(f"{name} is {function!r}, which is no {what.partition(';')[0]}")
+        raise TreeError(f"{name} is {function!r}, which is not a {what.partition(';')[0]}")
     _check_arguments(name, function, arguments)
     return NamedFunction(name, function, arguments, (module.__file__,) if module.__file__ else ())
 
@@ -90,7 +89,7 @@ def _parts(name: str, what: str) -> tuple[str, str, dict[str, Any]]:
     if isinstance(said, ast.Name):
         return home, said.id, {}
     if not (isinstance(said, ast.Call) and isinstance(said.func, ast.Name)):
-        raise TreeError(f"{shown(name)} is no {what}")
+        raise TreeError(f"{shown(name)} is not a {what}")
     arguments: dict[str, Any] = {}
     for keyword in said.keywords:
         try:
@@ -111,7 +110,7 @@ def _parts(name: str, what: str) -> tuple[str, str, dict[str, Any]]:
 
 
 class _Nothing:
-    """Stands for a value that can't be read."""
+    """Represents an argument that is not a literal."""
 
 
 def _check_arguments(name: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
@@ -130,7 +129,7 @@ def _check_arguments(name: str, function: Callable[..., Any], arguments: Mapping
 
 
 def _functions(module: ModuleType) -> list[str]:
-    """Return the public functions of a module, or of a package's modules, that could be meant."""
+    """Return the public functions of a module, or of a package's modules, as suggestions."""
     return [
         name
         for name, value in vars(module).items()
@@ -162,10 +161,10 @@ def imported(name: str, module_name: str) -> ModuleType:
 
 
 def imported_file(name: str, path: str) -> ModuleType:
-    """Return the module of a file; modules beside it can be imported by it.
+    """Return the module of a file, which can import the modules beside it.
 
     Raises:
-        TreeError: The file can't be imported; *name* is the user's name of what is in it.
+        TreeError: The file can't be imported; *name* is the user's name of the tree or function.
     """
     file = Path(path).absolute()
     if not file.is_file():
@@ -181,7 +180,7 @@ def imported_file(name: str, path: str) -> ModuleType:
         sys.path.insert(0, folder)
     spec = importlib.util.spec_from_file_location(module_name, file)
     if spec is None or spec.loader is None:
-        raise TreeError(f"{name}: {path} is no Python file")
+        raise TreeError(f"{name}: {path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     try:

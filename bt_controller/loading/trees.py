@@ -82,20 +82,18 @@ class Plan:
 
 
 def confirmed(function: B) -> B:
-    """Mark a tree that shall be ticked once more after it has succeeded.
+    """Mark a tree that is ticked once more after it has succeeded.
 
-    That is for a tree which first looks whether its goal is reached: then it says so. Not for one that begins
-    again when it is ticked again.
+    Use it for a tree that first checks whether its goal is reached, not for one that starts over when it is ticked.
     """
     setattr(function, _CONFIRMED, True)
     return function
 
 
 def resumable(function: B) -> B:
-    """Mark a tree with which a controller shall go on where another one ended, under the tree's name.
+    """Mark a tree that a restarted controller resumes under the tree's name, as with ``--resume``.
 
-    As ``--resume`` does. Not for one that is to be run again and again against one simulation: what was done once
-    under a name is not done again.
+    Don't use it for a tree that runs repeatedly in one simulation, as completed steps are not repeated.
     """
     setattr(function, _RESUMABLE, True)
     return function
@@ -104,17 +102,17 @@ def resumable(function: B) -> B:
 def load(
     name: str, *, tree: str | None = None, nodes: Sequence[str] = (), values: Mapping[str, str] = _NOTHING
 ) -> Plan:
-    """Return the tree called *name*; modules are searched in the current folder, too.
+    """Return a tree; modules are also searched in the current folder.
 
     Args:
-        name: The path of an XML file, or MODULE:FUNCTION or FILE.py:FUNCTION, with parameters if wanted:
+        name: The path of an XML file, MODULE:FUNCTION or FILE.py:FUNCTION, optionally with arguments:
             ``missions.py:deliver(code=7)``.
-        tree: Which of a file's trees to run, by ID; the one that the file says if left out.
+        tree: The ID of the file's tree to run; by default the file's main tree.
         nodes: Modules with further nodes for files.
-        values: Texts that are on each robot's blackboard from the start.
+        values: The initial texts on each robot's blackboard.
 
     Raises:
-        TreeError: There is no such file, module or function, or something is wrong with it.
+        TreeError: The file, module or function does not exist or is invalid.
     """
     if _is_xml(name):
         # A tree in Python does not need all nodes, which take 100 ms to load.
@@ -135,7 +133,7 @@ def load(
         )
     found_function = find_function(name, _TREE)
     if tree is not None or nodes:
-        raise TreeError(f"{name} is no XML file; --tree and --nodes are for those")
+        raise TreeError(f"{name} is not an XML file; --tree and --nodes apply to XML files only")
     return plan_of(
         found_function.function,
         name,
@@ -158,12 +156,12 @@ def plan_of(
     Args:
         function: Returns the root; takes the robot's name as *robot*, the names of all as *robots*, or nothing.
         name: The tree's name.
-        values: Texts that are on each robot's blackboard from the start.
-        arguments: Its arguments other than the robots.
-        files: The files that it was read from.
+        values: The initial texts on each robot's blackboard.
+        arguments: The function's arguments other than the robots.
+        files: The files that the tree was read from.
 
     Raises:
-        TreeError: It takes something else.
+        TreeError: The function takes other arguments.
     """
     applied = partial(function, **arguments) if arguments else function
     first = _first_parameter(name, applied)
@@ -180,7 +178,7 @@ def plan_of(
 
 
 def _is_xml(name: str) -> bool:
-    """Return whether a name means a file: by its ending, or by how it begins."""
+    """Return whether a name is that of an XML file, by its suffix or its first characters."""
     if name.lower().endswith(".xml"):
         return True
     path = Path(name)
@@ -194,7 +192,7 @@ def _is_xml(name: str) -> bool:
 
 
 def _first_parameter(name: str, function: Callable[..., object]) -> str:
-    """Return what a function wants: one name, if *robot* comes first or something is needed, or all; or nothing."""
+    """Return which names a function takes: ``robot`` for one, ``robots`` for all, or an empty string for none."""
     try:
         parameters = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):
@@ -204,7 +202,7 @@ def _first_parameter(name: str, function: Callable[..., object]) -> str:
     positional = [each for each in parameters if each.kind not in (*several, inspect.Parameter.KEYWORD_ONLY)]
     if len(needed) > 1 or (needed and needed[0] not in positional):
         wanted = ", ".join(each.name for each in needed)
-        raise TreeError(f"{name} wants {wanted}; a tree's function takes the robot's name, or nothing")
+        raise TreeError(f"{name} requires {wanted}; a tree's function takes the robot's name, or nothing")
     if positional and positional[0].name in (_ROBOT, _ROBOTS):
         return positional[0].name
     return _ROBOT if needed else ""

@@ -1,4 +1,4 @@
-"""The clocks of a runner: between ticks they wait for the mailbox, or advance a simulator in lockstep."""
+"""The clocks of a runner, which wait for its mailbox between ticks, or advance a simulator in lockstep."""
 
 from __future__ import annotations
 

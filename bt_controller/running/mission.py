@@ -49,18 +49,17 @@ class TreeCrashed(HmrsimError):
 
 
 class Mission:
-    """A robot, or several that share a tree, the tree and its blackboard.
+    """A tree with its blackboard, for one robot or for a fleet.
 
     Args:
-        robot: The robot's name; of several, what they are called together.
-        fleet: The names of those several robots.
-        resume: Under which name its goals are found again when a controller goes on where another one ended; None to
-            begin anew each time.
-        coverage: Where to count what happens to the tree's nodes, if anywhere.
+        robot: The name of the robot, or of the fleet.
+        fleet: The names of the robots of a fleet; None for a single robot.
+        resume: The name under which a restarted controller finds the goals of this mission; None to start over.
+        coverage: Counts the outcomes of the tree's nodes; None for no counting.
 
     Attributes:
         over: Whether the tree needs no further tick.
-        due: When the running tree has to be ticked again, as of its last tick; never as long as time is unknown.
+        due: When the running tree has to be ticked again, as of its last tick; never while time is unknown.
 
     Raises:
         TreeError: The tree can't be built.
@@ -91,7 +90,7 @@ class Mission:
         self.over = False
         self.due = _NEVER
         self._stopped = False
-        # Who takes a snapshot in another thread sees the tree between two ticks.
+        # A snapshot in another thread shows the tree between two ticks.
         self._ticking = threading.Lock()
 
     @property
@@ -165,7 +164,7 @@ class Mission:
         except (SimulatorNotFound, SimulatorGone):
             raise
         except Exception as error:
-            # An error of ours names what it is about itself.
+            # The text of an HmrsimError names its subject.
             at = "" if isinstance(error, HmrsimError) else _ticked(error)
             where = f" at {at!r}" if at else ""
             raise TreeCrashed(f"the tree of {self.robot!r} broke{where}: {described_error(error)}") from error
@@ -177,23 +176,23 @@ class Mission:
             self.over = status is not Status.RUNNING
 
     def _count_at(self, now: float | None) -> None:
-        """Refuse to hold time up for ever: goals that end at once have their tree ticked at the same instant."""
+        """Limit the ticks at one instant: a tree whose goals end at once would stop time forever."""
         if now is None or now != self._instant:
             self._instant, self._ticks_at = now, 0
         self._ticks_at += 1
         if self._ticks_at > _MAX_AT_ONCE:
             raise TreeCrashed(
                 f"the tree of {self.robot!r} was ticked {_MAX_AT_ONCE} times at {now} s, so that time can't go on;"
-                " it sends goals that end at once, again and again"
+                " it repeatedly sends goals that end at once"
             )
 
     def end_coverage(self) -> None:
-        """Stop counting: behaviors that end now end with the run."""
+        """Stop counting: from now on, behaviors end because the run does."""
         if self._recorder is not None:
             self._recorder.end()
 
     def interrupt(self, now: float | None = None) -> None:
-        """Stop the tree where it is, and cancel its goals; a behavior that breaks then is logged."""
+        """Stop the tree and cancel its goals; the error of a behavior that breaks then is logged."""
         self.end_coverage()
         with self._ticking, self._board.in_use, simulated_time(now):
             self._stopped = True
@@ -202,11 +201,11 @@ class Mission:
                     self.root.stop(Status.INVALID)
             except Exception as error:  # noqa: BLE001 - whatever a behavior raises, the goals are canceled
                 _log.error("the tree of %r broke while it was stopped: %s", self.robot, described_error(error))
-            # A tree that broke does not know of all that it has begun.
+            # A tree that broke may have goals that it does not track.
             self.cancel()
 
     def cancel(self) -> None:
-        """Cancel the goals that are under way; from any thread, returns at once."""
+        """Cancel the active goals and return at once; from any thread."""
         for leaf in self._leaves():
             leaf.cancel()
 
@@ -241,9 +240,9 @@ class Mission:
         return [node for node in nodes if _sends_goals(node.__class__)]
 
     def _nodes(self) -> list[Behaviour]:
-        """Return the nodes, children before their parents, as py_trees' ``iterate`` yields them.
+        """Return the nodes in the order of py_trees' ``iterate``, children before their parents.
 
-        That resumes a generator of each parent for each node.
+        ``iterate`` is slower: it resumes a generator of each ancestor for each node.
         """
         found: list[Behaviour] = []
         todo = [self.root]
@@ -257,17 +256,17 @@ class Mission:
 
 @cache
 def _sends_goals(kind: type[Behaviour]) -> bool:
-    """Return whether a class is a leaf with goals; once for each, as classes of py_trees take a while to say so."""
+    """Return whether a class is a leaf with goals; cached, since checking the classes of py_trees takes a while."""
     return issubclass(kind, ActionLeaf)
 
 
 def described_error(error: Exception) -> str:
-    """Return an error as one line; with the place, unless it is one of ours."""
+    """Return an error as one line, with its place unless it is an `HmrsimError`."""
     return str(error) if isinstance(error, HmrsimError) else described(error)
 
 
 def _ticked(error: Exception) -> str:
-    """Return the name of the behavior that raised an error, the deepest one; empty if it came from none."""
+    """Return the name of the deepest behavior in the traceback of an error; empty if there is none."""
     name = ""
     for frame, _ in traceback.walk_tb(error.__traceback__):
         behavior = frame.f_locals.get("self")
@@ -279,7 +278,7 @@ def _ticked(error: Exception) -> str:
 def missions_for(
     robots: Sequence[str], plan: Plan, *, resume: str | None = None, coverage: TreeCoverage | None = None
 ) -> list[Mission]:
-    """Return a mission for each of some robots, or one for all if the tree is one for all.
+    """Return a mission for each robot, or one for all robots if the tree is for a fleet.
 
     Raises:
         TreeError: The tree can't be built.
@@ -290,6 +289,6 @@ def missions_for(
 
 
 def prepare(missions: Iterable[Mission]) -> None:
-    """Prepare for the actions of some trees, before a robot waits for it."""
+    """Prepare the messages of the trees' actions before the run, so that no robot waits for that."""
     for action in {name: action for mission in missions for name, action in mission.actions.items()}.values():
         prepare_messages(action)

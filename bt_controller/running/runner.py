@@ -48,8 +48,8 @@ class Outcome:
     Attributes:
         statuses: By robot, the root's status; RUNNING where the tree was stopped.
         interrupted: Whether the user stopped it.
-        gone: Whether it was given up because the simulator is gone.
-        left: The robots of which a goal has not ended yet: it is being canceled, as far as we know.
+        gone: Whether the run ended because the simulator is gone.
+        left: The robots with a goal that has not ended yet, although its cancellation was requested.
         reasons: By robot whose tree failed, the behaviors that made it fail; where it had not ended, the one that was
             running. Each with its ``node``, its ``message`` and, if it comes from a file, its ``origin`` there.
     """
@@ -66,7 +66,7 @@ class Outcome:
         return all(status is Status.SUCCESS for status in self.statuses.values())
 
     def why(self, robot: str) -> str:
-        """Return what made the tree of a robot fail, or what was running, in words; empty if it has succeeded."""
+        """Return why the tree of a robot failed, or what was running, in words; empty if it has succeeded."""
         reasons = self.reasons.get(robot, ())
         return "; ".join(map(_in_words, reasons))
 
@@ -151,7 +151,7 @@ class Runner:
         return _with_left(outcome, unsettled)
 
     def give_up(self) -> Outcome:
-        """Cancel the goals while a behavior keeps the trees' own thread from it; from another thread."""
+        """Cancel the goals from another thread, while a behavior blocks the thread of the trees."""
         for mission in self._missions:
             mission.cancel()
         # The mailbox may still hold reasons, such as the one that requested the end.
@@ -177,7 +177,7 @@ class Runner:
             raise Idle(f"{error}; what the trees of {waiting} wait for can't happen") from None
 
     def _stopped(self) -> bool:
-        """Tick the trees until all have ended, or the user wants an end; return whether it was that."""
+        """Tick the trees until all have ended or the user stops them; return whether the user did."""
         self._tick(self._numbers.values(), self._clock.elapsed)
         while self._running:
             earliest = self._timers.earliest
@@ -199,7 +199,7 @@ class Runner:
         return sorted({*due_now, *map(self._numbers.__getitem__, woken & self._numbers.keys())})
 
     def _tick(self, numbers: Iterable[int], time: float | None) -> None:
-        """Tick trees. Their time does not go back: a timer waits for as long as it says."""
+        """Tick trees, with a time that never goes back, so that timers keep their durations after a reset."""
         now = None if self._show is None else self._clock.now
         # Events since then may have changed a topic, even if no time has passed.
         self._topics.forget()
@@ -262,7 +262,7 @@ def _in_words(reason: Mapping[str, str]) -> str:
 
 
 _GRACE = 3.0
-"""Wall seconds for which the simulator may be out of reach, and within which canceled goals have to end."""
+"""Wall seconds for which the simulator may be unreachable, and within which canceled goals have to end."""
 
 
 def run_tree(
@@ -274,15 +274,15 @@ def run_tree(
     show: Callable[[Mission, float | None], None] | None = None,
     coverage: TreeCoverage | None = None,
 ) -> Outcome:
-    """Run a tree for each of some robots, or for all of them if it is one for all; return how that ended.
+    """Run a tree for each robot, or one tree for all robots if it is for a fleet, and return the outcome.
 
     Args:
         client: The connection to the simulator; stays open.
-        plan: The tree, as `bt_controller.loading.trees.load` finds it.
+        plan: The tree, as `bt_controller.loading.trees.load` returns it.
         robots: The names of the robots.
         period: Simulated seconds between ticks of every tree; None to tick where it is needed only.
         show: Called after each tick of a tree with its mission and the simulated time, or None.
-        coverage: Where to count what happens to the nodes of the trees, if anywhere.
+        coverage: Counts the outcomes of the trees' nodes; None for no counting.
 
     Raises:
         TreeError: The tree can't be built.

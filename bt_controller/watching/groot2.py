@@ -137,7 +137,7 @@ class _Server:
                 socket.send_multipart(self._answer(socket.recv_multipart()))
 
     def _answer(self, request: Sequence[bytes]) -> Sequence[bytes]:
-        """Return the frames of a reply; those of an error for a request that makes no sense."""
+        """Return the frames of a reply; those of an error for a malformed request."""
         if len(request[0]) != _HEADER.size:
             return [b"error", b"wrong request header"]
         _, kind, number = _HEADER.unpack(request[0])
@@ -150,7 +150,7 @@ class _Server:
         return [header] if content is None else [header, content]
 
     def _content(self, kind: str, argument: str) -> bytes | None:
-        """Return what a type of request asks for; None if it asks for nothing.
+        """Return the content of a reply to a type of request; None if the reply has none.
 
         Raises:
             ValueError: The request is not supported.

@@ -78,4 +78,4 @@ def test_a_file_that_is_no_coverage_is_an_error(tmp_path, capsys):
 def test_an_ending_that_says_no_format_is_an_error(seen, capsys):
     assert 2 == main(["coverage", seen, "-o", "seen.html"])
 
-    assert "--output seen.html does not say a format; expected a name that ends with" in capsys.readouterr().err
+    assert "--output seen.html has no known format; expected a name that ends with" in capsys.readouterr().err

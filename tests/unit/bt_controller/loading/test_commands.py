@@ -119,7 +119,8 @@ class TestCheck:
     def test_options_for_files_are_for_files(self, capsys):
         assert main(["check", "bt_controller.examples:go_to_pose", "--tree", "x"]) == 2
         assert capsys.readouterr().err == (
-            "bt-controller: bt_controller.examples:go_to_pose is no XML file; --tree and --nodes are for those\n"
+            "bt-controller: bt_controller.examples:go_to_pose is not an XML file;"
+            " --tree and --nodes apply to XML files only\n"
         )
 
     @pytest.mark.parametrize("text", ["goal", "=x", "a b=x", "/a=x", "a.b=x"])

@@ -109,9 +109,9 @@ def test_values_win_over_what_a_function_sets():
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("bt_test_missions", "'bt_test_missions' is no tree; expected FILE.xml, MODULE:FUNCTION"),
+        ("bt_test_missions", "'bt_test_missions' is not a tree; expected FILE.xml, MODULE:FUNCTION"),
         ("tree.xml", "^tree.xml: no such file$"),
-        (":plain", "':plain' is no tree; expected FILE.xml, MODULE:FUNCTION"),
+        (":plain", "':plain' is not a tree; expected FILE.xml, MODULE:FUNCTION"),
         ("bt_test_absent:plain", r"bt_test_absent:plain: no module 'bt_test_absent' here \(.*\) or installed"),
         (
             "bt_test_importer:tree",
@@ -120,9 +120,9 @@ def test_values_win_over_what_a_function_sets():
         ("bt_test_unreadable:tree", r"SyntaxError: .* \(.*bt_test_unreadable\.py:1\)"),
         ("bt_test_missions:plane", "module 'bt_test_missions' has no 'plane'; did you mean 'plain'?"),
         ("bt_test_missions:zzz", "has no 'zzz'; it has plain, for_robot"),
-        ("bt_test_missions:a_number", "is 42, which is no tree"),
-        ("bt_test_missions:too_much", "wants robot, map; a tree's function takes the robot's name, or nothing"),
-        ("bt_test_missions:keyword", "wants map; a tree's function takes the robot's name, or nothing"),
+        ("bt_test_missions:a_number", "is 42, which is not a tree"),
+        ("bt_test_missions:too_much", "requires robot, map; a tree's function takes the robot's name, or nothing"),
+        ("bt_test_missions:keyword", "requires map; a tree's function takes the robot's name, or nothing"),
     ],
 )
 def test_a_value_that_is_not_a_tree_is_refused_in_one_line(name, error):
@@ -168,7 +168,7 @@ def test_a_file_is_as_good_as_a_module_and_parameters_are_given_by_name(tmp_path
         ("bt_test_missions:with_speed(3)", "'3' has no name; write NAME=3"),
         ("bt_test_missions:with_speed(speed=open('x'))", "is not NAME=VALUE"),
         ("bt_test_missions:with_speed(speed=fast)", "a text or a list; quote the text: speed='fast'"),
-        ("bt_test_missions:with_speed(speed=", "is no tree; expected"),
+        ("bt_test_missions:with_speed(speed=", "is not a tree; expected"),
         ("nowhere.py:plain", "no such file: nowhere.py"),
         ("bt_test_missions.py:plane", "file 'bt_test_missions.py' has no 'plane'; did you mean 'plain'?"),
     ],
