@@ -7,16 +7,15 @@ import math
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_controller.core.action_leaf import ActionLeaf
 from bt_controller.core.blackboards import Board
 from bt_controller.core.sim_time import simulated_time
+from bt_controller.core.subtrees import action_leaves, behaviors
 from bt_controller.running.schedule import POLL_SECONDS, Due, due
 from bt_controller.running.snapshot import Snapshot, board_values, nodes_of
 from hmrsim.errors import HmrsimError
@@ -106,18 +105,18 @@ class Mission:
     @property
     def open_goals(self) -> bool:
         """True if a goal of the tree has not ended."""
-        return any(map(_OPEN_GOALS, self._leaves()))
+        return any(map(_OPEN_GOALS, action_leaves(self.root)))
 
     @property
     def wants_feedback(self) -> bool:
         """True if a node of the tree reads feedback that another node writes."""
         with self._board.in_use:
-            return any(map(_WANTS_FEEDBACK, self._leaves()))
+            return any(map(_WANTS_FEEDBACK, action_leaves(self.root)))
 
     @property
     def actions(self) -> dict[str, AnyAction]:
         """The actions whose messages the tree builds, by name, as far as they are known without the simulator."""
-        leaves = (leaf for leaf in self._leaves() if not leaf.PLAIN)
+        leaves = (leaf for leaf in action_leaves(self.root) if not leaf.PLAIN)
         return {leaf.action.name: leaf.action for leaf in leaves if leaf.action is not None}
 
     def setup(self, client: Client, wake: Callable[[], None], **known: Any) -> None:
@@ -135,7 +134,7 @@ class Mission:
         for robot in self._robots:
             known["directory"].check_robot(robot)
         with self._board.in_use:
-            for node in self._nodes():
+            for node in behaviors(self.root):
                 node.setup(client=client, robot=self.robot, wake=wake, resume=self._resume, **known)
 
     def tick(self, now: float | None, period: float = POLL_SECONDS) -> None:
@@ -206,13 +205,13 @@ class Mission:
 
     def cancel(self) -> None:
         """Cancel the active goals and return at once; from any thread."""
-        for leaf in self._leaves():
+        for leaf in action_leaves(self.root):
             leaf.cancel()
 
     def shutdown(self) -> None:
         """Shut down all behaviors of the tree."""
         with self._board.in_use:
-            for node in self._nodes():
+            for node in behaviors(self.root):
                 node.shutdown()
 
     def snapshot(self, sim_time: float | None, *, blackboard: bool = False) -> Snapshot:
@@ -234,30 +233,6 @@ class Mission:
         ended = self.over or self._stopped
         nodes = nodes_of(self.root, None if self._recorder is None else self._recorder.covered)
         return Snapshot(self.robot, sim_time, self._ticks, nodes, ended, blackboard)
-
-    def _leaves(self) -> list[ActionLeaf[Any, Any, Any]]:
-        nodes: list[Any] = self._nodes()
-        return [node for node in nodes if _sends_goals(node.__class__)]
-
-    def _nodes(self) -> list[Behaviour]:
-        """Return the nodes in the order of py_trees' ``iterate``, children before their parents.
-
-        ``iterate`` is slower: it resumes a generator of each ancestor for each node.
-        """
-        found: list[Behaviour] = []
-        todo = [self.root]
-        while todo:
-            node = todo.pop()
-            found.append(node)
-            todo += node.children
-        found.reverse()
-        return found
-
-
-@cache
-def _sends_goals(kind: type[Behaviour]) -> bool:
-    """Return whether a class is a leaf with goals; cached, since checking the classes of py_trees takes a while."""
-    return issubclass(kind, ActionLeaf)
 
 
 def described_error(error: Exception) -> str:
