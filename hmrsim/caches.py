@@ -103,12 +103,12 @@ class FileCache(Generic[T]):
             files: Returns the files from which a value was read, and those that *read* found missing.
         """
         entry = self._entries.get(key)
-        if entry is None or any(_content(file) != content for file, content in entry.contents.items()):
+        if entry is None or entry.contents != {file: _content(file) for file in entry.contents}:
             value = read()
             entry = _Entry(value, {Path(file): _content(Path(file)) for file in files(value)})
         with self._lock:
             self._entries.pop(key, None)
-            if sum(len(content or b"") for content in entry.contents.values()) <= MAX_BYTES:
+            if sum(map(len, filter(None, entry.contents.values()))) <= MAX_BYTES:
                 self._entries[key] = entry
                 if len(self._entries) > self._max_entries:
                     del self._entries[next(iter(self._entries))]
