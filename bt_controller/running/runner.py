@@ -231,7 +231,7 @@ class Runner:
 
     def _outcome(self, *, interrupted: bool = False, gone: bool = False) -> Outcome:
         statuses = {mission.robot: mission.status for mission in self._missions}
-        unfit = {Status.FAILURE, Status.RUNNING}
+        unfit = (Status.FAILURE, Status.RUNNING)
         why = {mission.robot: _reasons(mission) for mission in self._missions if mission.status in unfit}
         return Outcome(statuses, interrupted, gone, reasons=why)
 
