@@ -10,7 +10,7 @@ import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import zenoh
 
@@ -51,6 +51,16 @@ _KEPT_KEYS = 16_384
 
 _Route = tuple[Callable[..., "list[AnyCommand]"], tuple[Any, ...]]
 """The method of `Requests` that decodes the queries on a key, and its arguments after the query."""
+
+
+class _Target(NamedTuple):
+    """A robot's action, as a key names it; *action* is None if it is unknown."""
+
+    key: str
+    robot: str
+    name: str
+    action: AnyAction | None
+
 
 _WORLD_TOPICS = {"clock": Topic.CLOCK}
 
@@ -151,19 +161,19 @@ class Requests:
         return route
 
     def _route_to_action(self, key: str, asked: ActionKey) -> _Route:
-        robot, name = asked.robot, asked.action
-        action = self._actions.get(name)
+        action = self._actions.get(asked.action)
+        to = _Target(key, asked.robot, asked.action, action)
         match asked.verb:
             case Verb.SEND_GOAL:
-                return Requests._send_goal, (key, robot, name, action, _goal_reader(SendGoalRequest, action))
+                return Requests._send_goal, (to, _goal_reader(SendGoalRequest, action))
             case Verb.EXECUTE:
-                return Requests._execute, (key, robot, name, action, _goal_reader(ExecuteRequest, action))
+                return Requests._execute, (to, _goal_reader(ExecuteRequest, action))
             case Verb.CANCEL_GOAL:
-                return Requests._cancel_goal, (key, robot, name, action)
+                return Requests._cancel_goal, (to,)
             case Verb.GET_RESULT:
-                return Requests._get_result, (key, robot, name, action)
+                return Requests._get_result, (to,)
             case Verb.STATUS:
-                return Requests._read_value, (key, Read(Topic.STATUS, robot, name), action)
+                return Requests._read_value, (key, Read(Topic.STATUS, asked.robot, asked.action), action)
             case Verb.FEEDBACK:
                 raise UnreadableError("feedback is only published; subscribe to it, or get the status")
 
@@ -191,33 +201,24 @@ class Requests:
         query.drop()
         return []
 
-    def _send_goal(
-        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None, reader: SchemaValidator
-    ) -> list[AnyCommand]:
+    def _send_goal(self, query: zenoh.Query, to: _Target, reader: SchemaValidator) -> list[AnyCommand]:
         sent = self._read(reader, query)
-        return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, PendingReply(query, key, action))]
+        reply_to = PendingReply(query, to.key, to.action)
+        return [SendGoal(to.robot, to.name, sent.goal if to.action else None, sent.goal_id, reply_to)]
 
-    def _execute(
-        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None, reader: SchemaValidator
-    ) -> list[AnyCommand]:
-        sent = self._read(reader, query)
-        both = PendingExecution(
-            query, key, action, robot=robot, feedback=sent.feedback, timestamp=self._publisher.timestamp
-        )
-        return [SendGoal(robot, name, sent.goal if action else None, sent.goal_id, both, result_to=both)]
+    def _execute(self, query: zenoh.Query, to: _Target, reader: SchemaValidator) -> list[AnyCommand]:
+        sent, timestamp = self._read(reader, query), self._publisher.timestamp
+        both = PendingExecution(query, to.key, to.action, robot=to.robot, feedback=sent.feedback, timestamp=timestamp)
+        return [SendGoal(to.robot, to.name, sent.goal if to.action else None, sent.goal_id, both, result_to=both)]
 
-    def _cancel_goal(
-        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None
-    ) -> list[AnyCommand]:
+    def _cancel_goal(self, query: zenoh.Query, to: _Target) -> list[AnyCommand]:
         info = self._read(plain(CancelGoalRequest), query).goal_info
-        goal_id = goal_id_in("goal_info.goal_id", info.goal_id)
-        return [CancelGoal(robot, name, goal_id, info.stamp.to_nanoseconds(), PendingReply(query, key, action))]
+        goal_id, stamp = goal_id_in("goal_info.goal_id", info.goal_id), info.stamp.to_nanoseconds()
+        return [CancelGoal(to.robot, to.name, goal_id, stamp, PendingReply(query, to.key, to.action))]
 
-    def _get_result(
-        self, query: zenoh.Query, key: str, robot: str, name: str, action: AnyAction | None
-    ) -> list[AnyCommand]:
+    def _get_result(self, query: zenoh.Query, to: _Target) -> list[AnyCommand]:
         goal_id = goal_id_in("goal_id", self._read(plain(GetResultRequest), query).goal_id)
-        return [GetResult(robot, name, goal_id, PendingReply(query, key, action))]
+        return [GetResult(to.robot, to.name, goal_id, PendingReply(query, to.key, to.action))]
 
     def _read_value(
         self, query: zenoh.Query, key: str, reading: Read, action: AnyAction | None = None
