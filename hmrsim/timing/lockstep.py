@@ -101,7 +101,7 @@ class Lockstep(SelectiveSink):
             FeedbackSent: self._on_feedback,
             TimeRestarted: lambda restarted: self._participants.shift(restarted.ended / NANOSECONDS),
             RosterChanged: self._on_roster_changed,
-            PlanWanted: self._on_plan_wanted,
+            PlanWanted: lambda _wanted: simulator.halt() if self.granting else None,
             Sampled: self._follow,
             EventStamped: self._follow,
         }
@@ -411,7 +411,8 @@ class Lockstep(SelectiveSink):
         for participant in asked:
             participant.since = wall
             if participant.samples and sampled is None:
-                sampled = self._sampled()
+                feedback = self._simulator.dispatcher.feedback.current()
+                sampled = [("feedback", self._env.stamp, each) for each in feedback]
             self._answer(participant, reason, sampled or ())
         self._forget_events()
 
@@ -572,10 +573,6 @@ class Lockstep(SelectiveSink):
             self._record_change(change)
         self._conditions.follow()
 
-    def _on_plan_wanted(self, _wanted: PlanWanted) -> None:
-        if self.granting:
-            self._simulator.halt()
-
     def _record_event(self, kind: str, at: int, event: GoalChanged | FeedbackSent) -> None:
         self._events.append((kind, at, event))
         if self.granting and not self._woken and kind in self._wake:
@@ -590,10 +587,6 @@ class Lockstep(SelectiveSink):
         self._woken = True
         self._horizon = self._env.now
         self._simulator.halt()
-
-    def _sampled(self) -> list[Reported]:
-        """Return the feedback of this instant."""
-        return [("feedback", self._env.stamp, each) for each in self._simulator.dispatcher.feedback.current()]
 
     def _sort_events(self) -> None:
         """Put samples of one instant into the order of robots, as other subscribers could change theirs."""

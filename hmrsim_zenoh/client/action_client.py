@@ -135,7 +135,9 @@ class ActionClient(Generic[G, R, F]):
         sent: Any = goal
         if not isinstance(goal, self.action.goal):
             if not isinstance(goal, Mapping):
-                raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {_kind(goal)}")
+                # A message is long.
+                got = goal.ros_type if isinstance(goal, Message) else shown(goal)
+                raise TypeError(f"{self.action.name} takes {self.action.goal.ros_type}, got {got}")
             sent = with_poses(goal, self.action.goal, self._pose_of)
         wanted_id = None if goal_id is None else parse_goal_id(goal_id)
         next_id = (lockstep or self._link).next_goal_id()
@@ -216,8 +218,3 @@ class ActionClient(Generic[G, R, F]):
                 handle.take_feedback(message_of(self.action.feedback, feedback))
             except UnreadableError as error:
                 _log.warning("%s: feedback that can't be read: %s", self.name, error)
-
-
-def _kind(goal: object) -> str:
-    """Return a goal of another kind for a message: its type, if it is a message, as those are long."""
-    return goal.ros_type if isinstance(goal, Message) else shown(goal)

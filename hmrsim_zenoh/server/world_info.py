@@ -168,12 +168,8 @@ class Description:
             "places": [{"name": name, "tags": list(place.tags)} for name, place in world.places.items()],
             "actions": actions_of(WORLD),
             "aliases": dict(world.remap),
-            "services": _services(),
+            "services": [{"name": name, "type": type_} for name, type_ in _service_types().items()],
         }
-
-
-def _services() -> list[dict[str, str]]:
-    return [{"name": name, "type": type_} for name, type_ in _service_types().items()]
 
 
 @cache
