@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hmrsim.experiments.replications import execute_run
 from hmrsim.run_page import Heading, RunLog, ShownRun, page_of
+from hmrsim.timing.pacing import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.experiments.plan import Plan, Run
     from hmrsim.experiments.store import Row
-    from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
 
 
-def run_logged(
-    plan: Plan, run: Run, further: Callable[[Simulator, Pacing], Sequence[Sink]] = lambda _simulator, _pacing: ()
-) -> tuple[Row, RunLog]:
+def run_logged(plan: Plan, run: Run, further: Watchers = unwatched) -> tuple[Row, RunLog]:
     """Make a run; return its result and its log. *further* makes further sinks."""
     log = RunLog()
-
-    def watchers(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
-        return [*further(simulator, pacing), *log.watch(simulator)]
-
-    return execute_run(plan, run, watchers, log.note_tick), log
+    return execute_run(plan, run, log.watchers(further), log.note_tick), log
 
 
 def run_page(plan: Plan, row: Row, log: RunLog, beside: Run | None) -> str:

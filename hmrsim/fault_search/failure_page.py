@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from linecache import getline
 from typing import TYPE_CHECKING, Final
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.schedule import Case
-    from hmrsim.protocol.sinks import Sink
-    from hmrsim.simulation.simulator import Simulator
-    from hmrsim.timing.pacing import Pacing
 
 
 _PLACE: Final = re.compile(r"([^\s()]+\.py):(\d+)")
@@ -30,11 +27,8 @@ _PLACE: Final = re.compile(r"([^\s()]+\.py):(\d+)")
 def run_logged(check: Check, case: Case, wanted: Wanted) -> tuple[Outcome, RunLog]:
     """Run a case; return its outcome and its log."""
     log = RunLog()
-
-    def further(simulator: Simulator, pacing: Pacing) -> Sequence[Sink]:
-        return [*wanted.further(simulator, pacing), *log.watch(simulator)]
-
-    return run_case(check, case, replace(wanted, further=further, on_tick=log.note_tick)), log
+    wanted = replace(wanted, further=log.watchers(wanted.further), on_tick=log.note_tick)
+    return run_case(check, case, wanted), log
 
 
 def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str:

@@ -38,6 +38,7 @@ from hmrsim.report.model import Source
 from hmrsim.report.sink import ReportSink
 from hmrsim.report.story import Story
 from hmrsim.run_page.poses import Poses
+from hmrsim.timing.pacing import Watchers, unwatched
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame
@@ -258,6 +259,10 @@ class RunLog:
         robots.watch_all(lambda robot: self._change("state", robot, robots.state_of(robot)))
         self._sink = ReportSink(simulator, self._take)
         return [self._sink]
+
+    def watchers(self, further: Watchers = unwatched) -> Watchers:
+        """Return a function that makes the sinks of a run: further ones, and those of this log."""
+        return lambda simulator, pacing: [*further(simulator, pacing), *self.watch(simulator)]
 
     def note_tick(self, robot: str, at: float | None, nodes: Sequence[TreeNode]) -> None:
         """Record the nodes of a tree after a tick at a simulated time, in seconds."""
