@@ -63,7 +63,7 @@ def read_check(path: str | Path) -> Check:
     """Return the check of a file.
 
     Raises:
-        CheckError: Something is wrong; it has all errors.
+        CheckError: The file is invalid; it has all errors.
     """
     document = _read(path)
     folder = Path(path).absolute().parent
@@ -74,7 +74,7 @@ def file_of(values: dict[str, Any], place: str = COMMAND_LINE) -> CheckFile:
     """Return the values of a command line, or a test, as the file of a check; *place* is for errors.
 
     Raises:
-        CheckError: Something is wrong; it has all errors.
+        CheckError: The file is invalid; it has all errors.
     """
     return _model(Document(place, values, CheckError), CheckFile)
 
@@ -83,7 +83,7 @@ def check_at(file: CheckFile, folder: Path, place: str = COMMAND_LINE) -> Check:
     """Return a check with files in a folder.
 
     Raises:
-        CheckError: Something is wrong; it has all errors.
+        CheckError: The file is invalid; it has all errors.
     """
     return _checked(Document(place, {}, CheckError), _Valid(file), folder, folder)
 
@@ -94,7 +94,7 @@ def read_repro(path: str | Path, folder: Path | None = None) -> Repro:
     The controller's files are in *folder*, by default the one that the file names, or the current one.
 
     Raises:
-        CheckError: Something is wrong; it has all errors.
+        CheckError: The file is invalid; it has all errors.
     """
     document = _read(path)
     if "repro" not in document.data:

@@ -170,7 +170,7 @@ class NobodyStranded(Watcher):
         if seconds:
             robustness = 0.5 - seconds / self._limit / 2
             return self._is("holds", robustness, f"the longest time of a robot was {seconds:.1f} s")
-        low = f"the lowest battery that was told of was at {self._lowest:.0%}"
+        low = f"the lowest reported charge of a battery was {self._lowest:.0%}"
         return self._is("holds", 0.5 + self._lowest / 2, low if self._lowest < 1.0 else "no battery was low")
 
 

@@ -113,7 +113,7 @@ def read_properties(path: str | Path) -> Properties:
     """Return the properties of a file, YAML or JSON.
 
     Raises:
-        PropertyError: Something is wrong; it has all errors of the file.
+        PropertyError: The file is invalid; it has all errors.
     """
     return _valid(*read_valid_properties(path))
 
@@ -137,7 +137,7 @@ def properties_of(data: Mapping[str, Any], source: str = "properties") -> Proper
         source: The name of the source, for errors.
 
     Raises:
-        PropertyError: Something is wrong; it has all errors.
+        PropertyError: The content is invalid; it has all errors.
     """
     return _valid(*valid_properties(Document(source, dict(data), PropertyError)))
 
@@ -165,7 +165,7 @@ def _flaws(properties: Properties) -> Iterator[Finding]:
             if isinstance(part, EventPattern):
                 yield from (flaw.within(*inner) for flaw in part.flaws())
                 yield from (
-                    Finding((*inner, "where", key), f"each robot is said beside where: robot: {EACH!r}", value)
+                    Finding((*inner, "where", key), f"for each robot, put robot: {EACH!r} beside where", value)
                     for key, value in part.where.items()
                     if value == EACH
                 )

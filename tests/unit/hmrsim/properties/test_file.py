@@ -148,7 +148,7 @@ def test_a_missing_file_is_an_error(tmp_path):
 
 
 def test_a_star_among_the_fields_of_an_event_is_an_error():
-    assert ["properties.x.never.where.robot: each robot is said beside where: robot: '*'"] == told(
+    assert ["properties.x.never.where.robot: for each robot, put robot: '*' beside where"] == told(
         {"properties": {"x": {"never": {"event": "picked", "where": {"robot": "*"}}}}}
     )
 
