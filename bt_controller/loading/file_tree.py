@@ -5,14 +5,12 @@ A built tree is checked for the types of connected ports, and for keys that noth
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from py_trees.behaviour import Behaviour
 from py_trees.blackboard import Blackboard
 from py_trees.ports import PortsMixin
 
@@ -23,12 +21,14 @@ from bt_controller.loading.builder import check_subtrees, plan
 from bt_controller.loading.check import check
 from bt_controller.loading.named_functions import imported
 from bt_controller.loading.source import Element, Faults, document, read
-from bt_controller.nodes import registry
+from bt_controller.nodes import nodes_in, registry
 from hmrsim.caches import FileCache
 from hmrsim.diagnostics import meant
 from hmrsim.program.users_code import described
 
 if TYPE_CHECKING:
+    from py_trees.behaviour import Behaviour
+
     from bt_controller.core.ports import Kind
     from bt_controller.loading.builder import Blueprint
     from bt_controller.loading.source import Origin
@@ -265,20 +265,10 @@ def vocabulary(modules: Iterable[str] = ()) -> dict[str, type[Any]]:
     found: dict[str, type[Any]] = dict(registry())
     for name in modules:
         module = imported(f"--nodes {name}".rstrip(), name)
-        classes = {
-            tag: value
-            for tag, value in vars(module).items()
-            if inspect.isclass(value) and value.__module__ == module.__name__ and _is_node(tag, value)
-        }
-        if not classes:
+        if not (classes := nodes_in(module)):
             raise TreeError(f"--nodes {name}: it defines no nodes, public subclasses of bt_controller.core.node.Node")
         for tag, value in classes.items():
             if found.setdefault(tag, value) is not value:
                 where = found[tag].__module__
                 raise TreeError(f"--nodes {name}: node {tag!r} exists already, in {where}; rename the class")
     return found
-
-
-def _is_node(tag: str, value: type[Any]) -> bool:
-    has_ports = hasattr(value, "INPUT_PORTS") and hasattr(value, "OUTPUT_PORTS")
-    return not tag.startswith("_") and has_ports and issubclass(value, PortsMixin) and issubclass(value, Behaviour)

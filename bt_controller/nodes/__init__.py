@@ -12,12 +12,17 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+from py_trees.behaviour import Behaviour
+from py_trees.ports import PortsMixin
 
 from hmrsim.errors import PluginError
 from hmrsim.plugins import discover
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from bt_controller.core.node import Node
 
 
@@ -40,15 +45,18 @@ class Family:
     @classmethod
     def of_module(cls, module: str, *more: type[Node]) -> Family:
         """Return the family of all public nodes that a module of this package has defined, and of further nodes."""
-        from bt_controller.core.node import Node  # noqa: PLC0415 - the families have loaded it
+        return cls.of(module.rpartition(".")[2], *nodes_in(sys.modules[module]).values(), *more)
 
-        own = [
-            value
-            for name, value in vars(sys.modules[module]).items()
-            if isinstance(value, type) and issubclass(value, Node)
-            if value.__module__ == module and not name.startswith("_")
-        ]
-        return cls.of(module.rpartition(".")[2], *own, *more)
+
+def nodes_in(module: ModuleType) -> dict[str, type[Any]]:
+    """Return the public nodes that a module defines, by name: behaviors with ports."""
+    return {
+        name: value
+        for name, value in vars(module).items()
+        if isinstance(value, type) and issubclass(value, PortsMixin) and issubclass(value, Behaviour)
+        if hasattr(value, "INPUT_PORTS") and hasattr(value, "OUTPUT_PORTS")
+        if value.__module__ == module.__name__ and not name.startswith("_")
+    }
 
 
 UNSUPPORTED: Final[Mapping[str, str]] = MappingProxyType(
