@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 import random
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final
 
 from hmrsim.geometry import SAME_PLACE, Point, between, distance, foot, gap
 from hmrsim.random_fleets.layout import MARGIN, Layout, random_layout
 from hmrsim.world.model import World
 from hmrsim.world.writing import to_yaml
-
-if TYPE_CHECKING:
-    from hmrsim.random_fleets.layout import Lane
 
 ROOM = 1.0
 """Minimum meters between two points where robots can stand, except for places deliberately close to a waypoint."""
@@ -75,7 +72,7 @@ class _Draft:
         self._doors = self._draw_doors()
         self._places = self._draw_places()
         spots = [self._site.beside_lane() for _ in range(chance.randint(0, 3))]
-        self._docks = {f"charger_{i}": spot.at for i, spot in enumerate(filter(None, spots), 1)}
+        self._docks = {f"charger_{i}": spot for i, spot in enumerate(filter(None, spots), 1)}
         self._starts: list[tuple[Point, float]] = []
         self._robots = self._draw_robots(count)
         self._demand = self._draw_demand()
@@ -167,7 +164,7 @@ class _Draft:
                 spot = take()
                 if spot is None:
                     continue
-                at = spot.at
+                at = spot
             if all(distance(at, other) > SAME_PLACE for other in places.values()):
                 places[f"{kind}_{sum(name.startswith(kind) for name in places) + 1}"] = at
         return places
@@ -190,8 +187,8 @@ class _Draft:
             kind = chance.choices(("waypoint", "place", "dock", "middle", "beside"), (8, 3, 1, 1, 1))[0]
             if kind in ("middle", "beside"):
                 spot = site.on_lane() if kind == "middle" else site.beside_lane()
-                if spot is not None and self._takes(spot.at, radius):
-                    return [*spot.at]
+                if spot is not None and self._takes(spot, radius):
+                    return [*spot]
                 continue
             named = {"waypoint": waypoints, "place": self._places, "dock": self._docks}[kind]
             if named:
@@ -254,20 +251,6 @@ def _bounds(layout: Layout) -> tuple[float, float, float, float]:
     return 0.0, 0.0, round(max(xs) + MARGIN, 2), round(max(ys) + MARGIN, 2)
 
 
-class Spot(NamedTuple):
-    """A point where a robot can stand off the waypoints.
-
-    Attributes:
-        at: The point.
-        near: The waypoint or lane that it belongs to.
-        on_lane: Whether it is in the middle of a lane.
-    """
-
-    at: Point
-    near: str
-    on_lane: bool = False
-
-
 @dataclass
 class Site:
     """Lanes with the things beside them.
@@ -282,10 +265,10 @@ class Site:
     layout: Layout
     doors: list[tuple[Point, Point]] = field(default_factory=list)
     racks: list[list[Point]] = field(default_factory=list)
-    spots: list[Spot] = field(default_factory=list)
+    spots: list[Point] = field(default_factory=list)
 
-    def add_doors(self, count: int) -> list[Lane]:
-        """Add doors in the middle of lanes, and return these lanes."""
+    def add_doors(self, count: int) -> None:
+        """Add doors in the middle of lanes."""
         lanes = self.chance.sample(self.layout.lanes, min(count, len(self.layout.lanes)))
         lanes = [lane for lane in lanes if distance(*self.layout.segment(lane)) > 3.0]  # noqa: PLR2004 - not of a bay
         for lane in lanes:
@@ -294,7 +277,6 @@ class Site:
             across = -(b[1] - a[1]) / length * _HALF_DOOR, (b[0] - a[0]) / length * _HALF_DOOR
             x, y = between(a, b, 0.5)
             self.doors.append((_rounded(x - across[0], y - across[1]), _rounded(x + across[0], y + across[1])))
-        return lanes
 
     def add_racks(self, share: float) -> None:
         """Fill some of the rectangles between lanes with racks, if they are free."""
@@ -311,15 +293,15 @@ class Site:
     def _is_in_the_way(self, outline: list[Point]) -> bool:
         sides = [*zip(outline, [*outline[1:], outline[0]], strict=True)]
         lines = [*map(self.layout.segment, self.layout.lanes), *self.doors]
-        lines += [(spot.at, self._foot(spot)) for spot in self.spots]
+        lines += [(spot, self._foot(spot)) for spot in self.spots]
         return any(gap(*line, *side) < ROOM / 2 or _is_inside(line[0], outline) for line in lines for side in sides)
 
-    def _foot(self, spot: Spot) -> Point:
+    def _foot(self, spot: Point) -> Point:
         """Return the nearest point of a lane."""
-        feet = [foot(spot.at, *self.layout.segment(lane)) for lane in self.layout.lanes]
-        return min(feet, key=lambda at: distance(spot.at, at))
+        feet = [foot(spot, *self.layout.segment(lane)) for lane in self.layout.lanes]
+        return min(feet, key=lambda at: distance(spot, at))
 
-    def beside_waypoint(self) -> Spot | None:
+    def beside_waypoint(self) -> Point | None:
         """Add a point so close to a waypoint that two robots touch there."""
         for _ in range(_SPOT_TRIES):
             name = self.chance.choice([*self.layout.waypoints])
@@ -331,10 +313,10 @@ class Site:
                 # It would be on a lane of the waypoint.
                 continue
             if self._is_free(at, except_for=name):
-                return self._taken(Spot(at, name))
+                return self._taken(at)
         return None
 
-    def beside_lane(self) -> Spot | None:
+    def beside_lane(self) -> Point | None:
         """Add a point 0.5 to 3 m beside a lane."""
         for _ in range(_SPOT_TRIES):
             lane = self.chance.choice(self.layout.lanes)
@@ -346,26 +328,26 @@ class Site:
             others = [other for other in self.layout.lanes if other is not lane]
             nearest = min((distance(at, foot(at, *self.layout.segment(other))) for other in others), default=math.inf)
             if nearest > max(ROOM, away + 0.1) and self._is_free(at):
-                return self._taken(Spot(at, f"{lane.start}-{lane.end}"))
+                return self._taken(at)
         return None
 
-    def on_lane(self) -> Spot | None:
+    def on_lane(self) -> Point | None:
         """Add a point in the middle of a lane."""
         for _ in range(_SPOT_TRIES):
             lane = self.chance.choice(self.layout.lanes)
             at = _rounded(*between(*self.layout.segment(lane), self.chance.choice((0.3, 0.4, 0.5, 0.6))))
             on_line = distance(at, foot(at, *self.layout.segment(lane))) < 1e-9  # noqa: PLR2004 - rounded all the same
             if on_line and self._is_free(at):
-                return self._taken(Spot(at, f"{lane.start}-{lane.end}", on_lane=True))
+                return self._taken(at)
         return None
 
-    def _taken(self, spot: Spot) -> Spot:
+    def _taken(self, spot: Point) -> Point:
         self.spots.append(spot)
         return spot
 
     def _is_free(self, at: Point, except_for: str = "") -> bool:
         points = [point for name, point in self.layout.waypoints.items() if name != except_for]
-        points += [spot.at for spot in self.spots]
+        points += self.spots
         if any(distance(at, point) < ROOM for point in points):
             return False
         return all(distance(at, foot(at, *door)) >= ROOM / 2 for door in self.doors)
