@@ -30,9 +30,9 @@ _MAX_SPREAD = 1.0
 """Degrees around the middle that count as flat."""
 
 
-def by_scale(scale: float, shift: complex = 0.0) -> Alignment:
-    """Return an alignment that scales, then shifts; *scale* is meters per unit, and a complex one also rotates."""
-    return lambda point: point * scale + shift
+def by_scale(scale: float) -> Alignment:
+    """Return an alignment that scales; *scale* is meters per unit."""
+    return lambda point: point * scale
 
 
 def by_fiducials(own: Mapping[str, complex], reference: Mapping[str, complex], scale: float) -> Alignment | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -81,10 +81,6 @@ class Overlay:
                 work.spend(FLAW, change.path)
                 merged.problems.append(self.source.problem(Finding(change.path, str(error), change.value)))
 
-    def with_names(self, names: Names) -> Overlay:
-        """Return the overlay with further values for its expressions."""
-        return replace(self, names={**self.names, **names})
-
 
 def lay_all(overlays: Iterable[Overlay], merged: Merged) -> None:
     """Apply overlays to a world in order, with one limit for the work of all.
@@ -101,11 +97,9 @@ def lay_all(overlays: Iterable[Overlay], merged: Merged) -> None:
             raise WorldError([overlay.source.problem(Finding(error.path, str(error)))]) from None
 
 
-def overlay_of(
-    changes: Mapping[str, Any], source: str, names: Names = MappingProxyType({}), line: LineOf = no_line
-) -> Overlay:
+def overlay_of(changes: Mapping[str, Any], source: str, line: LineOf = no_line) -> Overlay:
     """Return an overlay with the given changes; *source* names their origin in errors, and *line* returns the lines."""
-    return Overlay(Source(source, Document(dict(changes), line)), names)
+    return Overlay(Source(source, Document(dict(changes), line)))
 
 
 def read_overlay(path: str | Path) -> Overlay:
