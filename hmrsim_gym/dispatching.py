@@ -92,11 +92,9 @@ class Truth:
         return math.floor(left * battery.usable / battery.drain) + 1.0 if discharges else math.inf
 
     def charger(self, robot: str, bound: Mapping[str, str]) -> str:
-        """Return the nearest free charger for a robot, or the nearest of all if none is free.
+        """Return the nearest free charger for a robot that may charge, or the nearest of all if none is free.
 
-        Args:
-            robot: A robot that may charge.
-            bound: The chargers to which robots are driving, by the robot's name.
+        *bound* has the chargers to which robots are driving, by the robot's name.
         """
         chargers, here = self._setting.chargers[robot], self.point(robot)
         docked = {name: its.dock.name for name, its in self._roster.robots.items() if its.dock is not None}

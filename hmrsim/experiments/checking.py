@@ -30,12 +30,9 @@ if TYPE_CHECKING:
 def check_file(
     path: str | Path, variants: Collection[str] = (), tell: Callable[[int], None] = lambda _scenario: None
 ) -> tuple[Plan, list[Problem]]:
-    """Return the plan of an experiment's file, and the warnings.
+    """Return the plan of an experiment's file, as `hmrsim.experiments.reading.read_plan`, and the warnings.
 
-    Args:
-        path: The file, YAML or JSON.
-        variants: The names of the variants to apply to the world, in this order.
-        tell: Called with the number of each scenario whose world was checked.
+    *tell* is called with the number of each scenario whose world was checked.
 
     Raises:
         ExperimentError: The experiment is invalid; it has all errors.

@@ -144,11 +144,7 @@ MAX_SCENARIOS = 1_000_000
 
 
 class DesignFlaw(ValueError):
-    """A design is invalid, for the reason in the text.
-
-    Attributes:
-        key: The invalid key of the file.
-    """
+    """A design is invalid, for the reason in the text; *key* is the invalid key of the file."""
 
     def __init__(self, key: str, message: str) -> None:
         super().__init__(message)

@@ -69,11 +69,9 @@ def counted(n: float, squares: float) -> int:
     repeated, those have more weight, since every scenario counts in a statement about a treatment: n² / Σw² runs
     without weights have the same variance.
 
-    Source: Kish, Survey Sampling (1965), section 11.7.
+    *n* is the number of runs, and *squares* the sum of the squared weights; see `Repeats.weighed`.
 
-    Args:
-        n: The number of runs.
-        squares: The sum of the squared weights; see `Repeats.weighed`.
+    Source: Kish, Survey Sampling (1965), section 11.7.
     """
     return math.floor(n * n / squares + 1e-9) if squares else 0
 
@@ -85,9 +83,8 @@ def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool])
     replication of all scenarios is one value, since otherwise scenarios with more randomness would have more weight. A
     repeated pair belongs to all replications.
 
-    Args:
-        cells: The scenario and the replication of each pair.
-        repeated: Whether both runs of each pair are the same in all replications.
+    *cells* has the scenario and the replication of each pair, and *repeated* whether both runs of it are the same in
+    all replications.
     """
     if not any(repeated):
         return [[place] for place in range(len(cells))]
@@ -107,12 +104,9 @@ def pairs_that_count(cells: Sequence[tuple[int, int]], repeated: Sequence[bool])
 def means_of_pairs(
     one: Sequence[Any], two: Sequence[Any], groups: Iterable[Sequence[int]]
 ) -> tuple[list[float], list[float]]:
-    """Return the mean values of each group of pairs, except groups in which a value is missing.
+    """Return the mean values of each group of pairs, as of `pairs_that_count`, except groups in which one is missing.
 
-    Args:
-        one: The value of the first run of each pair.
-        two: The value of the second one.
-        groups: The groups, as `pairs_that_count` returns them.
+    *one* and *two* have the value of the first and of the second run of each pair.
     """
     values = [([one[i] for i in group], [two[i] for i in group]) for group in groups]
     known = [(fmean(a), fmean(b)) for a, b in values if all(isinstance(each, (int, float)) for each in (*a, *b))]

@@ -270,11 +270,7 @@ class Candidates:
         return Singles(self.entries, moments, rng)
 
     def note(self, moments: Sequence[Moment]) -> None:
-        """Add what can happen to robots that are asked for something new, as in a recovery.
-
-        Args:
-            moments: The moments of a run.
-        """
+        """Add what can happen to robots that are asked for something new in a run, as in a recovery."""
         new = [moment for moment in moments if moment.goal and (moment.robot, moment.action) not in self._asked]
         if new and "faults" in self._space.families:
             self._asked |= dict.fromkeys((moment.robot, moment.action) for moment in new)

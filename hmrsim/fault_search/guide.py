@@ -45,10 +45,7 @@ class Kept:
 
 
 class Guide:
-    """Records the features of runs, and chooses schedules to mutate.
-
-    Args:
-        nominal: The moments of the run without faults.
+    """Records the features of runs, and chooses schedules to mutate; *nominal* has the moments without faults.
 
     Attributes:
         kept: The schedules that have exercised something new, the oldest first.

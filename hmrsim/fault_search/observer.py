@@ -38,10 +38,7 @@ _MAX_NTH: Final = 6
 
 
 class Observer(SelectiveSink):
-    """A sink that records features and moments of a run.
-
-    Args:
-        story: Whether to keep all events as text.
+    """A sink that records features and moments of a run, and all events as text for a *story*.
 
     Attributes:
         moments: The moments to which injections may be anchored, in order.

@@ -155,9 +155,7 @@ class Reducer:
 def needed(parts: Sequence[T], fails: Fails[T]) -> list[T]:
     """Return a 1-minimal selection of parts that fail together: none of them can be left out.
 
-    Args:
-        parts: All parts, which fail together.
-        fails: Tests candidates; when time is over, it may return False for all of them.
+    All parts have to fail together. When time is over, *fails* may return False for all candidates.
     """
     kept = [*parts]
     if kept and fails([[]])[0]:

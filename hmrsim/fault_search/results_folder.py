@@ -34,11 +34,7 @@ _WORD: Final = re.compile(r"[^A-Za-z0-9]+")
 
 
 class ResultsFolder:
-    """The folder with the results of a search.
-
-    Args:
-        folder: The folder; it is created by `prepare`, or with the first file.
-    """
+    """The folder with the results of a search; it is created by `prepare`, or with the first file."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

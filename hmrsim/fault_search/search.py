@@ -99,10 +99,7 @@ class Search:
     def next(self, most: int, until: float = math.inf, *, one: bool = False) -> list[Found] | None:
         """Run the next batch; return new failures, or None if there is nothing left to try.
 
-        Args:
-            most: The maximum number of runs.
-            until: The last moment by the monotonic clock.
-            one: Whether to stop at the first failure.
+        It stops after *most* runs, at *until* by the monotonic clock, or with *one* at the first failure.
         """
         cases = [Case(schedule) for schedule in self._batch(min(BATCH, most))]
         return self.run(cases, until, one=one) if cases else None

@@ -81,8 +81,7 @@ _JAM: Final = "door_jammed"
 class Doors(_Facilities[str]):
     """The doors of a run, watched by name; a door is in use while it is open.
 
-    Args:
-        world: The world, for the initial states; None if it is unknown.
+    The world has their initial states; None if it is unknown.
     """
 
     def __init__(self, timeline: Timeline, world: World | None = None) -> None:

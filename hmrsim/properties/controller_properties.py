@@ -233,15 +233,12 @@ class _Row:
 
 
 class NoVainGoals(Watcher):
-    """The same goal of the same robot is not rejected or aborted too often in a row.
+    """The same goal of the same robot is not rejected or aborted as often in a row as the limit.
 
     Goals are the same if robot, action and message are equal. Failures that the controller causes itself, for instance
     by preempting its own goal, do not count. The row of failures ends when any goal of the robot succeeds, when a goal
     follows after a pause (the controller may poll whether the robot works again), and when the controller is replaced.
     Many failures within one instant violate the property even if goals succeed in between: such a loop may never end.
-
-    Args:
-        limit: The number of failures in a row that violates the property.
     """
 
     def __init__(self, limit: int, timeline: Timeline, on_violation: OnViolation) -> None:

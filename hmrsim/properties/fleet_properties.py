@@ -28,11 +28,7 @@ if TYPE_CHECKING:
 
 
 class NoDeadlock(Watcher):
-    """Robots do not wait for each other in a circle for longer than a limit.
-
-    Args:
-        limit: Simulated seconds for which a circle may last.
-    """
+    """Robots do not wait for each other in a circle for longer than a limit in simulated seconds."""
 
     def __init__(self, limit: float, timeline: Timeline, on_violation: OnViolation) -> None:
         super().__init__("no_deadlock", on_violation)
@@ -95,11 +91,7 @@ class NoDeadlock(Watcher):
 
 
 class NobodyStranded(Watcher):
-    """No robot has an empty battery for longer than a limit without being charged.
-
-    Args:
-        limit: Simulated seconds for which a robot may be stranded.
-    """
+    """No robot has an empty battery for longer than a limit in simulated seconds without being charged."""
 
     def __init__(self, limit: float, timeline: Timeline, on_violation: OnViolation, *, batteries: bool) -> None:
         super().__init__("nobody_stranded", on_violation)

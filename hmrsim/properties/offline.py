@@ -52,12 +52,9 @@ def check_trace(
 ) -> Checked:
     """Check the run of a trace, all its sections one after the other, by replaying it.
 
-    If it can't be replayed exactly, only its own lines are used.
-
-    Args:
-        lines: Returns its lines with their ends, from the first one; called up to three times.
-        properties: The properties.
-        found: Called with the findings before the run is read, which may take long.
+    If it can't be replayed exactly, only its own lines are used. *lines* returns them with their ends, from the first
+    one, and is called up to three times. *found* is called with the findings before the run is read, which may take
+    long.
 
     Raises:
         TraceError: It is not a trace.

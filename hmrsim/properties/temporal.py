@@ -40,10 +40,7 @@ class Formula:
         return any(part.has_windows for part in self.parts)
 
     def value(self, signals: Sequence[str]) -> Value:
-        """Return the function that computes its robustness at each sample.
-
-        Args:
-            signals: The names of signals, in the order of their values in samples.
+        """Return the function that computes its robustness at each sample, given the order of signals in samples.
 
         Raises:
             ValueError: The formula contains a window.

@@ -227,10 +227,8 @@ class _Bar(NamedTuple):
 def timeline_of(report: Report, length: float | None = None, narrowest: float = 1.0) -> Timeline:
     """Return the timeline of a report.
 
-    Args:
-        report: The report.
-        length: The length of the axis in seconds, if the run is shorter.
-        narrowest: The minimum width of a bar, in units of a row.
+    *length* is that of the axis in seconds, if the run is shorter, and *narrowest* the minimum width of a bar, in units
+    of a row.
     """
     began = min((robot.began for robot in report.robots), default=0.0)
     scale = _Scale(began, length or report.summary.sim_time or 1.0, narrowest)

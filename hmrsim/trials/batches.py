@@ -245,11 +245,8 @@ def stop(executor: Executor) -> None:
 def load_early(text: str, *modules: str) -> None:
     """Begin to load the modules that a pool's processes need, in the process of which they are copies.
 
-    A command calls this before it loads what it needs itself.
-
-    Args:
-        text: As for `factory_of`; other executors than pools load their modules themselves.
-        modules: The names of the modules.
+    A command calls this before it loads what it needs itself. *text* is as for `factory_of`; other executors than pools
+    load their modules themselves.
     """
     if _METHOD == "forkserver" and text.partition(":")[0] == POOL:
         multiprocessing.get_context(_METHOD).set_forkserver_preload([*modules])

@@ -173,8 +173,7 @@ class Trial(ABC):
     def end(self, reason: str) -> None:
         """End the run after the current instant, from within the simulation, such as from a sink.
 
-        Args:
-            reason: The message in the results of the active goals, and in the messages to clients.
+        The reason is the message in the results of the active goals, and in the messages to clients.
         """
         self._end(reason)
 

@@ -130,11 +130,7 @@ def read_valid_properties(path: str | Path) -> tuple[Properties, list[Finding]]:
 
 
 def properties_of(data: Mapping[str, Any], source: str = "properties") -> Properties:
-    """Return the properties of a mapping.
-
-    Args:
-        data: The content of a file.
-        source: The name of the source, for errors.
+    """Return the properties of a mapping, the content of a file; errors name *source*.
 
     Raises:
         PropertyError: The content is invalid; it has all errors.
