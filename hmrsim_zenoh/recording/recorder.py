@@ -31,7 +31,7 @@ from hmrsim_zenoh.recording.writer import (
 from hmrsim_zenoh.ros2.codec.structures import definition
 from hmrsim_zenoh.ros2.codec.types import action_type, message_type
 from hmrsim_zenoh.ros2.publishing.goal_topics import Statuses
-from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata, static_frames
+from hmrsim_zenoh.ros2.publishing.markers import WorldMarkers, frames_metadata, static_frames, transform
 from hmrsim_zenoh.wire.envelopes import dump
 
 if TYPE_CHECKING:
@@ -262,7 +262,8 @@ class Recorder:
         topic = sample.topic.value
         self._add(f"/{sample.robot}/{topic}" if sample.robot else f"/{topic}", type(message), message)
         if isinstance(message, Odometry):
-            self._transforms.append(_transform(message))
+            pose = message.pose.pose
+            self._transforms.append(transform(message.header, message.child_frame_id, pose.position, pose.orientation))
 
     def status(self, event: StatusChanged) -> None:
         """Write the status list of an action's goals, at the time of the latest event."""
@@ -344,10 +345,3 @@ class Recorder:
         if number is None:
             number = self._json[topic] = self._file.channel(topic, schema if isinstance(schema, Schema) else schema())
         return number
-
-
-def _transform(odom: Odometry) -> dict[str, Any]:
-    """Return a robot's TransformStamped as plain values."""
-    pose = odom.pose.pose
-    transform = {"translation": pose.position, "rotation": pose.orientation}
-    return {"header": odom.header, "child_frame_id": odom.child_frame_id, "transform": transform}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.interfaces.lifecycle_msgs import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from hmrsim.interfaces.nav2_msgs import (
@@ -38,26 +38,9 @@ if TYPE_CHECKING:
     from hmrsim.services import Service
     from hmrsim.simulation.simulator import Simulator
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-_SPARE: Final = 100
-"""The number of cached robots beyond twice the fleet's size."""
-
-_caches: Final[list[Any]] = []
-
-
-def cached_per_robot(function: F) -> F:
-    """Cache a function of a robot until `trim`."""
-    cached: F = cache(function)  # type: ignore[assignment]
-    _caches.append(cached)
-    return cached
-
-
-def trim(robots: int) -> None:
-    """Clear the caches that hold many more robots than the fleet has."""
-    for cached in _caches:
-        if cached.cache_info().currsize > 2 * robots + _SPARE:
-            cached.cache_clear()
+_ROBOTS: Final = 10_000
+"""The number of robots whose names are cached, as one robot may join thousands of others whose names do not change."""
+cached_per_robot: Final = lru_cache(_ROBOTS)
 
 
 NODES: Final = MappingProxyType(
@@ -187,7 +170,6 @@ def _spelled(robot: str, action: str) -> list[str]:
     return [f"{begin}{name}" for name in (action, *FURTHER_NAMES.get(action, ()))]
 
 
-# Cached, since one robot may join hundreds of others whose names do not change.
 @cached_per_robot
 def named_actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
     """Return robot and action by each ROS name of a robot's actions, without aliases."""

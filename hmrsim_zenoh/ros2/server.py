@@ -20,7 +20,7 @@ from hmrsim.protocol.outputs import Answered
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.services import registry as all_services
 from hmrsim_zenoh.errors import BadOptions
-from hmrsim_zenoh.ros2.names import names_of, trim
+from hmrsim_zenoh.ros2.names import names_of
 from hmrsim_zenoh.ros2.peers import Peers
 from hmrsim_zenoh.ros2.publishing.publications import EMITTED, Publications
 from hmrsim_zenoh.ros2.rejection_log import RejectionLog
@@ -68,18 +68,8 @@ def open_servers(
             raise BadOptions(f"--prefix {prefix!r} collides with the keys of ROS domain {wire.domain}; use another")
         if isinstance(wire, Ros2Dds) and begin in simulator.robots:
             raise BadOptions(f"--prefix {prefix!r} collides with the keys of robot {begin!r}; use another")
-    return [
-        Ros2Server(
-            session,
-            wire,
-            simulator,
-            inbox=inbox,
-            planner=planner,
-            hurries=hurries,
-            max_payload=max_payload,
-        )
-        for wire in wires
-    ]
+    options: Any = {"inbox": inbox, "planner": planner, "hurries": hurries, "max_payload": max_payload}
+    return [Ros2Server(session, wire, simulator, **options) for wire in wires]
 
 
 class Ros2Server(SelectiveSink):
@@ -172,7 +162,6 @@ class Ros2Server(SelectiveSink):
         if self._publications.follow(names, lost):
             self._catalog.follow(names)
             self._requests.follow(names.serves)
-            trim(len(simulator.robots))
             if self._peers is not None:
                 self._peers.look(self._publications.is_new)
 

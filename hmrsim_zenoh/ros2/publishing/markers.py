@@ -144,6 +144,15 @@ def xyz(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> dict[str, float]:
     return {"x": x, "y": y, "z": z}
 
 
+def transform(header: Any, child: str, translation: Any, rotation: Any = _FLAT) -> dict[str, Any]:
+    """Return a TransformStamped; by default without a rotation."""
+    return {
+        "header": header,
+        "child_frame_id": child,
+        "transform": {"translation": translation, "rotation": rotation},
+    }
+
+
 _WORLD: Final = "world"
 
 _UNIT: Final = {"m": 1.0, "px": 40.0}
@@ -159,9 +168,7 @@ def static_frames(units: str, time: int) -> list[dict[str, Any]]:
     """
     if units == "m":
         return []
-    header = {"stamp": values_of(time), "frame_id": _WORLD}
-    transform = {"translation": xyz(), "rotation": _HALF_ROUND}
-    return [{"header": header, "child_frame_id": MAP, "transform": transform}]
+    return [transform({"stamp": values_of(time), "frame_id": _WORLD}, MAP, xyz(), _HALF_ROUND)]
 
 
 def frames_metadata(units: str) -> dict[str, str]:

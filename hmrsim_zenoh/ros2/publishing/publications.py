@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import zenoh
 
-from hmrsim.interfaces.geometry_msgs import PoseWithCovarianceStamped, Quaternion, Transform, TransformStamped, Vector3
 from hmrsim.interfaces.nav_msgs import Odometry
-from hmrsim.interfaces.std_msgs import Header
-from hmrsim.interfaces.tf2_msgs import TFMessage
 from hmrsim.protocol.goal import WORLD
 from hmrsim.protocol.outputs import EventStamped, FeedbackSent, GoalChanged, Sampled, StatusChanged
 from hmrsim.protocol.topics import Topic
@@ -31,7 +28,7 @@ from hmrsim_zenoh.ros2.publishing.endpoints import (
 )
 from hmrsim_zenoh.ros2.publishing.goal_topics import GoalTopics
 from hmrsim_zenoh.ros2.publishing.health_topics import HealthTopics
-from hmrsim_zenoh.ros2.publishing.markers import BASE
+from hmrsim_zenoh.ros2.publishing.markers import BASE, transform, xyz
 from hmrsim_zenoh.ros2.publishing.parts import Parts
 from hmrsim_zenoh.ros2.publishing.publishers import Publishers, TopicPublishers
 from hmrsim_zenoh.ros2.publishing.view_topics import ViewTopics
@@ -54,69 +51,6 @@ _ODOM, _TF, _TF_OF_ROBOT, _AMCL_POSE = f"/*/{ODOM}", f"/{TF}", f"/*/{TF}", f"/*/
 
 EMITTED: Final = frozenset({GoalChanged, StatusChanged, FeedbackSent, Sampled, EventStamped})
 """The outputs that are published."""
-
-_NONE: Final = Transform(translation=Vector3(), rotation=Quaternion())
-
-
-def amcl_pose(odom: Odometry) -> PoseWithCovarianceStamped:
-    """Return a robot's estimated pose."""
-    return PoseWithCovarianceStamped.model_construct(header=odom.header, pose=odom.pose)
-
-
-def tf_of_all(odom: Odometry) -> TFMessage:
-    """Return a robot's transform for the topic of all robots, with the robot's name in the frame."""
-    return TFMessage.model_construct(transforms=[_base(odom, odom.child_frame_id)])
-
-
-def tf_of_robot(odom: Odometry) -> TFMessage:
-    """Return a robot's transforms for its own topic, with Nav2's frames, which lack the robot's name."""
-    held = Header.model_construct(stamp=odom.header.stamp, frame_id=FOOTPRINT_FRAME)
-    base = TransformStamped.model_construct(header=held, child_frame_id=BASE, transform=_NONE)
-    return TFMessage.model_construct(transforms=[_base(odom, FOOTPRINT_FRAME), base])
-
-
-def _base(odom: Odometry, child: str) -> TransformStamped:
-    pose = odom.pose.pose
-    at = Vector3.model_construct(x=pose.position.x, y=pose.position.y, z=pose.position.z)
-    transform = Transform.model_construct(translation=at, rotation=pose.orientation)
-    return TransformStamped.model_construct(header=odom.header, child_frame_id=child, transform=transform)
-
-
-class Topics:
-    """Publishes samples to topics that have subscribers."""
-
-    def __init__(self, publishers: TopicPublishers, interest: SubscriberWatch[str]) -> None:
-        self._publish = publishers.publish
-        self._interest = interest
-
-    def wants(self, topic: Topic) -> bool:
-        """Return whether a topic's messages have a subscriber."""
-        if topic is Topic.ODOM:
-            return any(self._interest[name] for name in (_ODOM, _TF, _TF_OF_ROBOT, _AMCL_POSE))
-        return topic in _PLAIN and self._interest[topic_name(WORLD if topic is Topic.CLOCK else "*", _PLAIN[topic])]
-
-    def emit(self, sample: Sampled) -> None:
-        """Publish a sample of a topic."""
-        if isinstance(sample.message, Odometry):
-            self._emit_odom(sample.robot, sample.message)
-        elif self.wants(sample.topic):
-            self._publish(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
-
-    def _emit_odom(self, robot: str, odom: Odometry) -> None:
-        if self._interest[_ODOM]:
-            self._publish(robot, ODOM, odom)
-        if self._interest[_TF]:
-            self._publish(WORLD, TF, tf_of_all(odom))
-        if self._interest[_TF_OF_ROBOT]:
-            self._publish(robot, TF, tf_of_robot(odom))
-        if self._interest[_AMCL_POSE]:
-            self._publish(robot, AMCL_POSE, amcl_pose(odom))
-
-    def publish_pose(self, sample: Sampled) -> None:
-        """Publish a robot's pose from its odometry, with or without subscribers."""
-        if isinstance(sample.message, Odometry):
-            self._publish(sample.robot, AMCL_POSE, amcl_pose(sample.message))
-
 
 _log = logging.getLogger(__name__)
 
@@ -157,7 +91,7 @@ class Publications:
         self._interest = SubscriberWatch(session, patterns, str(zenoh.KeyExpr.autocanonize(wire.key("/**"))), changed)
         self._goals = GoalTopics(wire, self._endpoints, self._publishers, self._interest)
         self._of_topics = TopicPublishers(self._publishers, self._endpoints)
-        self._topics = Topics(self._of_topics, self._interest)
+        self._publish = self._of_topics.publish
         self._views = ViewTopics(simulator, self._of_topics, self._interest, changed)
         self._health = HealthTopics(simulator, self._of_topics, self._interest)
         self.log = self._health.log
@@ -243,7 +177,12 @@ class Publications:
         if topic is Topic.ODOM:
             self._publish_poses()
             self._views.look()
-        return any(each.wants(topic) for each in (self._goals, self._topics, self._views, self._health))
+        return self._wants_sample(topic) or any(each.wants(topic) for each in (self._goals, self._views, self._health))
+
+    def _wants_sample(self, topic: Topic) -> bool:
+        if topic is Topic.ODOM:
+            return any(self._interest[name] for name in (_ODOM, _TF, _TF_OF_ROBOT, _AMCL_POSE))
+        return topic in _PLAIN and self._interest[topic_name(WORLD if topic is Topic.CLOCK else "*", _PLAIN[topic])]
 
     def emit(self, output: Output) -> None:
         """Publish an output of one of the types in `EMITTED`."""
@@ -253,10 +192,27 @@ class Publications:
             _log.warning("not published in ROS: %s", error)
 
     def _emit_sample(self, sample: Sampled) -> None:
-        self._topics.emit(sample)
+        if isinstance(sample.message, Odometry):
+            self._emit_odom(sample.robot, sample.message)
+        elif self._wants_sample(sample.topic):
+            self._publish(sample.robot or WORLD, _PLAIN[sample.topic], sample.message)
         if sample.topic is Topic.CLOCK:
             self._views.tick()
             self._health.tick()
+
+    def _emit_odom(self, robot: str, odom: Odometry) -> None:
+        at = odom.pose.pose.position, odom.pose.pose.orientation
+        if self._interest[_ODOM]:
+            self._publish(robot, ODOM, odom)
+        if self._interest[_TF]:
+            self._publish(WORLD, TF, {"transforms": [transform(odom.header, odom.child_frame_id, *at)]})
+        if self._interest[_TF_OF_ROBOT]:
+            # Nav2's frames, which lack the robot's name.
+            header = {"stamp": odom.header.stamp, "frame_id": FOOTPRINT_FRAME}
+            frames = [transform(odom.header, FOOTPRINT_FRAME, *at), transform(header, BASE, xyz())]
+            self._publish(robot, TF, {"transforms": frames})
+        if self._interest[_AMCL_POSE]:
+            self._publish(robot, AMCL_POSE, {"header": odom.header, "pose": odom.pose})
 
     def _emit_event(self, output: EventStamped) -> None:
         self._views.event(output)
@@ -279,7 +235,8 @@ class Publications:
     def _publish_pose(self, name: str) -> None:
         robot = self._simulator.roster.robots[name]
         self._poses[name] = robot.estimated(robot.pose())
-        self._topics.publish_pose(self._simulator.readings.odom(robot))
+        odom: Any = self._simulator.readings.odom(robot).message
+        self._publish(name, AMCL_POSE, {"header": odom.header, "pose": odom.pose})
 
     def _has_moved(self, name: str) -> bool:
         """Return whether a robot is elsewhere than in the last message on its latched topic."""

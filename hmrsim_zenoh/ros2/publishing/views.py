@@ -17,7 +17,7 @@ from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.goal import WORLD
 from hmrsim.world.derived import Derived
 from hmrsim.world.model import Solid
-from hmrsim_zenoh.ros2.publishing.markers import BASE, MAP, UP, static_frames, xyz
+from hmrsim_zenoh.ros2.publishing.markers import BASE, MAP, UP, static_frames, transform, xyz
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point
@@ -196,9 +196,7 @@ def static_transforms(simulator: Simulator, name: str) -> dict[str, Any]:
     height = UP[world.units] * _SCAN_HEIGHT * METER[world.units]
 
     def fixed(parent: str, child: str, z: float = 0.0) -> dict[str, Any]:
-        transform = {"translation": xyz(z=z), "rotation": _about_z(0.0)}
-        header = {"stamp": values_of(now), "frame_id": parent}
-        return {"header": header, "child_frame_id": child, "transform": transform}
+        return transform({"stamp": values_of(now), "frame_id": parent}, child, xyz(z=z))
 
     def of_robot(robot: str, within: str) -> list[dict[str, Any]]:
         return [fixed(MAP, within + ODOM_FRAME), fixed(f"{robot}/{BASE}", f"{robot}/{SCAN_FRAME}", height)]

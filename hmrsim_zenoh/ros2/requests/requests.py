@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-NO_ATTACHMENT: Final = Attachment(0, 0, bytes(16))
-"""The substitute for a missing or invalid attachment."""
+_MISSING: Final = "the request has no attachment, by which rmw_zenoh identifies the client; see docs/reference/ros2.md"
 
 MAX_WAITING: Final = 16_384
 """The largest number of pending requests for results."""
@@ -197,14 +196,17 @@ class Requests:
         return pending
 
     def _attachment_of(self, query: zenoh.Query, handler: Handler) -> Attachment | None:
-        """Return the attachment of a query; None on a wire without attachments."""
+        """Return the attachment of a query, or zeros if it is invalid; None on a wire without attachments."""
         if not self._wire.has_types:
             return None
+        attached = query.attachment
         try:
-            return _attached_to(query)
+            if attached is None:
+                raise ValueError(_MISSING)  # noqa: TRY301 - one place handles errors
+            return read_attachment(attached.to_bytes())
         except ValueError as error:
             self.log_rejection("", handler.name, str(error))
-            return NO_ATTACHMENT
+            return Attachment(0, 0, bytes(16))
 
     def _commands(self, pending: PendingRosReply) -> list[AnyCommand]:
         payload = pending.query.payload
@@ -224,20 +226,6 @@ class Requests:
         self.log_rejection(pending.client, pending.handler.name, text)
         self._reject(pending.handler.serving, f"{pending.handler.name}: {text}")
         pending.refuse(text)
-
-
-def _attached_to(query: zenoh.Query) -> Attachment:
-    """Return the attachment of a query.
-
-    Raises:
-        ValueError: The attachment is missing or invalid.
-    """
-    attached = query.attachment
-    if attached is None:
-        raise ValueError(
-            "the request has no attachment, by which rmw_zenoh identifies the client; see docs/reference/ros2.md"
-        )
-    return read_attachment(attached.to_bytes())
 
 
 def _stop_waiting(pending_requests: Mapping[PendingRosReply, GetResult]) -> list[StopWaiting]:

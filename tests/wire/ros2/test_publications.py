@@ -203,13 +203,13 @@ def test_a_late_subscriber_gets_the_first_pose(stage):
 def test_the_pose_is_published_after_a_goal_only_if_the_robot_has_moved(stage, monkeypatch):
     stage.start()
     published = []
-    monkeypatch.setattr(stage.publications._topics, "publish_pose", published.append)
+    monkeypatch.setattr(stage.publications, "_publish", lambda *sent: published.append(sent[-1]))
     for action in ("wait", "navigate_to_pose"):
         stage.publications.emit(GoalChanged(10**9, "eve", action, GOAL, GoalStatus.SUCCEEDED))
         if action == "wait":
             stage.simulator.robots["eve"].move_to(Pose(3.0, 4.0))
 
-    assert [3.0] == [sample.message.pose.pose.position.x for sample in published]
+    assert [3.0] == [message["pose"].pose.position.x for message in published]
 
 
 def test_a_subscriber_of_the_pose_turns_on_odometry(stage):
