@@ -400,9 +400,11 @@ class RunLog:
             self._change("gone", name, False)
 
     def _see(self, at: int, scene: SceneSeen) -> None:
-        for robot in scene.fields["robots"]:
-            self._poses(robot["name"]).put(at, *robot["pose"])
-            self._change("gone", robot["name"], False)
+        poses = {robot["name"]: robot["pose"] for robot in scene.fields["robots"]}
+        for name, pose in poses.items():
+            self._poses(name).put(at, *pose)
+        for name in self.poses:
+            self._change("gone", name, name not in poses)
 
 
 def _is_told(event: Event) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from types import SimpleNamespace
 
 import pytest
@@ -124,3 +125,13 @@ def test_a_spawned_robot_is_there_from_its_spawn_until_its_deletion(followed):
     assert {"wall_e": [(0.0, False)], "bob": [(3.0, False), (5.0, True)]} == {
         name: gone[name] for name in ("wall_e", "bob")
     }
+
+
+def test_the_robots_of_an_earlier_world_are_gone(followed):
+    log, run = followed
+    run(until=3.0)
+    other = {"name": "other", "robots": {"eve": {"at": [0, 0]}, "bob": {"at": [5, 0]}}}
+    run.ask("load_world", {"resource_string": json.dumps(other)})
+
+    gone = {name: [each.value for each in changes] for name, changes in log.changes("gone").items()}
+    assert {"wall_e": [False, True], "eve": [False], "cart": [False, True], "bob": [False]} == gone
