@@ -183,7 +183,7 @@ _PARENTS: Final[Mapping[str, Kind]] = MappingProxyType(
             ("py_trees.decorators", Kind(_becomes(RUNNING=FAILURE), halts=_all), "RunningIsFailure"),
             ("py_trees.decorators", Kind(_becomes(RUNNING=SUCCESS), halts=_all), "RunningIsSuccess"),
             ("loading.builder", Kind(_union), "SubTree"),
-            ("behaviours.charging", Kind(halts=_all), "BatteryGuard"),
+            ("behaviours.battery_guard", Kind(halts=_all), "BatteryGuardNode"),
             ("nodes.controls.sequences", Kind(_sequence), "Sequence SequenceWithMemory"),
             ("nodes.controls.sequences", Kind(_sequence, halts=_later), "ReactiveSequence"),
             ("nodes.controls.nav2", Kind(_sequence), "PersistentSequence"),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from py_trees.blackboard import Blackboard
 from py_trees.common import Status
 
-from bt_controller.behaviours.charging import BatteryGuard
+from bt_controller.behaviours.battery_guard import BatteryGuardNode
 from bt_controller.core.node import EACH_PERIOD, Control, Ticks
 from bt_controller.core.ports import BOOL, INT, input_port
 from bt_controller.core.sim_time import TurnCounter
@@ -194,4 +194,17 @@ class RoundRobin(Control):
             self._next = self._failed = 0
 
 
-FAMILY = Family.of_module(__name__, BatteryGuard)
+class BatteryGuard(BatteryGuardNode):
+    """Suspends its first child, the mission, to charge by its second when the battery is low; then resumes it.
+
+    The mission and its time stand still meanwhile. Its goals are canceled, and the second child is ticked when all of
+    them have ended; completed steps are not repeated. The mission resumes when the second child has succeeded and the
+    battery has reached its target charge; a battery that is still charging is waited for. First the robot drives back
+    to where it was, unless the mission resumes with a drive.
+
+    Succeeds when the mission does. Fails when the mission, the charging or the way back fails, and when the battery
+    was charged three times without a completed goal of the mission in between: then a charge is too small for it.
+    """
+
+
+FAMILY = Family.of_module(__name__)
