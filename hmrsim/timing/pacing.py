@@ -96,6 +96,7 @@ class Pacing:
         clock: How time moves: ``realtime`` or ``lockstep``.
         real_time_factor: Simulated seconds a wall second in real time; 0 for as fast as possible.
         lag: Wall seconds that time has lost.
+        over: Whether the run has ended, or ends after this instant.
     """
 
     def __init__(
@@ -129,7 +130,7 @@ class Pacing:
         self._awake_by = math.inf
         self._lockstep_only = lockstep_only
         self._idle = False
-        self._over = False
+        self.over = False
         self._last_state: TimeState | None = None
         self._handlers: Mapping[type, Callable[[Any], None]] = {
             ReadTime: lambda command: simulator.answer(command.reply_to, self.state),
@@ -149,7 +150,7 @@ class Pacing:
             watch = partial(watch_over, self._look_for_overdue, interval, over)
             threading.Thread(target=watch, name="hmrsim-watch", daemon=True).start()
         try:
-            while not (self._inbox.closed or self._over):
+            while not (self._inbox.closed or self.over):
                 self._round()
         finally:
             over.set()
@@ -161,18 +162,13 @@ class Pacing:
         For one thread at a time, and an inbox that does not wait.
         """
         self._idle = False
-        while not (self._idle or self._inbox.closed or self._over):
+        while not (self._idle or self._inbox.closed or self.over):
             self._round()
-        return not (self._inbox.closed or self._over)
-
-    @property
-    def over(self) -> bool:
-        """Return whether the run has ended, or ends after this instant."""
-        return self._over
+        return not (self._inbox.closed or self.over)
 
     def finish_instant(self) -> None:
         """End the run once all events of this instant are processed; to be called from within the simulation."""
-        self._over = True
+        self.over = True
         self._simulator.halt()
 
     def intervene(self, act: Callable[[], None]) -> None:
@@ -188,7 +184,7 @@ class Pacing:
 
     def end(self, reason: str) -> None:
         """End the run, abort every goal with a reason, and report that to the participants."""
-        self._over = True
+        self.over = True
         try:
             self.lockstep.end(self.loss or reason, reason)
         finally:
@@ -206,7 +202,7 @@ class Pacing:
             self._handlers[type(command)](command)
             # Another participant that still thinks learns of the end when it asks to advance.
             if self._end_on_loss and self.lockstep.lost and not self.lockstep.thinks:
-                self._over = True
+                self.over = True
         elif isinstance(command, PlanAnswered) and self.clock == LOCKSTEP:
             self._simulator.plans.keep(command)
         else:
@@ -261,17 +257,17 @@ class Pacing:
     def _lockstep_round(self) -> None:
         lockstep, inbox = self.lockstep, self._inbox
         taken = self._take_commands()
-        interrupted = self._over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
+        interrupted = self.over or self._generation != self._simulator.generation or self.clock != LOCKSTEP
         if taken and (taken == _COMMANDS_AT_ONCE or interrupted):
             return
         if not lockstep.granting and self._begins(prepares=not taken):
             return
         if lockstep.granting:
             while lockstep.proceed(_EVENTS_OF_A_GRANT, wall_time()):
-                if inbox.waiting or not lockstep.granting or self._over:
+                if inbox.waiting or not lockstep.granting or self.over:
                     return
             ended = not lockstep.granting
-            if ended and (inbox.waiting or lockstep.ended or lockstep.ready or self._over):
+            if ended and (inbox.waiting or lockstep.ended or lockstep.ready or self.over):
                 return
         self._wait()
 
@@ -280,7 +276,7 @@ class Pacing:
         lockstep = self.lockstep
         # Checked here first, as it is asked for each grant.
         if self._simulator.env.now >= lockstep.nearly_over and lockstep.over:
-            self._over = True
+            self.over = True
             return True
         if lockstep.ready:
             lockstep.begin()
@@ -299,12 +295,12 @@ class Pacing:
             return
         if self._duration < simulator.next_event < math.inf:
             simulator.advance(self._duration)
-            self._over = True
+            self.over = True
         else:
             until = min(self._duration, simulator.limit)
             # One by one: as all of the time is spent here, most queries arrive during an event.
             for _ in range(_EVENTS_OF_A_ROUND):
-                if not simulator.process_events(until, 1, idle=False) or self._inbox.waiting or self._over:
+                if not simulator.process_events(until, 1, idle=False) or self._inbox.waiting or self.over:
                     return
 
     def _paced_round(self, factor: float) -> None:
@@ -327,7 +323,7 @@ class Pacing:
             simulator.process_events(target, _EVENTS_BETWEEN_POLLS)
         elif target >= self._duration:
             simulator.advance(self._duration)
-            self._over = True
+            self.over = True
             return
         if self._inbox.waiting:
             self._take_waiting(target)
@@ -389,13 +385,13 @@ class Pacing:
             self._take_commands()
 
     def _join(self, command: Join) -> None:
-        if self._over or self.clock != LOCKSTEP:
+        if self.over or self.clock != LOCKSTEP:
             self._refuse(command)
         else:
             self.lockstep.join(command, wall_time())
 
     def _advance(self, command: Advance) -> None:
-        if self._over:
+        if self.over:
             # A participant that was thinking at the end gets the same answer as the others.
             self.lockstep.report_end(command)
         elif self.clock != LOCKSTEP:
@@ -404,7 +400,7 @@ class Pacing:
             self.lockstep.advance(command, wall_time())
 
     def _refuse(self, command: Join | Advance) -> None:
-        why = "the simulation has ended" if self._over else f"the clock is {self.clock}; set it to lockstep first"
+        why = "the simulation has ended" if self.over else f"the clock is {self.clock}; set it to lockstep first"
         self._simulator.answer(command.reply_to, Refused("", None, why))
 
     def _intervene(self, command: Intervene) -> None:

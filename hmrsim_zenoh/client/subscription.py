@@ -27,6 +27,9 @@ class Subscription:
 
     The callback may block: the latest 10,000 samples wait meanwhile. A callback that blocked Zenoh's own thread
     would hold up the simulator. Within one process, the thread that advances time calls the callback.
+
+    Attributes:
+        closed: Whether it is closed.
     """
 
     def __init__(
@@ -34,7 +37,7 @@ class Subscription:
     ) -> None:
         self._key = key
         self._callback = callback
-        self._closed = False
+        self.closed = False
         # Not in Zenoh's receive loop: a daemon thread that the interpreter ends there crashes the process.
         self._worker = None if connection.in_process else Worker(f"subscription to {key}", most=_MAX_WAITING)
         try:
@@ -44,15 +47,10 @@ class Subscription:
                 self._worker.close()
             raise
 
-    @property
-    def closed(self) -> bool:
-        """Return whether the subscription is closed."""
-        return self._closed
-
     def close(self) -> None:
         """Stop calling back; waits for a running callback, unless it is the one that closes."""
-        if not self._closed:
-            self._closed = True
+        if not self.closed:
+            self.closed = True
             self._undeclare()
             if self._worker is not None:
                 self._worker.close()
@@ -78,7 +76,7 @@ class Subscription:
 
     def _call(self, key: str, payload: bytes) -> None:
         try:
-            if not self._closed:
+            if not self.closed:
                 self._callback(key, payload)
         except Exception:  # noqa: BLE001 - an error in one callback must not stop the others
             _log.exception("the callback of the subscription to %r failed", self._key)
@@ -108,17 +106,15 @@ class SimClock:
 
     Args:
         on_time: Called with each time received, in the subscription's thread.
+
+    Attributes:
+        now: Simulated seconds; None until a message was received.
     """
 
     def __init__(self, client: Subscriber, on_time: Callable[[float], None]) -> None:
         self._on_time = on_time
-        self._now: float | None = None
+        self.now: float | None = None
         self._subscription = client.subscribe(client.keys.world("clock"), self._on_sample, history=True)
-
-    @property
-    def now(self) -> float | None:
-        """Simulated seconds; None until a message was received."""
-        return self._now
 
     def close(self) -> None:
         """Close the subscription to the clock."""
@@ -126,7 +122,7 @@ class SimClock:
 
     def _on_sample(self, key: str, payload: bytes) -> None:
         try:
-            self._now = now = read_clock(payload)
+            self.now = now = read_clock(payload)
         except UnreadableError as error:
             _log.warning("%s: unreadable: %s", key, error)
             return

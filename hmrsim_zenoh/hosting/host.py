@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from hmrsim.world_checks import LoadedWorld
     from hmrsim_zenoh.ros2.server import Ros2Server
     from hmrsim_zenoh.ros2.wires import Wire
-    from hmrsim_zenoh.server.losses import Losses
 
 _log = logging.getLogger(__name__)
 
@@ -69,6 +68,7 @@ class Host:
         endpoints: The endpoints on which the session listens.
         simulator: Other threads may read it while it runs, but must not change it.
         pacing: The clock that advances its time; read-only, too.
+        losses: The loss and duplication of requests and answers; for the simulation's thread once it runs.
         options: The options of the session, with the prefix that is served.
         error: The error that ended the simulation thread; None if it runs or ended regularly.
 
@@ -103,6 +103,7 @@ class Host:
         self._settings = settings
         self._wires = wires
         self._inbox = ChannelInbox()
+        self.losses = self._inbox.losses
         self._servers: list[Server | Ros2Server] = []
         self._ros2: list[Ros2Server] = []
         self._reason = "the simulation has ended"
@@ -166,11 +167,6 @@ class Host:
             ros2.start()
         self._thread.start()
         self._claim.watch(self._give_way)
-
-    @property
-    def losses(self) -> Losses:
-        """The loss and duplication of requests and answers; for the simulation's thread once it runs."""
-        return self._inbox.losses
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait up to *timeout* wall seconds for the end of the simulation; return whether it has ended."""

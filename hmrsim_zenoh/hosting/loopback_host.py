@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from hmrsim.world.model import World
     from hmrsim_zenoh.client.local_connection import Pending
     from hmrsim_zenoh.hosting.local_commands import ClientCommand
-    from hmrsim_zenoh.server.losses import Losses
 
 
 class LoopbackHost(SelectiveSink):
@@ -56,6 +55,7 @@ class LoopbackHost(SelectiveSink):
     Attributes:
         simulator: The simulator; read-only.
         pacing: The clock that advances its time; read-only.
+        losses: The loss and duplication of requests and answers.
         delivery: Runs the simulation, and delivers its messages while it pauses.
     """
 
@@ -77,6 +77,7 @@ class LoopbackHost(SelectiveSink):
         self._reason = "the simulation has ended"
         self._begun = self._ended = self._stopped = False
         self._inbox = inbox = LocalInbox()
+        self.losses = inbox.losses
         self.delivery = Delivery(self._run, inbox)
         self._followers: dict[Callable[[bool], None], None] = {}
         self._announced: defaultdict[str, int] = defaultdict(int)
@@ -111,11 +112,6 @@ class LoopbackHost(SelectiveSink):
         self.stop()
 
     @property
-    def losses(self) -> Losses:
-        """The loss and duplication of requests and answers."""
-        return self._inbox.losses
-
-    @property
     def exchange(self) -> Exchange:
         """The declarations of all sessions; the first use begins to serve keys."""
         if self._exchange is None:
@@ -147,7 +143,7 @@ class LoopbackHost(SelectiveSink):
 
         It is None if the answer is lost, and a `RequestError` if the command can't be served.
         """
-        losses, delivery, inbox = self._inbox.losses, self.delivery, self._inbox
+        losses, delivery, inbox = self.losses, self.delivery, self._inbox
         if isinstance(command, ReadInfo):
             known = self._refusal(command) if inbox.closed else self._description.info_values()
             delivery.deliver(pending.take, known)
@@ -175,7 +171,7 @@ class LoopbackHost(SelectiveSink):
 
     def loses_answer(self) -> bool:
         """Return whether the current answer is lost, and count it."""
-        return self._inbox.losses.lost()
+        return self.losses.lost()
 
     def handler_for(self, kind: type) -> Callable[[Any], object] | None:
         """Return the function that processes outputs of a type; None to ignore them."""

@@ -47,6 +47,7 @@ class Description:
         sessions: The connected sessions, if the simulator is secured.
 
     Attributes:
+        policy: The access control that the session enforces; None if it has none.
         hurries: Returns whether simulated time may run faster than wall time.
     """
 
@@ -60,6 +61,7 @@ class Description:
         hurries: Callable[[], bool] = lambda: True,
     ) -> None:
         self.hurries = hurries
+        self.policy = sessions.policy if sessions else None
         self._sessions = sessions
         self._simulator = simulator
         self._run_id = run_id
@@ -67,11 +69,6 @@ class Description:
         self._info: dict[str, Any] | None = None
         self._route_graph: bytes | None = None
         self._view: tuple[World | None, bytes] = (None, b"")
-
-    @property
-    def policy(self) -> AccessControl | None:
-        """The access control that the session enforces; None if it has none."""
-        return self._sessions.policy if self._sessions else None
 
     @cached_property
     def plans_externally(self) -> bool:
