@@ -24,8 +24,7 @@ from hmrsim.navigation.lanes import START, Lanes
 from hmrsim.navigation.motion import Drives
 from hmrsim.navigation.planner import Planner
 from hmrsim.navigation.route import Leg, Route
-from hmrsim.world.derived import Derived
-from hmrsim.world.model import Door, World
+from hmrsim.world.model import Derived, Door, World
 from hmrsim.world.route_graph import route_ids
 
 if TYPE_CHECKING:

@@ -29,10 +29,9 @@ if TYPE_CHECKING:
     from hmrsim.engine.subscriptions import EventPublisher
     from hmrsim.errors import GoalAborted
     from hmrsim.geometry import Point
-    from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.graph import Lane, WaypointGraph
     from hmrsim.navigation.motion import Drive
-    from hmrsim.navigation.route import Leg, Route
+    from hmrsim.navigation.route import Delays, Leg, Route
     from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.rules import Activity
     from hmrsim.world.model import Base

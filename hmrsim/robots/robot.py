@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from hmrsim.events import Event as WorldEvent
     from hmrsim.geometry import Point
     from hmrsim.items import Item
-    from hmrsim.navigation.delays import Delays
     from hmrsim.navigation.external_planner import Plans
     from hmrsim.navigation.graph import WaypointGraph
+    from hmrsim.navigation.route import Delays
     from hmrsim.robots.docking import DockBay
     from hmrsim.traffic.admission import Admission
     from hmrsim.traffic.rules import Activity

@@ -14,7 +14,7 @@ from hmrsim.events.simulation import Deleted, Spawned, Teleported
 from hmrsim.facilities import Fixture, Site, install_all
 from hmrsim.facilities.docks import DockBays
 from hmrsim.items import Item
-from hmrsim.navigation.delays import Delays
+from hmrsim.navigation.route import Delays
 from hmrsim.protocol.goal import Cause
 from hmrsim.protocol.outputs import RosterChanged
 from hmrsim.robots.robot import Robot
