@@ -37,7 +37,7 @@ from hmrsim.services._entities import (
     state_of,
 )
 from hmrsim.simulation.detections import sensors_of
-from hmrsim.world.derived import Derived
+from hmrsim.world.model import Derived
 
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator

@@ -38,7 +38,7 @@ from hmrsim.protocol.outputs import EventStamped, GoalChanged, TimeRestarted
 from hmrsim.protocol.sinks import SelectiveSink
 from hmrsim.protocol.topics import Topic
 from hmrsim.services import registry as services
-from hmrsim.world.derived import Derived
+from hmrsim.world.model import Derived
 from hmrsim.world.writing import native_data
 from hmrsim.world_checks.loading import world_hash
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from hmrsim.diagnostics import listed
 from hmrsim.geometry import PlaceNames
-from hmrsim.world.derived import Derived
+from hmrsim.world.model import Derived
 
 if TYPE_CHECKING:
     from hmrsim.traffic.lane_closures import Barriers, LaneClosures

@@ -7,10 +7,11 @@ In pixels y points down and yaw runs from +x to +y. Coordinates are never flippe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from functools import cached_property
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, partial
 from itertools import pairwise, permutations
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, overload
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Self, TypeVar, overload
 
 from pydantic import (
     AfterValidator,
@@ -530,7 +531,7 @@ class World(Model):
         return origin
 
     def with_faults(self, faults: Sequence[FaultEntry]) -> World:
-        """Return a copy with further faults; values derived from the rest are shared, see `hmrsim.world.derived`."""
+        """Return a copy with further faults; values derived from the rest are shared, see `Derived`."""
         copy = self.model_copy(update={"faults": (*self.faults, *faults)})
         copy.__dict__["_origin"] = self.origin
         return copy
@@ -715,3 +716,38 @@ class World(Model):
     def speed(self, base: Base) -> float:
         """Return the maximum speed of a base, in the world's unit per second."""
         return base.speed or (PIXEL_SPEED if self.units == "px" else 1.0)
+
+
+T = TypeVar("T")
+
+
+class Derived(Generic[T]):
+    """A function of a world that computes its value once for each world, and drops it with the world.
+
+    Worlds are compared by identity, because comparing their content takes as long as reading them.
+
+    Args:
+        function: Computes the value, which must not refer to the world, or else the world would never be freed.
+        **parts: The fields of a world that determine the value; all by default. A copy with the same parts, such as
+            one with other faults, has the value of the world that it was copied from.
+    """
+
+    def __init__(self, function: Callable[[World], T], *parts: str) -> None:
+        self._function = function
+        self._parts = parts
+        self._known: dict[tuple[int, ...], T] = {}
+
+    def __call__(self, world: World) -> T:
+        """Return the value for a world."""
+        key = tuple(map(id, map(partial(getattr, world), self._parts))) or (id(world),)
+        try:
+            return self._known[key]
+        except KeyError:
+            value = self._known[key] = self._function(world)
+            # No other object has the identity of the world or of its parts while the world exists. Copies for single
+            # runs end soon, and the next one has the same parts.
+            owner = world.origin
+            if not self._parts or any(getattr(owner, part) is not getattr(world, part) for part in self._parts):
+                owner = world
+            weakref.finalize(owner, self._known.pop, key, None).atexit = False
+            return value

@@ -15,12 +15,11 @@ from hmrsim.caches import FileCache
 from hmrsim.diagnostics import MAX_FINDINGS, in_order
 from hmrsim.documents.valid_parts import UNRESOLVED, Lost, ValidParts, valid_parts
 from hmrsim.errors import Problem, WorldError
-from hmrsim.world.derived import Derived
 from hmrsim.world.files import AS_IT_IS, ReadOptions, find
 from hmrsim.world.formats import Document
 from hmrsim.world.includes import read_all
 from hmrsim.world.merging import Merged, Source, added_item, added_robot
-from hmrsim.world.model import Lane, PlainLanes, Waypoint, World
+from hmrsim.world.model import Derived, Lane, PlainLanes, Waypoint, World
 from hmrsim.world.overlays.overlay import Overlay, lay_all
 from hmrsim.world_checks.checks import check, check_errors
 

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hmrsim.plugins import discover
 from hmrsim.traffic.rules import Rules, Vehicle, Wait
-from hmrsim.world.derived import Derived
+from hmrsim.world.model import Derived
 
 __all__ = ["Policy", "Rules", "Settings", "Vehicle", "Wait", "registry", "rules_of", "settings_of"]
 

@@ -30,7 +30,7 @@ from hmrsim.traffic.policies._deadlock import find_pass
 from hmrsim.traffic.policies._reservations import Slots
 from hmrsim.traffic.policies._ways import Ways
 from hmrsim.traffic.rules import by_rank
-from hmrsim.world.derived import Derived
+from hmrsim.world.model import Derived
 
 if TYPE_CHECKING:
     from hmrsim.geometry import Point

@@ -15,8 +15,7 @@ from hmrsim.engine.sim_time import stamp
 from hmrsim.geometry import METER, Pose
 from hmrsim.interfaces.builtin_interfaces import values_of
 from hmrsim.protocol.goal import WORLD
-from hmrsim.world.derived import Derived
-from hmrsim.world.model import Solid
+from hmrsim.world.model import Derived, Solid
 from hmrsim_zenoh.ros2.publishing.markers import BASE, MAP, UP, static_frames, transform, xyz
 
 if TYPE_CHECKING:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from hmrsim.world.derived import Derived
-from hmrsim.world.model import Lane, RobotSpec, RobotType, World
+from hmrsim.world.model import Derived, Lane, RobotSpec, RobotType, World
 
 
 def test_lane_is_also_a_pair_of_names():
