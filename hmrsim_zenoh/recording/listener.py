@@ -218,7 +218,6 @@ class Listener:
 
 
 def _object_in(payload: bytes | str) -> dict[str, Any]:
-    """Return the JSON object in a payload."""
     value = from_json(payload)
     if not isinstance(value, dict):
         raise TypeError("not a JSON object")

@@ -192,7 +192,6 @@ def _object(*lists: str, **properties: Any) -> dict[str, Any]:
 
 
 def _json_schema(name: str, schema: dict[str, Any]) -> Schema:
-    """Return the schema of a JSON channel."""
     return Schema(name, "jsonschema", json.dumps(schema), "json")
 
 

@@ -135,16 +135,15 @@ class Names:
                 result.setdefault(f"/{alias}", (robot, action))
         return result
 
-    def called(self, robot: str, action: str) -> list[str]:
-        """Return the names of an action of a robot: its own name first, then the aliases."""
-        names = [*_spelled(robot, action), *self._aliases_of.get(f"{robot}/{action}", ())]
-        return [name for name in dict.fromkeys(names) if self.actions.get(name) == (robot, action)]
+    def called(self, robot: str, action: str) -> tuple[str, ...]:
+        """Return the names of an action of a robot: its own names first, then the aliases."""
+        return tuple(self._called.get((robot, action), ()))
 
     @cached_property
-    def _aliases_of(self) -> dict[str, list[str]]:
-        result: dict[str, list[str]] = {}
-        for alias, target in self.aliases.items():
-            result.setdefault(target, []).append(f"/{alias}")
+    def _called(self) -> dict[tuple[str, str], list[str]]:
+        result: dict[tuple[str, str], list[str]] = {}
+        for name, action in self.actions.items():
+            result.setdefault(action, []).append(name)
         return result
 
     @cached_property
@@ -164,16 +163,13 @@ class Names:
         return {robot: nodes_of(robot, tuple(actions)) for robot, actions in self.serves.items() if robot != WORLD}
 
 
-def _spelled(robot: str, action: str) -> list[str]:
-    """Return the names of a robot's action without aliases."""
-    begin = "/" if robot == WORLD else f"/{robot}/"
-    return [f"{begin}{name}" for name in (action, *FURTHER_NAMES.get(action, ()))]
-
-
 @cached_per_robot
 def named_actions(robot: str, actions: tuple[str, ...]) -> Mapping[str, tuple[str, str]]:
     """Return robot and action by each ROS name of a robot's actions, without aliases."""
-    return {name: (robot, action) for action in actions for name in _spelled(robot, action)}
+    begin = "/" if robot == WORLD else f"/{robot}/"
+    return {
+        f"{begin}{name}": (robot, action) for action in actions for name in (action, *FURTHER_NAMES.get(action, ()))
+    }
 
 
 @cached_per_robot
@@ -231,7 +227,6 @@ def _of_costmap(name: str) -> dict[str, Any]:
 
 
 def _of_manager(name: str) -> dict[str, Any]:
-    """Return the services of a lifecycle manager."""
     return {
         f"{name}/manage_nodes": ManageLifecycleNodes,
         f"{name}/is_active": Trigger,

@@ -93,7 +93,6 @@ def _or(words: Iterable[str]) -> str:
 
 
 def _all_of(distro: str) -> set[TypeHash]:
-    """Return all types that a simulator may serve in a distribution."""
     actions, services = all_actions(), all_services()
     named = tuple((f"/{name}", name) for name in actions)
     nodes = WORLD_NODE, MAP_SERVER, Node("/", LOCALIZATION)

@@ -234,7 +234,6 @@ class Bridge:
 
 
 def _answer(request: frames.Get, replies: Replies) -> str:
-    """Return the frame with the answer to a get."""
     id_, key = request.id, request.key
     if replies.too_large:
         return frames.failure(id_, f"the answers on {key!r} are too long")

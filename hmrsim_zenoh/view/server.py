@@ -208,7 +208,6 @@ async def _palette(_request: Request) -> FileResponse:
 
 
 def _bound(host: str, port: int) -> socket.socket:
-    """Return a listening socket."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0]
         both = host == "::" and socket.has_dualstack_ipv6()
@@ -222,7 +221,6 @@ def _bound(host: str, port: int) -> socket.socket:
 
 
 def _tls(enclave: Enclave | None) -> dict[str, Any]:
-    """Return uvicorn's parameters of TLS."""
     if enclave is None:
         return {}
     folder = enclave.folder

@@ -342,5 +342,4 @@ def _problem(source: _Source, data: bytes, error: Exception, values: Mapping[str
 
 
 def _after(at: int, code: str) -> int:
-    """Return the end of a number at *at*."""
     return at + padding(at, size_of(code[-1])) + size_of(code)

@@ -161,8 +161,8 @@ class Endpoints:
         self._actions = actions
         self._services = ros_services(services)
         self._roles = cache(self._find_roles)
-        self.feedback_types = cache(self._find_feedback_types)
-        self.message_type = cache(self._find_message_type)
+        self.feedback_types = cache(lambda action: self._distinct(one.feedback for one in self._action_types(action)))
+        self.message_type = cache(lambda topic: message_type(TOPICS[topic].message, wire.distros[0]))
         # A client's endpoints arrive in a row, and mostly belong to one part.
         self.types_of = lru_cache(_KEPT)(self._find_types_of)
 
@@ -178,7 +178,7 @@ class Endpoints:
             for kind, role, type_, qos in self._roles(action):
                 yield Owned(node, Endpoint(kind, f"{name}/_action/{role}", type_.dds_name, type_.hash, qos))
         for topic in part.topics:
-            yield self._topic(part.robot, topic)
+            yield self.topic(part.robot, topic)
         for name, node in part.states:
             yield from self._service(node, name, LIFECYCLE_SERVICES[LIFECYCLE_SERVICE])
         for node in part.served:
@@ -199,11 +199,8 @@ class Endpoints:
         endpoints = sum(len(self._roles(action)) for _, action in part.actions) + len(part.topics) + len(part.states)
         return endpoints + len(part.nodes) + sum(len(_declared_services(node)) for node in part.served)
 
-    def topic(self, robot: str, topic: str) -> Endpoint:
-        """Return the publisher or the subscriber of a topic."""
-        return self._topic(robot, topic).endpoint
-
-    def _topic(self, robot: str, topic: str) -> Owned:
+    def topic(self, robot: str, topic: str) -> Owned:
+        """Return the publisher or the subscriber of a topic, with its node."""
         type_, (_, node, qos, kind) = self.message_type(topic), TOPICS[topic]
         endpoint = Endpoint(kind, topic_name(robot, topic), type_.dds_name, type_.hash, qos)
         if robot == WORLD:
@@ -223,12 +220,6 @@ class Endpoints:
 
     def _action_types(self, name: str) -> tuple[ActionType, ...]:
         return action_types(self._actions[name], self._wire.distros)
-
-    def _find_feedback_types(self, action: str) -> list[MessageType]:
-        return self._distinct(one.feedback for one in self._action_types(action))
-
-    def _find_message_type(self, topic: str) -> MessageType:
-        return message_type(TOPICS[topic].message, self._wire.distros[0])
 
     def _find_roles(self, action: str) -> list[tuple[Kind, str, MessageType | ServiceType, str]]:
         types = self._action_types(action)

@@ -13,7 +13,6 @@ from hmrsim_zenoh.ros2.names import (
     WORLD_NODE,
     cached_per_robot,
     lifecycle_of,
-    named_actions,
     node_of,
     nodes_of,
     own_services,
@@ -43,6 +42,9 @@ ALWAYS: Final = 2
 """The number of phases that are always declared: the world, and one node of each robot."""
 
 _ACTION: Final = "/_action/"
+
+_Called = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+"""The actions of a robot, each with the pairs of name and action to declare."""
 
 
 class Parts:
@@ -114,18 +116,12 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
     The order is: the world, one node of each robot, action `FIRST` of all robots, their nodes, their topics and states,
     each other action, topics for viewers, and finally the services of nodes.
     """
-    aliases: dict[str, dict[str, str]] = {}
-    for alias, target in names.aliases.items():
-        robot, action = names.actions.get(f"/{alias}", ("", ""))
-        if target == f"{robot}/{action}":
-            aliases.setdefault(robot, {})[f"/{alias}"] = action
     robots = [
-        _parts_of(robot, tuple(actions), tuple(aliases.get(robot, {}).items()), tuple(_topics(names, robot)))
-        for robot, actions in names.serves.items()
+        _parts_of(robot, _called(names, robot), tuple(_topics(names, robot)))
+        for robot in names.serves
         if robot not in lost and robot != WORLD
     ]
-    of_world = _called(WORLD, tuple(names.serves.get(WORLD, ())), tuple(aliases.get(WORLD, {}).items()))
-    world = tuple(named for of_action in of_world.values() for named in of_action)
+    world = tuple(named for _, called in _called(names, WORLD) for named in called)
     others = dict.fromkeys(action for one in robots for action in one.others)
     return [
         [Part(WORLD, world, OF_WORLD, served=(WORLD_NODE, MAP_SERVER))],
@@ -141,31 +137,27 @@ def _phases(names: Names, lost: Collection[str]) -> list[list[Part]]:
 
 # Cached, since the parts of hundreds of robots stay the same when another one joins.
 @cached_per_robot
-def _parts_of(
-    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...], topics: tuple[str, ...]
-) -> _RobotParts:
-    called = _called(robot, actions, aliases)
+def _parts_of(robot: str, called: _Called, topics: tuple[str, ...]) -> _RobotParts:
+    others = dict(called)
+    actions = tuple(others)
+    first = others.pop(FIRST, ())
     nodes = nodes_of(robot, actions)
     return _RobotParts(
         Part(robot, nodes=(node_of(robot, FIRST if FIRST in actions else ""),)),
-        Part(robot, tuple(called.pop(FIRST, ()))),
+        Part(robot, first),
         Part(robot, nodes=nodes),
         Part(robot, (), topics, tuple(lifecycle_of(robot, actions).items())),
-        {action: Part(robot, tuple(named)) for action, named in called.items()},
+        {action: Part(robot, named) for action, named in others.items()},
         Part(robot, topics=(*FOR_VIEWERS, *((GOAL_POSE,) if FIRST in actions else ()))),
         tuple(Part(robot, served=(node,)) for node in nodes),
     )
 
 
-def _called(
-    robot: str, actions: tuple[str, ...], aliases: tuple[tuple[str, str], ...]
-) -> dict[str, list[tuple[str, str]]]:
-    """Return the pairs of name and action to declare for each action of a robot, by action."""
-    own = {name: action for name, (_, action) in named_actions(robot, actions).items()}
-    result: dict[str, list[tuple[str, str]]] = {}
-    for name, action in {**own, **dict(aliases)}.items():
-        result.setdefault(action, []).append((name, action))
-    return result
+def _called(names: Names, robot: str) -> _Called:
+    return tuple(
+        (action, tuple((name, action) for name in names.called(robot, action)))
+        for action in names.serves.get(robot, ())
+    )
 
 
 def _topics(names: Names, robot: str) -> Iterator[str]:

@@ -237,7 +237,7 @@ class TopicPublishers:
         """Publish a message or an encoded one; nothing is encoded for a closed publisher that does not keep it."""
         publisher = self._used.get((robot, topic))
         if publisher is None:
-            publisher = self._used[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic))
+            publisher = self._used[robot, topic] = self._publishers.of(self._endpoints.topic(robot, topic).endpoint)
         if publisher or publisher.keeps:
             publisher.publish(message if isinstance(message, bytes) else self.encoded(topic, message))
 

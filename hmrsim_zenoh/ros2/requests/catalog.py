@@ -153,7 +153,6 @@ class Catalog:
         return ChangeStateHandler(*about, {node: self._actions_of(node)}, lost=lost)
 
     def _actions_of(self, node: Node) -> tuple[str, ...]:
-        """Return the actions that a node serves."""
         robot = node.robot or WORLD
         return tuple(action for action in self._names.serves.get(robot, ()) if node_of(robot, action) == node)
 

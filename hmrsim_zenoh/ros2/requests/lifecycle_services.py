@@ -224,7 +224,6 @@ def _transition(number: int, label: str, start: int, goal: int) -> TransitionDes
 
 
 def _requestable() -> Iterator[TransitionDescription]:
-    """Yield the transitions that clients may request."""
     for number, (before, _) in TRANSITIONS.items():
         yield _transition(number, _LABELS[number], before, _DURING[_LABELS[number]])
 

@@ -120,8 +120,8 @@ def test_an_action_has_its_own_names_before_aliases() -> None:
     aliases = {"retreat": "eve/back_up", "eve/wait": "eve/back_up", "eve/backup": "eve/back_up", "x": "eve/spin"}
     names = Names({"eve": ["back_up", "wait"]}, aliases)
 
-    assert ["/eve/back_up", "/eve/backup", "/retreat"] == names.called("eve", "back_up")
-    assert [] == names.called("eve", "spin")
+    assert ("/eve/back_up", "/eve/backup", "/retreat") == names.called("eve", "back_up")
+    assert () == names.called("eve", "spin")
 
 
 def test_the_world_has_the_services_of_simulation_interfaces_only(small: Names) -> None:
