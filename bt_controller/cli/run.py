@@ -222,26 +222,26 @@ def _run(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
         def give_up() -> None:
             if sys.stdout.isatty():
                 os.write(sys.stdout.fileno(), _SHOW_CURSOR)
-            _report(runner.give_up(), args)
+            _report(runner.give_up(), options.prefix, as_json=args.json)
 
         with watching(args, client, missions, clock, shown) as ticked:
             runner = Runner(client, missions, clock, mailbox, show=ticked, period=args.period, grace=_GRACE)
             with on_interrupt(lambda: mailbox.put(STOP), give_up) as signals:
                 outcome = runner.run()
-    code = _report(outcome, args)
+    code = _report(outcome, options.prefix, as_json=args.json)
     draw(args, {mission.robot: nodes_of(mission.root) for mission in missions}, statuses=True)
     return exit_code_of(signals[0]) if outcome.interrupted else code
 
 
-def _report(outcome: Outcome, args: argparse.Namespace) -> int:
+def _report(outcome: Outcome, prefix: str, *, as_json: bool) -> int:
     """Report the outcome, and return the exit code of a run that no signal ended."""
     if outcome.interrupted:
         doubt = f", but those of {', '.join(outcome.left)} have not ended yet" if outcome.left else ""
         print(f"bt-controller: interrupted; the goals were canceled{doubt}", file=sys.stderr)
     if outcome.gone:
         remedy = "start it again, or look in its output for why it has ended"
-        print(f"bt-controller: the simulator {args.prefix!r} is gone; {remedy}", file=sys.stderr)
-    if args.json:
+        print(f"bt-controller: the simulator {prefix!r} is gone; {remedy}", file=sys.stderr)
+    if as_json:
         print(json.dumps(outcome.to_json()), flush=True)
     elif not outcome.interrupted:
         for robot, status in outcome.statuses.items():

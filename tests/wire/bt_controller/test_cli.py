@@ -83,6 +83,14 @@ class TestRun:
         assert main(["run", GO, "--robot", "wall_e", "eve", "--robot", "wall_e"]) == 0
         assert capsys.readouterr().out.endswith("\nwall_e: SUCCESS\neve: SUCCESS\n")
 
+    def test_a_simulator_that_is_gone_is_named_with_a_remedy(self, simulator, capsys, monkeypatch):
+        monkeypatch.setattr("bt_controller.cli.run._GRACE", 0.0)
+        simulator.session.vanish()
+
+        assert main(["run", "py_trees.behaviours:Running", "--robot", "wall_e"]) == 1
+        error = "bt-controller: the simulator 'hmrsim' is gone; start it again, or look in its output for why it has"
+        assert capsys.readouterr().err.startswith(error)
+
     @pytest.mark.usefixtures("simulator")
     def test_json_has_one_snapshot_a_line_and_then_the_outcome(self, capsys):
         main(["run", GO, "--robot", "wall_e", "--json"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from argparse import Namespace
 
 import pytest
 from py_trees.common import Status
@@ -149,7 +148,7 @@ class TestRun:
 
     def test_a_skipped_tree_is_reported_as_skipped(self, capsys):
         """Its py_trees status has no meaning for a user."""
-        _report(Outcome({"wall_e": Status.INVALID}), Namespace(json=False))
+        _report(Outcome({"wall_e": Status.INVALID}), "hmrsim", as_json=False)
 
         assert capsys.readouterr().out == "wall_e: skipped\n"
 
