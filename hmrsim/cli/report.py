@@ -76,7 +76,7 @@ def _folder(text: str) -> Path:
 
 def _report(args: argparse.Namespace) -> int:
     from hmrsim.program.memory import collect_rarely
-    from hmrsim.report import section_of
+    from hmrsim.report import Sections, section_of
     from hmrsim.report.tables import table_names
 
     if args.json and args.output == STDOUT:
@@ -98,19 +98,13 @@ def _report(args: argparse.Namespace) -> int:
     if args.output is not None:
         _write_page(args.output, sections, sources)
     if args.csv is not None:
-        _write_all_tables(args.csv, sections, args)
+        _write_tables(args.csv, sections, args)
     if args.json:
-        _show_json(sections)
+        printed = sections[0].report if len(sections) == 1 else Sections(sections=tuple(sections))
+        show(_CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", printed.model_dump_json()))
     elif args.output is None and args.csv is None:
         _show_text(sections, chosen=args.section is not None)
     return ExitCode.DONE
-
-
-def _show_json(sections: list[Section]) -> None:
-    from hmrsim.report import Sections
-
-    printed = sections[0].report if len(sections) == 1 else Sections(sections=tuple(sections))
-    show(_CONTROL.sub(lambda match: f"\\u{ord(match[0]):04x}", printed.model_dump_json()))
 
 
 def _check_folder(directory: Path) -> None:
@@ -146,29 +140,21 @@ def _write_page(output: str, sections: list[Section], sources: list[ReportInput]
         write_text("-o", Path(output), page)
 
 
-def _write_all_tables(directory: Path, sections: list[Section], args: argparse.Namespace) -> None:
+def _write_tables(directory: Path, sections: list[Section], args: argparse.Namespace) -> None:
     """Write the tables of one section to a folder, or those of several sections to subfolders."""
-    from hmrsim.report.tables import table_names
+    from hmrsim.report.tables import table_names, tables_of
 
-    if len(sections) == 1:
-        _write_tables(directory, sections[0].report)
-        return
-    folders = {directory / f"section_{section.section}": section.report for section in sections}
+    several = len(sections) > 1
+    folders = {directory / f"section_{each.section}" if several else directory: each.report for each in sections}
     tables = [("--csv", folder / name) for folder in folders for name in table_names()]
     check_outputs([("-o", args.output), *tables], [args.file])
     for folder, report in folders.items():
-        _write_tables(folder, report)
-
-
-def _write_tables(directory: Path, report: Report) -> None:
-    from hmrsim.report.tables import tables_of
-
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise unwritable(f"--csv {directory}", error) from None
-    for name, text in tables_of(report).items():
-        write_text("--csv", directory / name, text)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise unwritable(f"--csv {folder}", error) from None
+        for name, text in tables_of(report).items():
+            write_text("--csv", folder / name, text)
 
 
 def _show_text(sections: Sequence[Section], *, chosen: bool) -> None:

@@ -86,10 +86,8 @@ def write_text(option: str, path: Path, text: str) -> None:
         OutputError: The file can't be written.
         WriteError: The disk is full.
     """
-    try:
-        path.write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise unwritable(f"{option} {path}", error) from None
+    with TextOutput(option, path) as file:
+        file.write(text)
 
 
 class TextOutput:
