@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hmrsim.cli.connection import VIEWER
-from hmrsim.cli.options import ExitCode, add_json
+from hmrsim.cli.options import ExitCode, add_json, whole_in
 from hmrsim.cli.output import show_result
 from hmrsim.errors import reason_of
 from hmrsim.program.log_options import add_log_options, logging_to_stderr
@@ -63,7 +63,7 @@ examples:
     )
     group.add_argument(
         "--port",
-        type=_port,
+        type=whole_in(0, 65_535, "a port; expected a whole number from 0 to 65535"),
         default=DEFAULT_PORT,
         metavar="PORT",
         help="… 0 for a free one (default: %(default)s)",
@@ -73,13 +73,6 @@ examples:
     add_log_options(parser)
     add_json(parser, "print the ready message as one JSON object")
     parser.set_defaults(function=_view)
-
-
-def _port(text: str) -> Any:
-    from hmrsim.settings.arguments import reader_of
-    from hmrsim_zenoh.settings import ViewSettings
-
-    return reader_of(ViewSettings, "view")(text)
 
 
 def _view(args: argparse.Namespace) -> int:
