@@ -84,12 +84,6 @@ def default_text(setting: Setting) -> str:
     return f"{default:g}" if isinstance(default, float) else str(default)
 
 
-def reader_of(model: type, name: str) -> Callable[[str], Any]:
-    """Return the function that reads the text of a setting, for an option of another name."""
-    setting = settings_of(model)[name]
-    return reader(setting.kind.type, setting.option)
-
-
 def reader(kind: type, option: Option) -> Callable[[str], Any]:
     """Return the function that reads the text of a value within the bounds of an option."""
     read = option.read or _READERS.get(kind, kind)

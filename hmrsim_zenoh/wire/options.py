@@ -20,7 +20,7 @@ from typing import Annotated, Any, Final, Literal
 from hmrsim.diagnostics import shortened
 from hmrsim.errors import reason_of
 from hmrsim.program.command_line import words_of
-from hmrsim.settings.arguments import add_settings, read_settings, reader_of
+from hmrsim.settings.arguments import add_settings, read_settings, reader
 from hmrsim.settings.option import MAX_SECONDS, Option, settings_of
 from hmrsim_zenoh.errors import BadOptions
 from hmrsim_zenoh.wire.keys import DEFAULT_PREFIX, Keys
@@ -239,7 +239,7 @@ class SessionOptions:
             text = "" if name in _OF_ONE_SESSION else os.environ.get(variable, "")
             if not text:
                 continue
-            read = reader_of(SessionOptions, name)
+            read = reader(setting.kind.type, setting.option)
             try:
                 given[name] = tuple(map(read, words_of(text))) if setting.kind.repeatable else read(text)
             except argparse.ArgumentTypeError as error:
