@@ -45,7 +45,6 @@ examples:
   hmrsim action send-goal /mocha/wait '{time: {sec: 3}}' --json
   hmrsim action send-goal /mocha/undock_robot"""
 
-_TYPE: Final = re.compile(r"\w+(/\w+)+")
 _LOOK: Final = 1.0
 _DRAIN_TIMEOUT: Final = 0.05
 _CANCEL_WAIT: Final = 2.0
@@ -75,10 +74,10 @@ def _configure_send_goal(parser: argparse.ArgumentParser) -> None:
 
 
 def _send_goal(args: argparse.Namespace) -> int:
-    from hmrsim.cli.goal_text import read_goal, read_yaml
+    from hmrsim.cli.goal_text import read_goal, read_yaml, type_and_text
     from hmrsim.cli.names import find_action
 
-    ros_type, text = _type_and_goal(args)
+    ros_type, text = type_and_text(args.type, args.goal, "an action", "goal")
     data = None if text is None else read_yaml(text)
     goal_id = _goal_id(args.goal_id)
     participant = re.sub(r"\W+", "_", args.name).strip("_")
@@ -97,16 +96,6 @@ def _send_goal(args: argparse.Namespace) -> int:
                 return _send_in_lockstep(client, name, goal, goal_id=goal_id, report=report)
             _check_that_time_moves(client)
         return _follow(client, name, goal, goal_id=goal_id, report=report)
-
-
-def _type_and_goal(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return the type and the goal; if only one is given, its form tells which it is."""
-    if args.type is None or _TYPE.fullmatch(args.type):
-        return args.type, args.goal
-    if args.goal is not None:
-        goal = quote(f"{args.type} {args.goal}")
-        raise WrongUse(f"{args.type!r} is not an action's type; if it is part of the goal, quote the goal: {goal}")
-    return None, args.type
 
 
 def _with_poses(client: Client, data: object, action: AnyAction) -> object:

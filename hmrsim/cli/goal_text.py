@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from itertools import chain
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 from pydantic import ValidationError
@@ -43,6 +45,7 @@ _EXPECTED: Final = {
     "Input should be an object": "expected a mapping",
     "Keys should be strings": "expected a field name",
 }
+_TYPE: Final = re.compile(r"\w+(/\w+)+")
 _EXPECTED_MAPPING: Final = "expected a mapping"
 _POSES: Final = (list(PoseStamped.model_fields), list(Pose.model_fields))
 """The fields of messages that may be given as the name of a place or as coordinates."""
@@ -50,6 +53,22 @@ _POSES: Final = (list(PoseStamped.model_fields), list(Pose.model_fields))
 _MAPPING: Final = "Input should be a valid dictionary"
 _MISSING: Final = "Field required"
 _UNKNOWN: Final = "Extra inputs are not permitted"
+
+
+def type_and_text(ros_type: str | None, text: str | None, owner: str, noun: str) -> tuple[str | None, str | None]:
+    """Return a ROS type and the text after it; if only one is given, its form tells which it is.
+
+    *owner* is what has the type, such as ``an action``, and *noun* what the text is, such as ``goal``.
+
+    Raises:
+        WrongUse: The shell has split the text at its spaces.
+    """
+    if ros_type is None or _TYPE.fullmatch(ros_type):
+        return ros_type, text
+    if text is not None:
+        whole = quote(f"{ros_type} {text}")
+        raise WrongUse(f"{ros_type!r} is not {owner}'s type; if it is part of the {noun}, quote the {noun}: {whole}")
+    return None, ros_type
 
 
 def read_yaml(text: str, noun: str = "goal") -> object:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import queue
-import re
 import threading
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from hmrsim.program.command_line import CommandParser
     from hmrsim_zenoh.client.client import Client
 
-_TYPE: Final = re.compile(r"\w+(/\w+)+")
 _WILDCARDS: Final = frozenset("*$#?")
 _ACTION: Final = "/_action/"
 _NO_TIMEOUT: Final = 1e6
@@ -107,13 +105,11 @@ def _type(args: argparse.Namespace) -> int:
 
 
 def _call(args: argparse.Namespace) -> int:
-    from hmrsim.cli.goal_text import errors_of_reply, read_yaml
+    from hmrsim.cli.goal_text import errors_of_reply, read_yaml, type_and_text
     from hmrsim.cli.names import service_types
     from hmrsim_zenoh.wire.descriptions import plain_values
 
-    ros_type, request = args.type, args.request
-    if ros_type is not None and request is None and not _TYPE.fullmatch(ros_type):
-        ros_type, request = None, ros_type
+    ros_type, request = type_and_text(args.type, args.request, "a service", "request")
     name = f"/{args.name.removeprefix('/')}"
     if not _WILDCARDS.isdisjoint(name):
         raise WrongUse(f"{args.name!r} has a wildcard; expected the name of one service")

@@ -102,6 +102,7 @@ def test_the_type_may_be_given(call):
         ((GET_RESULT, "{a: .inf}"), "request: NaN and infinity are not valid JSON; expected finite numbers\n"),
         ((GET_RESULT, "a/b/C", "{}"), f"{GET_RESULT} is a nav2_msgs/action/Wait_GetResult, not a a/b/C\n"),
         (("/wall_e/*",), "'/wall_e/*' has a wildcard; expected the name of one service\n"),
+        ((GET_RESULT, "{goal_id:", "a}"), "'{goal_id:' is not a service's type; if it is part of the request, quote"),
     ],
 )
 def test_invalid_requests_exit_with_2_and_a_line_for_each_error(call, words, error):
