@@ -91,6 +91,7 @@ class AsyncTime:
     Attributes:
         woken: Whether a wait has ended, so that time stands still.
         lost: The error for which the task was canceled.
+        loop_time: Simulated seconds, as the loop's timers have them: they change only while all tasks wait.
     """
 
     def __init__(self, client: Client, lockstep: Lockstep | None) -> None:
@@ -117,15 +118,11 @@ class AsyncTime:
         self._ended: Exception | None = None
         self._looks_around = False
         self._ordered = OrderedLoop.of(self._loop) if lockstep is not None else None
-        self._loop_time = 0.0 if lockstep is None else lockstep.now
+        self.loop_time = 0.0 if lockstep is None else lockstep.now
         if self._ordered is not None:
             self._ordered.enter(self)
         if lockstep is None:
             self._look_around_later()
-
-    def loop_time(self) -> float:
-        """Return simulated seconds, as the loop's timers have them: they change only while all tasks wait."""
-        return self._loop_time
 
     def next_rank(self) -> int:
         """Return a rank for what one listener posts."""
@@ -349,7 +346,7 @@ class AsyncTime:
         for _, call in sorted(posted, key=itemgetter(0)):
             call()
         if self._lockstep is not None:
-            self._loop_time = self._lockstep.now
+            self.loop_time = self._lockstep.now
         if error := driven.exception():
             if self._lockstep is None or self._lockstep.lost or not self._waits:
                 # A task that sleeps by the loop's own clock can't be detected.

@@ -42,10 +42,13 @@ _BEFORE: Final = frozenset(threading.enumerate())
 
 
 class Clock(Protocol):
-    """The time of a client's tasks."""
+    """The time of a client's tasks.
 
-    def loop_time(self) -> float:
-        """Return simulated seconds."""
+    Attributes:
+        loop_time: Simulated seconds.
+    """
+
+    loop_time: float
 
     def on_quiet(self, timer: float) -> bool:
         """Advance time, as no task is ready to run; return whether anything can still happen.
@@ -172,7 +175,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
 
     def time(self) -> float:
         """Return simulated seconds while a client takes part in lockstep; else those of the machine."""
-        return self._clocks[0].loop_time() if self._clocks else super().time()
+        return self._clocks[0].loop_time if self._clocks else super().time()
 
     def enter(self, clock: Clock) -> None:
         """Use the simulated time of a client from now on."""
