@@ -161,6 +161,21 @@ class TestSecond:
 
         assert [(4, 6), (4, 6)] == statuses(run)
 
+    def test_first_controller_is_killed_while_it_waits_for_the_second(self, disturbed, waiting):
+        first, second = waiting(15, robot="bob"), waiting(3, 3, 10)
+
+        def controller(client, robots):
+            return (second if first.times else first)(client, robots)
+
+        bob = {"goal": "executing", "robot": "bob", "action": "wait"}
+        run = disturbed(
+            controller,
+            SECOND | {"when": {**bob, "after": 4.0}},
+            killed() | {"when": {**bob, "after": 8.0}},
+        )
+
+        assert ("succeeded", [[4.0, 7.0, 10.0, 20.0]]) == (run.ending, second.times)
+
     def test_crash_of_the_second_controller_counts(self, disturbed, waiting):
         def alone(client, robots):
             if client.now:
