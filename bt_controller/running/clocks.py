@@ -219,8 +219,9 @@ class LockstepClock:
         with suppress(HmrsimError):
             # A pending advance has to be granted first, which depends on the other participants.
             for _ in range(2):
-                if not done():
-                    self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
+                if done():
+                    return
+                self._lockstep.advance(until=self.now, timeout=until - time.monotonic())
 
     def close(self) -> None:
         """Leave lockstep, so that the other participants continue."""
