@@ -325,7 +325,8 @@ class Lockstep:
         # A thread that waits for a grant has one now.
         with suppress(HmrsimError):
             self._turns.run(self._take_last, lambda: False, _LAST_WORDS)
-        self._flush([*self._sent, *self._queue])
+        if unsent := [*self._sent, *self._queue]:
+            self._flush(unsent)
 
     def _take_last(self) -> bool:
         pending = self._request is not None
