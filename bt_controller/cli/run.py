@@ -52,11 +52,11 @@ def on_interrupt(stop: Callable[[], None], give_up: Callable[[], None]) -> Itera
     """Stop regularly on the first SIGINT or SIGTERM, and end the process on the second or after a time limit.
 
     A separate thread receives the signals, since the main thread may be in a behavior that blocks, even in C.
-    Yields where it keeps the numbers of the signals. In the main thread only.
+    Yields the list of the signals' numbers so far. Use it in the main thread only.
 
     Args:
-        stop: Asks for an end; called at the first signal.
-        give_up: Does what can be done without the main thread; then the process ends.
+        stop: Requests a regular stop; called at the first signal.
+        give_up: Cleans up without the main thread; the process ends afterwards.
     """
     numbers: list[int] = []
     heard: queue.SimpleQueue[int] = queue.SimpleQueue()

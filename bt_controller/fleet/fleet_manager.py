@@ -66,7 +66,7 @@ class FleetManager(Leaf):
         """Look up the robots that can do any of the tasks.
 
         Raises:
-            TreeError: The seed is no number.
+            TreeError: The seed is not a whole number.
             NotServed: A robot does not tell where it is.
         """
         super().setup(**kwargs)

@@ -197,14 +197,14 @@ class _Checker:
         alike = [known for known in self._nodes if known.lower() == tag.lower()]
         if len(alike) != 1 or tag in self._document.trees or tag in UNSUPPORTED:
             return None
-        self._faults.warn(origin, f"taken for <{alike[0]}>; BehaviorTree.CPP refuses another case")
+        self._faults.warn(origin, f"read as <{alike[0]}>; BehaviorTree.CPP is case-sensitive")
         return self._nodes[alike[0]]
 
     def _unknown(self, origin: Origin, tag: str) -> None:
         if not tag:
             self._faults.add(origin, 'needs ID="…", the name of a node')
         elif tag in self._document.trees:
-            self._faults.add(origin, f'is no node but a tree; write <SubTree ID="{tag}"/>')
+            self._faults.add(origin, f'is a tree, not a node; write <SubTree ID="{tag}"/>')
         elif tag in UNSUPPORTED:
             self._faults.add(origin, f"unsupported node: {UNSUPPORTED[tag]}")
         else:
@@ -329,5 +329,5 @@ class _Checker:
             return {}
         for name, text in missing.items():
             if text is None:
-                self._faults.add(origin, f'port {name!r} is missing; write {name}="…", as its model wants it')
+                self._faults.add(origin, f'port {name!r} is missing; write {name}="…", as its model requires')
         return {name: text for name, text in missing.items() if text is not None}

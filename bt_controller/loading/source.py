@@ -57,15 +57,15 @@ class _Reader:
         self._folder = path.parent.resolve()
         self._left = MAX_BYTES
         self._elements = 0
-        self._mistakes: dict[str, None] = {}
+        self._errors: dict[str, None] = {}
         self._begun: list[Path] = []
         self._done: set[Path] = set()
 
     def main(self) -> Element:
         origin = Origin(str(self._path), 0)
         root = self._read(self._path.resolve(), origin, origin)
-        if self._mistakes:
-            raise TreeError("\n".join(list(self._mistakes)[:MAX_FAULTS]))
+        if self._errors:
+            raise TreeError("\n".join(list(self._errors)[:MAX_FAULTS]))
         return root
 
     def _read(self, path: Path, file: Origin, asked: Origin) -> Element:
@@ -110,7 +110,7 @@ class _Reader:
         try:
             return self._included(element, path)
         except TreeError as error:
-            self._mistakes[str(error)] = None
+            self._errors[str(error)] = None
             return []
 
     def _included(self, element: Element, path: Path) -> list[Any]:
@@ -152,7 +152,7 @@ def _missing(path: Path) -> str:
 
 
 MAX_FAULTS: Final = 50
-"""The largest number of mistakes in a message: more do not help, and each suggestion takes time to compute."""
+"""The largest number of errors in a message: more do not help, and each suggestion takes time to compute."""
 
 _MAX_LINE: Final = 400
 
@@ -200,11 +200,11 @@ class Faults:
         """Add an error; duplicates count once.
 
         Raises:
-            TreeError: There are too many to go on.
+            TreeError: There are `MAX_FAULTS` errors.
         """
         self._lines[origin.says(text)] = None
         if len(self._lines) >= MAX_FAULTS:
-            raise TreeError("\n".join([*self._lines, f"stopped after {MAX_FAULTS} mistakes"]))
+            raise TreeError("\n".join([*self._lines, f"stopped after {MAX_FAULTS} errors"]))
 
     def warn(self, origin: Origin, text: str) -> None:
         """Add a warning; only a limited number of them is kept."""
@@ -250,11 +250,11 @@ def document(root: Element, faults: Faults, *, tree: str | None = None) -> Docum
         tree: The ID of the tree to run; by default the file's main tree.
     """
     if root.tag != "root":
-        faults.add(root.origin, 'is no file of trees; <root BTCPP_format="4"> is expected')
+        faults.add(root.origin, 'is not a file of trees; expected <root BTCPP_format="4">')
     trees, models = _parts(root, faults)
     found = root.findall("BehaviorTree")
     if not found and root.tag == "root":
-        faults.add(root.origin, 'has no trees; <BehaviorTree ID="…"> is expected')
+        faults.add(root.origin, 'has no trees; expected <BehaviorTree ID="…">')
     if found:
         _look(root, faults)
     # A tree without an ID is reported already, and may be the main tree.
@@ -307,9 +307,9 @@ def _look(root: Element, faults: Faults) -> None:
             faults.add(root.origin, f"unknown attribute {shown(attribute)}; did you mean {alike!r}?")
     said = root.attrib.get("BTCPP_format")
     if said is None:
-        faults.warn(root.origin, 'does not say its format; BTCPP_format="4" is read, and BehaviorTree.CPP wants it')
+        faults.warn(root.origin, 'has no BTCPP_format; "4" is assumed, and BehaviorTree.CPP requires it')
     elif said != "4":
-        faults.add(root.origin, f'is of format {shown(said)}; BTCPP_format="4" is read')
+        faults.add(root.origin, f'has the format {shown(said)}; expected BTCPP_format="4"')
 
 
 def _main(root: Element, trees: Mapping[str, Element], tree: str | None, faults: Faults) -> str:

@@ -10,7 +10,7 @@ Statements are separated by ``;``. Names are entries of the blackboard, ``@name`
 - ``condition ? one : other``.
 - Numbers (``3``, ``0x1F``, ``2.5e3``), texts (``'a'`` or ``"a"``, without escapes), ``true`` and ``false``.
 
-There are no enumerations: a name that is no entry is an error when the script runs.
+There are no enumerations: a name without an entry is an error when the script runs.
 """
 
 from __future__ import annotations

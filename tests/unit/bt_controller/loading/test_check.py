@@ -18,7 +18,7 @@ NODES = [
     ('<Action ID="Sya"/>', "<Sya>: unknown node; did you mean 'Say'?"),
     ("<Action/>", '<Action>: needs ID="…", the name of a node'),
     ('<Control ID="Say"/>', "<Control>: 'Say' is not of this kind; use <Say>"),
-    ("<A/>", '<A>: is no node but a tree; write <SubTree ID="A"/>'),
+    ("<A/>", '<A>: is a tree, not a node; write <SubTree ID="A"/>'),
     ("<Say><Say/></Say>", "<Say>: has 1 child; expected none"),
     ("<Same/>", "<Same>: has no children; expected exactly 1"),
     ('<All name="x"/>', "<All> 'x': has no children; expected at least 1"),
@@ -94,11 +94,11 @@ MODEL = """\
 <BehaviorTree ID="A"><SubTree ID="B"/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>"""
 
 DOCUMENTS = [
-    ('<?xml version="1.0"?><tree/>', 'tree.xml:1: <tree>: is no file of trees; <root BTCPP_format="4"> is expected'),
-    ("<root/>", 'tree.xml:1: <root>: has no trees; <BehaviorTree ID="…"> is expected'),
+    ('<?xml version="1.0"?><tree/>', 'tree.xml:1: <tree>: is not a file of trees; expected <root BTCPP_format="4">'),
+    ("<root/>", 'tree.xml:1: <root>: has no trees; expected <BehaviorTree ID="…">'),
     (
         f'<root BTCPP_format="3">{_tree("<Say/>")}</root>',
-        "tree.xml:1: <root>: is of format '3'; BTCPP_format=\"4\" is read",
+        "tree.xml:1: <root>: has the format '3'; expected BTCPP_format=\"4\"",
     ),
     (
         f'<root main_tree_to_excute="A">{_tree("<Say/>")}</root>',
@@ -118,7 +118,7 @@ DOCUMENTS = [
         "<root>: names no tree to run; give main_tree_to_execute or --tree, one of A, B",
     ),
     (RING, "<SubTree>: a tree can't contain itself: "),
-    (MODEL, "tree.xml:2: <SubTree>: port 'x' is missing; write x=\"…\", as its model wants it"),
+    (MODEL, "tree.xml:2: <SubTree>: port 'x' is missing; write x=\"…\", as its model requires"),
 ]
 
 
@@ -131,7 +131,7 @@ def test_a_wrong_file_is_reported_in_one_line(files, text, error):
     assert "Traceback" not in str(caught.value)
 
 
-def test_all_mistakes_are_reported_at_once(files):
+def test_all_errors_are_reported_at_once(files):
     other = '<BehaviorTree ID="B"><All>\n<Two x="">\n<Sya/>\n<Say txt=""/>\n</Two></All></BehaviorTree>'
     with pytest.raises(TreeError) as caught:
         files.load(f'<root main_tree_to_execute="A">\n{_tree("<Say/>")}\n{other}</root>')
@@ -143,12 +143,12 @@ def test_all_mistakes_are_reported_at_once(files):
     ] == str(caught.value).splitlines()
 
 
-def test_there_is_an_end_of_mistakes(files):
+def test_there_is_an_end_of_errors(files):
     with pytest.raises(TreeError) as caught:
         files.load(_tree("<All>" + "<Hover/>\n" * 1000 + "</All>"))
 
     lines = str(caught.value).splitlines()
-    assert (51, "stopped after 50 mistakes") == (len(lines), lines[-1])
+    assert (51, "stopped after 50 errors") == (len(lines), lines[-1])
 
 
 def test_a_line_is_never_longer_than_a_few_hundred_characters(files):
@@ -268,7 +268,7 @@ def test_a_tag_in_another_case_is_taken_for_the_node_and_doubted(files):
     body = _tree('<say text="a"/>')
     files.load(f'<root BTCPP_format="4">\n{body}\n</root>')
 
-    assert ("tree.xml:2: <say>: taken for <Say>; BehaviorTree.CPP refuses another case",) == files.doubts
+    assert ("tree.xml:2: <say>: read as <Say>; BehaviorTree.CPP is case-sensitive",) == files.doubts
 
 
 def test_what_robots_serve_is_not_doubted(files):
@@ -287,7 +287,7 @@ def test_a_file_without_a_format_is_doubted(files):
     files.load(f"<root>{_tree('<Say/>')}</root>")
 
     assert (
-        'tree.xml:1: <root>: does not say its format; BTCPP_format="4" is read, and BehaviorTree.CPP wants it',
+        'tree.xml:1: <root>: has no BTCPP_format; "4" is assumed, and BehaviorTree.CPP requires it',
     ) == files.doubts
 
 
@@ -300,7 +300,7 @@ def test_no_main_tree_hides_no_recursion(files):
     assert "a tree can't contain itself: " in second
 
 
-def test_a_tree_without_an_id_is_one_mistake(files):
+def test_a_tree_without_an_id_is_one_error(files):
     with pytest.raises(TreeError) as caught:
         files.load('<root main_tree_to_execute="A"><BehaviorTree><Say/></BehaviorTree></root>')
 

@@ -64,12 +64,12 @@ class TestCheck:
             f"bt-controller: {path}:42: <ComputePathToPose>: nothing writes 'goal'; give it with --set goal=…\n"
         )
 
-    def test_a_doubt_is_printed_and_no_mistake(self, files, capsys):
+    def test_a_doubt_is_printed_and_no_error(self, files, capsys):
         files.write(NAVIGATE.replace(' BTCPP_format="4"', ""))
 
         assert main(["check", "tree.xml", "--set", "goal=kitchen", "--set", "gaol=x"]) == 0
         first, second = capsys.readouterr().err.splitlines()
-        assert first.startswith("bt-controller: warning: tree.xml:1: <root>: does not say its format; ")
+        assert first.startswith("bt-controller: warning: tree.xml:1: <root>: has no BTCPP_format; ")
         assert second == "bt-controller: warning: nothing reads 'gaol'; did you mean 'goal'?"
 
     def test_an_empty_module_is_wrong_use(self, capsys):
@@ -89,7 +89,7 @@ class TestCheck:
             "Sleep",
         ]
 
-    def test_each_mistake_is_a_line(self, files, capsys):
+    def test_each_error_is_a_line(self, files, capsys):
         files.write(NAVIGATE.replace('msec="1000"', 'sec="1"').replace("NavigateToPose", "NavigateToPos"))
 
         assert main(["check", "tree.xml"]) == 2

@@ -149,7 +149,7 @@ class TestInclude:
         with pytest.raises(TreeError, match=r"19\.xml:1: <include>: includes are nested more than 20 deep"):
             read("0.xml")
 
-    def test_mistakes_in_several_files_are_reported_at_once(self, files):
+    def test_errors_in_several_files_are_reported_at_once(self, files):
         files.write("<root>", "b.xml")
         files.write('<include path="c.xml"/>', "a.xml")
         files.write("".join(f'<include path="{name}.xml"/>' for name in ("a", "b", "b", "x")))
