@@ -157,31 +157,17 @@ def _place(cell: Cell, parent: Cell | None, drawing: Drawing) -> None:
         cell.origin = (parent.box.x, parent.box.y) if parent.is_shape else parent.origin
     if cell.is_edge or cell.geometry is None:
         return
-    numbers = _numbers(cell, cell.geometry, drawing)
+    readers = [partial(number, cell.geometry, key) for key in ("x", "y", "width", "height")]
+    readers.append(partial(style_number, cell.style, "rotation"))
+    x, y, width, height, rotation = (drawing.attempt(cell, read) or 0.0 for read in readers)
     if cell.failed:
         return
-    x, y, width, height, rotation = numbers
     if width < 0 or height < 0:
         drawing.complain(cell, f"has the size {width:g} x {height:g}; expected none below 0", min(width, height))
         return
     cell.box = Box(cell.origin[0] + x, cell.origin[1] + y, width, height, rotation)
     if cell.is_relative and parent is not None and parent.is_shape:
-        try:
-            cell.box = _on(parent.box, cell.box, cell.geometry)
-        except BadCell as error:
-            drawing.complain(cell, str(error), error.value)
-
-
-def _numbers(cell: Cell, geometry: Element, drawing: Drawing) -> list[float]:
-    """Return x, y, width, height and rotation; values that are not numbers are left out and become errors."""
-    numbers: list[float] = []
-    readers = [partial(number, geometry, key) for key in ("x", "y", "width", "height")]
-    for read in (*readers, partial(style_number, cell.style, "rotation")):
-        try:
-            numbers.append(read())
-        except BadCell as error:
-            drawing.complain(cell, str(error), error.value)
-    return numbers
+        cell.box = drawing.attempt(cell, partial(_on, parent.box, cell.box, cell.geometry)) or cell.box
 
 
 def _on(outer: Box, inner: Box, geometry: Element) -> Box:
