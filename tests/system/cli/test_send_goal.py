@@ -22,7 +22,7 @@ INFO = {"robots": [{"name": "wall_e", "actions": ["wait"]}], "aliases": {"wall_e
 GOAL_ID = "0123456789abcdef" * 2
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def client(monkeypatch):
     """Return the connection of the command's client; goals succeed at once unless a test says otherwise."""
     fake = FakeConnection()
@@ -39,15 +39,20 @@ def client(monkeypatch):
     return fake
 
 
-def send(*arguments):
-    """Run the command and return its exit code."""
-    return main(["action", "send-goal", "/wall_e/wait", *arguments])
+@pytest.fixture
+def send(capsys):
+    """Return the function that sends a goal and returns exit code, output and errors."""
+
+    def run(*arguments, name="/wall_e/wait"):
+        code = main(["action", "send-goal", name, *arguments])
+        return code, *capsys.readouterr()
+
+    return run
 
 
-def test_a_goal_prints_like_ros2_action_send_goal(client, capsys):
-    code = send("{time: {sec: 2}}")
+def test_a_goal_prints_like_ros2_action_send_goal(client, send):
+    code, out, _ = send("{time: {sec: 2}}")
 
-    out = capsys.readouterr().out
     assert 0 == code
     assert [Wait.Goal(time=Duration(sec=2))] == [goal.goal for goal in client.goals]
     assert out.startswith(f"Goal accepted with ID: {GOAL_ID}\n\nResult:\n    total_elapsed_time:\n")
@@ -55,23 +60,18 @@ def test_a_goal_prints_like_ros2_action_send_goal(client, capsys):
 
 
 @pytest.mark.parametrize("words", [[], ["nav2_msgs/action/Wait"]])
-def test_a_missing_goal_is_an_error_with_an_example(client, words, capsys):
-    code = send(*words)
-
-    assert 2 == code
-    assert [] == [goal.goal for goal in client.goals]
+def test_a_missing_goal_is_an_error_with_an_example(client, words, send):
     error = "/wall_e/wait: the goal is missing; give it as YAML, such as '{time: {sec: 2}}'\n"
-    assert error == capsys.readouterr().err
+
+    assert (2, "", error) == send(*words)
+    assert [] == client.goals
 
 
-def test_empty_fields_of_a_result_are_not_printed(client, capsys):
-    client.robot = lambda goal: goal.succeed()
-    send("{}")
-
-    assert "error_msg" not in capsys.readouterr().out
+def test_empty_fields_of_a_result_are_not_printed(send):
+    assert "error_msg" not in send("{}")[1]
 
 
-def test_feedback_comes_between_acceptance_and_result(client, capsys):
+def test_feedback_comes_between_acceptance_and_result(client, send):
 
     def then(goal):
         goal.accept()
@@ -80,99 +80,84 @@ def test_feedback_comes_between_acceptance_and_result(client, capsys):
         goal.succeed()
 
     client.robot = then
-    send("{}", "--feedback")
+    _, out, _ = send("{}", "--feedback")
 
-    out = capsys.readouterr().out
     headings = [line for line in out.splitlines() if line and not line.startswith(" ")]
     assert ["Feedback:", "Feedback:", "Result:", "Goal finished with status: SUCCEEDED"] == headings[1:]
     assert "Feedback:\n    time_left:\n      sec: 2\n      nanosec: 0\n\n" in out
 
 
-def test_feedback_takes_one_line_on_a_terminal_unless_verbose(client, capsys, monkeypatch):
+def test_feedback_takes_one_line_on_a_terminal_unless_verbose(client, send, monkeypatch):
     """A drive of a minute has hundreds of samples."""
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=2)), goal.succeed())
-    send("{}", "--feedback")
-    brief = capsys.readouterr().out
-    send("{}", "--verbose")
 
-    assert "Feedback: time_left 2.0 s\n" in brief
-    assert "Feedback:\n    time_left:\n      sec: 2\n" in capsys.readouterr().out
+    assert "Feedback: time_left 2.0 s\n" in send("{}", "--feedback")[1]
+    assert "Feedback:\n    time_left:\n      sec: 2\n" in send("{}", "--verbose")[1]
 
 
-def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, capsys):
+def test_without_the_option_the_client_does_not_subscribe_to_feedback(client, send):
     client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=2)), goal.succeed())
-    send("{}")
 
-    assert "Feedback" not in capsys.readouterr().out
+    assert "Feedback" not in send("{}")[1]
 
 
 @pytest.mark.parametrize("status", [GoalStatus.ABORTED, GoalStatus.CANCELED])
-def test_a_goal_without_success_exits_with_1(client, status, capsys):
+def test_a_goal_without_success_exits_with_1(client, status, send):
     client.robot = lambda goal: goal.end(status, goal.action.failure(701, ""))
-    code = send("{}")
+    code, out, _ = send("{}")
 
-    out = capsys.readouterr().out
     assert 1 == code
     assert "error_code: 701" in out
     assert out.endswith(f"Goal finished with status: {status.name}\n")
 
 
-def test_a_rejected_goal_exits_with_1_and_the_reason(client, capsys):
+def test_a_rejected_goal_exits_with_1_and_the_reason(client, send):
     client.robot = lambda goal: goal.fail(GoalRejectedError("not_ready", 1, "no planner"))
-    code = send("{}")
+    code, out, err = send("{}")
 
-    captured = capsys.readouterr()
-    assert (1, "") == (code, captured.out)
+    assert (1, "") == (code, out)
     assert [
         "Goal was rejected: not_ready: no planner",
         "`hmrsim explain not_ready` says why that happens, and what to do",
-    ] == captured.err.splitlines()
+    ] == err.splitlines()
 
 
-def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, capsys):
+def test_an_invalid_goal_exits_with_2_and_a_line_for_each_error(client, send):
     message = "Input should be a valid integer"
     error = RequestError("goal.time.sec: no", [{"field": "goal.time.sec", "message": message, "value": "x"}])
     client.robot = lambda goal: goal.fail(error)
-    code = send("{}")
 
-    assert (2, "goal: time.sec: expected an integer, got 'x'\n") == (code, capsys.readouterr().err)
+    assert (2, "", "goal: time.sec: expected an integer, got 'x'\n") == send("{}")
 
 
 @pytest.mark.parametrize("error", [SimulatorGone("it is gone"), SimulatorNotFound("no simulator answers")])
-def test_a_missing_simulator_exits_with_3(client, error, capsys):
+def test_a_missing_simulator_exits_with_3(client, error, send):
     client.robot = lambda goal: goal.fail(error)
-    code = send("{}")
 
-    assert (3, f"hmrsim: {error}\n") == (code, capsys.readouterr().err)
+    assert (3, "", f"hmrsim: {error}\n") == send("{}")
 
 
-def test_json_has_a_line_for_each_feedback_and_then_the_outcome(client, capsys):
+def test_json_has_a_line_for_each_feedback_and_then_the_outcome(client, send):
     client.robot = lambda goal: (goal.accept(), goal.feed(time_left=Duration(sec=1)), goal.succeed())
-    code = send("{}", "--feedback", "--json")
+    code, out, _ = send("{}", "--feedback", "--json")
 
-    feedback, outcome = map(json.loads, capsys.readouterr().out.splitlines())
+    feedback, outcome = map(json.loads, out.splitlines())
     assert 0 == code
     assert {"goal_id": GOAL_ID, "feedback": {"time_left": {"sec": 1, "nanosec": 0}}} == feedback
     assert (True, 4, "SUCCEEDED") == (outcome["accepted"], outcome["status"], outcome["status_name"])
     assert 0 == outcome["result"]["error_code"]
 
 
-def test_json_of_a_rejection_has_the_fields_of_send_goal(client, capsys):
+def test_json_of_a_rejection_has_the_fields_of_send_goal(client, send):
     client.robot = lambda goal: goal.fail(GoalRejectedError("busy", 1, "try later"))
-    send("{}", "--json")
+    rejection = {"accepted": False, "goal_id": GOAL_ID, "reason": "busy", "error_code": 1, "error_msg": "try later"}
 
-    assert {
-        "accepted": False,
-        "goal_id": GOAL_ID,
-        "reason": "busy",
-        "error_code": 1,
-        "error_msg": "try later",
-    } == json.loads(capsys.readouterr().out)
+    assert rejection == json.loads(send("{}", "--json")[1])
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, number, code, capsys):
+def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, number, code, send):
 
     def then(goal):
         goal.when_canceled = goal.end_canceled
@@ -181,21 +166,21 @@ def test_ctrl_c_cancels_the_goal_waits_for_its_end_and_exits_with_130(client, nu
 
     client.robot = then
 
-    assert code == send("{}")
-    assert "Canceling goal…\nGoal finished with status: CANCELED\n" == capsys.readouterr().err
+    assert (code, "Canceling goal…\nGoal finished with status: CANCELED\n") == send("{}")[::2]
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_an_interrupted_program_still_prints_its_json(client, number, code, capsys):
+def test_an_interrupted_program_still_prints_its_json(client, number, code, send):
     client.robot = lambda goal: (
         goal.accept(),
         setattr(goal, "when_canceled", goal.end_canceled),
         os.kill(os.getpid(), number),
     )
 
-    assert code == send("{}", "--json")
-    outcome = json.loads(capsys.readouterr().out)
-    assert (True, GOAL_ID) == (outcome["accepted"], outcome["goal_id"])
+    found, out, _ = send("{}", "--json")
+    outcome = json.loads(out)
+
+    assert (code, True, GOAL_ID) == (found, outcome["accepted"], outcome["goal_id"])
     assert (5, "CANCELED") == (outcome["status"], outcome["status_name"])
     assert {"sec": 0, "nanosec": 0} == outcome["result"]["total_elapsed_time"]
 
@@ -203,7 +188,7 @@ def test_an_interrupted_program_still_prints_its_json(client, number, code, caps
 @pytest.mark.parametrize(
     ("accepted", "status", "name"), [(True, 1, "ACCEPTED"), (None, 0, "UNKNOWN")], ids=["accepted", "not answered"]
 )
-def test_json_of_a_goal_with_unknown_end(client, capsys, accepted, status, name):
+def test_json_of_a_goal_with_unknown_end(client, send, accepted, status, name):
 
     def then(goal):
         goal.when_canceled = lambda: goal.fail(SimulatorGone("it is gone"))
@@ -213,17 +198,13 @@ def test_json_of_a_goal_with_unknown_end(client, capsys, accepted, status, name)
 
     client.robot = then
 
-    assert 130 == send("{}", "--json")
-    assert {
-        "accepted": accepted,
-        "goal_id": GOAL_ID,
-        "status": status,
-        "status_name": name,
-        "result": None,
-    } == json.loads(capsys.readouterr().out)
+    code, out, _ = send("{}", "--json")
+    outcome = {"accepted": accepted, "goal_id": GOAL_ID, "status": status, "status_name": name, "result": None}
+
+    assert (130, outcome) == (code, json.loads(out))
 
 
-def test_json_of_a_goal_rejected_during_its_cancel(client, capsys):
+def test_json_of_a_goal_rejected_during_its_cancel(client, send):
 
     def then(goal):
         goal.when_canceled = lambda: goal.reject("busy", "try later")
@@ -231,30 +212,27 @@ def test_json_of_a_goal_rejected_during_its_cancel(client, capsys):
 
     client.robot = then
 
-    assert 130 == send("{}", "--json")
-    outcome = json.loads(capsys.readouterr().out)
-    assert (False, "busy") == (outcome["accepted"], outcome["reason"])
+    code, out, _ = send("{}", "--json")
+    outcome = json.loads(out)
+
+    assert (130, False, "busy") == (code, outcome["accepted"], outcome["reason"])
 
 
-def test_signal_handlers_are_restored(client):
+def test_signal_handlers_are_restored(send):
     before = signal.getsignal(signal.SIGINT)
-    client.robot = lambda goal: goal.succeed()
     send("{}")
 
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_the_type_and_an_alias_are_accepted(capsys, client):
-    code = main(["action", "send-goal", "wall_e/rest", "nav2_msgs/action/Wait", "{}"])
+def test_the_type_and_an_alias_are_accepted(client, send):
+    code, out, _ = send("nav2_msgs/action/Wait", "{}", name="wall_e/rest")
 
-    assert (0, 1) == (code, len(client.goals))
-    assert "SUCCEEDED" in capsys.readouterr().out
+    assert (0, 1, True) == (code, len(client.goals), "SUCCEEDED" in out)
 
 
-def test_the_goal_id_can_be_given_with_hyphens(client, capsys):
-    send("{}", "--goal-id", "00000000-0000-0000-0000-0000000000AB")
-
-    assert f"ID: {'0' * 30}ab\n" in capsys.readouterr().out
+def test_the_goal_id_can_be_given_with_hyphens(client, send):
+    assert f"ID: {'0' * 30}ab\n" in send("{}", "--goal-id", "00000000-0000-0000-0000-0000000000AB")[1]
     assert 1 == len(client.goals)
 
 
@@ -271,8 +249,5 @@ def test_the_goal_id_can_be_given_with_hyphens(client, capsys):
         (["{}", "--goal-id", "xyz"], "--goal-id: goal id 'xyz' is not a UUID of 32 hex digits"),
     ],
 )
-def test_wrong_usage_exits_with_2_and_sends_nothing(client, arguments, line, capsys):
-    code = send(*arguments)
-
-    assert (2, []) == (code, client.goals)
-    assert f"{line}\n" == capsys.readouterr().err
+def test_wrong_usage_exits_with_2_and_sends_nothing(client, arguments, line, send):
+    assert (2, f"{line}\n", []) == (*send(*arguments)[::2], client.goals)
