@@ -89,7 +89,12 @@ def attempts(store: Keystore, options: SessionOptions) -> Iterator[Attempt]:
         with open_client(replace(options, secure=store.enclave(member.name).folder)) as session:
             # Read all replies, since unread ones would block the session.
             nodes = list(session.liveliness().get(f"@ros2_lv/{domain}/**", timeout=_PATIENCE))
-            requests = [*_requests(keys, robots, member), *(_ros_requests(domain, robots, member) if nodes else ())]
+            requests = list(_requests(keys, robots, member))
+            if nodes:
+                requests += [
+                    (f"sends a goal to {robot} over ROS 2", f"{domain}/{robot}/{_OF_ROS}")
+                    for robot in _own_and_other(robots, member)
+                ]
             for what, request_key in requests:
                 allowed = store.access_control.may_query(member.name, request_key).allowed
                 yield Attempt(member.name, what, allowed, _is_answered(session, request_key))
@@ -128,12 +133,6 @@ def _requests(keys: Keys, robots: Sequence[str], member: Member) -> Iterator[tup
     yield "advances time with goals of any robots", keys.world("time/advance")
 
 
-def _ros_requests(domain: int, robots: Sequence[str], member: Member) -> Iterator[tuple[str, str]]:
-    """Yield the requests that a member sends as a ROS node: a description and the key of each."""
-    for robot in _own_and_other(robots, member):
-        yield f"sends a goal to {robot} over ROS 2", f"{domain}/{robot}/{_OF_ROS}"
-
-
 def _own_and_other(robots: Sequence[str], member: Member) -> list[str]:
     """Return a robot that a member may drive and, if there is one, a robot that it may not drive."""
     own = next((robot for robot in robots if robot in member.robots), robots[0])
@@ -150,12 +149,8 @@ def _is_answered(session: zenoh.Session, key: str) -> bool:
     payload = None if key.endswith("/info") else _UNREADABLE
     attachment = _ATTACHMENT if key.endswith(_OF_ROS) else None
     replies = session.get(key, payload=payload, attachment=attachment, timeout=_PATIENCE)
-    return any(reply.ok is not None or _is_error(reply) for reply in replies)
-
-
-def _is_error(reply: zenoh.Reply) -> bool:
-    """Return whether a reply is an error from the simulator, and not Zenoh's timeout."""
-    return reply.err is not None and reply.err.payload.to_bytes().startswith(b"{")
+    # The simulator's errors are JSON, unlike Zenoh's timeout.
+    return any(reply.err is None or reply.err.payload.to_bytes().startswith(b"{") for reply in replies)
 
 
 def _strangers(store: Keystore, folder: Path, options: SessionOptions) -> Iterator[tuple[str, SessionOptions]]:

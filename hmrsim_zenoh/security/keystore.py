@@ -170,8 +170,9 @@ class Keystore:
             authority, issued = Authority.create(days)
             _write(new / "private" / "ca.key.pem", issued.key)
             _write(new / "public" / AUTHORITY, issued.certificate, mode=0o644)
-            store = cls._empty(new, network)
-            store._issue(authority, members, days)  # noqa: SLF001 - its own class
+            _write(new / _FILE, _json(_data(network, (), ())))
+            store = cls(new)
+            store._issue(authority, members, days)
             if force and (path.exists() or path.is_symlink()):
                 path.rename(new / "replaced")
             new.rename(path)
@@ -241,12 +242,6 @@ class Keystore:
         self._write_enclave(folder, member, issued)
         _write(folder / POLICY, _json(self.access_control.to_json()))
         return Enclave(folder, member)
-
-    @classmethod
-    def _empty(cls, path: Path, network: Network) -> Keystore:
-        """Return a keystore without members."""
-        _write(path / _FILE, _json(_data(network, (), ())))
-        return cls(path)
 
     def _folder(self, name: str) -> Path:
         return self.path / ENCLAVES / name
