@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import subprocess
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -38,7 +35,6 @@ from tests.wire.ros2.client import (
     Unanswered,
     get_state,
     goal_to,
-    statuses,
 )
 
 FEEDBACK_HASHES = {
@@ -210,22 +206,6 @@ def test_servers_of_a_large_fleet_are_declared_when_looked_for(monkeypatch, serv
 
 
 # --- beside JSON -------------------------------------------------------------------------------------------------
-
-
-def test_goal_of_the_command_line_is_canceled_by_ros(live, ros):
-    wait = ros(live).action("/wall_e/wait").wait()
-    words = ("action", "send-goal", "/wall_e/wait", "{time: {sec: 100000}}", "--connect", live.connect[0])
-    command = subprocess.Popen(
-        [Path(sys.executable).with_name("hmrsim"), *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    wait.status.wait(lambda messages: any(EXECUTING in statuses(one).values() for one in messages))
-    code, ended = wait.cancel()
-    out, err = command.communicate()
-
-    assert (0, 1) == (code, len(ended))
-    assert f"ID: {ended[0].hex()}" in out.replace("-", ""), err
-    assert "Goal finished with status: CANCELED" in out
-    assert 1 == command.returncode
 
 
 def test_a_goal_of_json_preempts_one_of_ros(serve, ros):

@@ -221,21 +221,21 @@ def test_a_docking_goal_of_the_real_layout_is_read(fast):
     assert ABORTED == fast.status(goal_id, "dock_robot")
 
 
-@pytest.mark.parametrize("attached", [b"", b"rqh", bytes(33)])
-def test_attachments_of_bridges_are_ignored(fast, attached):
-    answer = fast.ask("navigate_to_pose/_action/get_result", CDR + bytes(range(16)), attachment=attached)
+def test_attachments_of_bridges_are_ignored(fast):
+    for attached in (b"", b"rqh", bytes(33)):
+        answer = fast.ask("navigate_to_pose/_action/get_result", CDR + bytes(range(16)), attachment=attached)
 
-    assert UNKNOWN == answer[4]
+        assert UNKNOWN == answer[4], attached
 
 
 @pytest.mark.parametrize(
     ("verb", "refused"), [("send_goal", b"\0"), ("cancel_goal", b"\1"), ("get_result", bytes([UNKNOWN]))]
 )
-@pytest.mark.parametrize("payload", [b"", b"\0", CDR, CDR + bytes(3), b"\xff" * 400])
-def test_malformed_requests_are_rejected_without_an_error(fast, verb, refused, payload):
-    answer = fast.ask(f"navigate_to_pose/_action/{verb}", payload)
+def test_malformed_requests_are_rejected_without_an_error(fast, verb, refused):
+    for payload in (b"", b"\0", CDR, CDR + bytes(3), b"\xff" * 400):
+        answer = fast.ask(f"navigate_to_pose/_action/{verb}", payload)
 
-    assert CDR + refused == answer[:5]
+        assert CDR + refused == answer[:5], payload
 
 
 def test_a_node_is_active(fleet):
