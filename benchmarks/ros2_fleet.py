@@ -6,30 +6,50 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import zenoh
 
 from benchmarks._fleet import SIDE, grid_world
-from benchmarks._processes import HMRSIM, PATIENCE, command, free_port, line_of, processor_seconds, threads
+from benchmarks._processes import (
+    HMRSIM,
+    PATIENCE,
+    command,
+    free_port,
+    line_of,
+    memory,
+    processor_seconds,
+    settle,
+    threads,
+)
 from benchmarks._report import Row
-from benchmarks._ros2_wire import RosGoalSender, open_session
+from benchmarks._ros2_wire import Graph, RosGoalSender, open_session
+from hmrsim.interfaces.geometry_msgs import Point, Pose, PoseStamped
+from hmrsim.interfaces.nav2_msgs import NavigateToPose
 from hmrsim_zenoh.ros2 import keys
 from hmrsim_zenoh.ros2.keys import Kind
 
-QUICK: dict[str, Any] = {"fleets": (1, 10), "idle": 0.5}
+if TYPE_CHECKING:
+    from hmrsim.world.model import World
+
+QUICK: dict[str, Any] = {"fleets": (1, 10), "idle": 0.5, "commanded": 10}
 
 _QUIET = 1.0
 """Seconds without a new token after which there are no more."""
 _NODE = "bt_navigator"
 _MAX_THREADS = 39
 _LIMITS = {"seen": 3.0, "first": 1.0, "idle": 5.0}
+_COMMANDED_SECONDS, _COMMANDED_MB = 10.0, 1000.0
+_SPEED = 5
 
 
-def run(*, fleets: tuple[int, ...] = (1, 100, 300, 1000), idle: float = 5.0, side: int = SIDE) -> list[Row]:
-    """Return the figures of fleets of several sizes."""
-    return [row for robots in fleets for row in _fleet(robots, idle, side)]
+def run(
+    *, fleets: tuple[int, ...] = (1, 100, 300, 1000), idle: float = 5.0, side: int = SIDE, commanded: int = 1000
+) -> list[Row]:
+    """Return the figures of fleets of several sizes, and of one that is commanded."""
+    return [*(row for robots in fleets for row in _fleet(robots, idle, side)), *_commanded(commanded, side)]
 
 
 def _fleet(robots: int, idle: float, side: int) -> list[Row]:
@@ -63,6 +83,52 @@ def _fleet(robots: int, idle: float, side: int) -> list[Row]:
         Row(f"{fleet}: processor time while idle", used, "% of a core", at_most=limit.get("idle")),
         Row(f"{fleet}: threads of the simulator", count, "threads", at_most=_MAX_THREADS),
     ]
+
+
+def _commanded(robots: int, side: int) -> list[Row]:
+    """Return what it takes to send each robot to the next waypoint, by an action client each of one process."""
+    world = grid_world(robots, side=side)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "fleet.yaml"
+        file.write_text(world.model_dump_json(exclude_defaults=True))
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
+        options = ("--ros2", "--listen", endpoint, "--log-level", "error", "--real-time-factor", str(_SPEED))
+        with command(*HMRSIM, "run", str(file), *options) as simulator:
+            line_of(simulator)
+            settle(simulator.pid)
+            used, own, began = processor_seconds(simulator.pid), time.process_time(), time.perf_counter()
+            # Closing a session with thousands of declarations may take longer than Zenoh allows.
+            with suppress(zenoh.ZError), open_session(endpoint) as session:
+                _send_on(session, world)
+                took, own = time.perf_counter() - began, time.process_time() - own
+                used, (size, _) = processor_seconds(simulator.pid) - used, memory(simulator.pid)
+    name = f"{robots:,} action clients of one process, each with a goal"
+    return [
+        Row(f"{name}: all have results in", took, "s", at_most=_COMMANDED_SECONDS),
+        Row(f"{name}: processor time of the clients", own, "s"),
+        Row(f"{name}: processor time of the simulator", used, "s"),
+        Row(f"{name}: memory of the simulator", size, "MB", at_most=_COMMANDED_MB),
+    ]
+
+
+def _send_on(session: zenoh.Session, world: World) -> None:
+    """Send each robot to a waypoint next to it, and return when all have arrived."""
+    arrived = threading.Semaphore(0)
+    graph = Graph(session)
+    beside = {lane.from_: lane.to for lane in world.lanes} | {lane.to: lane.from_ for lane in world.lanes}
+    senders = []
+    for number, (robot, spec) in enumerate(world.robots.items()):
+        x, y = world.point(beside[str(spec.at)])
+        goal = NavigateToPose.Goal(pose=PoseStamped(pose=Pose(position=Point(x=x, y=y))))
+        sender = RosGoalSender(session, robot, "navigate_to_pose", 5 * number + 1, goal)
+        sender.subscribe()
+        senders.append(sender)
+    graph.when([f"/{robot}/navigate_to_pose" for robot in world.robots])
+    for sender in senders:
+        sender.right_behind(lambda reply: arrived.release() if reply.ok else None)
+    for _ in senders:
+        if not arrived.acquire(timeout=PATIENCE):
+            raise RuntimeError("a goal has no result")
 
 
 class _Observer:

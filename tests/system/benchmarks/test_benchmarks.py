@@ -49,7 +49,7 @@ TINY = {
     "recording": {"sizes": (3,), "seconds": 1.0, "side": 4},
     "roomy": {"robots": 3, "rounds": 1, "seconds": 0.01, "filling": 0.1, "side": 4},
     "ros2": {"rounds": 10, "side": 2},
-    "ros2_fleet": {"fleets": (2,), "idle": 0.1, "side": 2},
+    "ros2_fleet": {"fleets": (2,), "idle": 0.1, "side": 2, "commanded": 2},
     "scale": {"sizes": (1, 10), "window": 0.02, "side": 4},
     "scenario2": {"rounds": 2, "crowd": 3, "side": 4},
     "security": {"rounds": 1, "messages": 10},
