@@ -143,13 +143,7 @@ def _goal_id(text: str | None) -> str | None:
 
 @dataclass
 class _Report:
-    """Prints the progress of a goal.
-
-    Attributes:
-        as_json: Whether as JSON.
-        feedback: Whether with feedback.
-        brief: Whether feedback that is not JSON takes one line.
-    """
+    """Prints the progress of a goal, with feedback that takes one line each if *brief*."""
 
     as_json: bool
     feedback: bool

@@ -197,11 +197,7 @@ def _earlier(results: ResultsFolder) -> list[tuple[Path, Case, Failure]]:
 
 
 class _Display:
-    """Shows the progress of a search, and writes the files of its failures.
-
-    Attributes:
-        files: The file of each failure, by its number from 1.
-    """
+    """Shows the progress of a search, and writes the files of its failures, which are known by their numbers from 1."""
 
     def __init__(self, check: Check, results: ResultsFolder, line: ProgressLine, *, quiet: bool) -> None:
         self.files: dict[int, str] = {}

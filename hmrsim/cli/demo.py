@@ -132,14 +132,7 @@ def _security(session: SessionOptions) -> list[str]:
 
 
 class _Demo:
-    """One run of the demo.
-
-    Args:
-        screen: Its output.
-        run_arguments: The command line of the simulator.
-        controller_options: Further options of the controller.
-        secure: The keystore; None for open sessions.
-    """
+    """One run of the demo."""
 
     def __init__(
         self, screen: Display, run_arguments: Sequence[str], controller_options: Sequence[str], secure: Path | None
@@ -153,12 +146,7 @@ class _Demo:
         self._order = CausalOrder(_PATIENCE, _HOLD)
 
     def run(self) -> int:
-        """Start the processes, follow the mission to its end, and stop the processes.
-
-        Raises:
-            _DemoFailed: The simulator does not start.
-            SimulatorNotFound: The simulator can't be reached.
-        """
+        """Start the processes, follow the mission to its end, and stop the processes."""
         from hmrsim.cli.child import Child
         from hmrsim.cli.demo_screen import Story
         from hmrsim_zenoh.client.client import Client
