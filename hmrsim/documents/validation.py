@@ -58,16 +58,13 @@ def explain(error: ValidationError, data: object, model: type[BaseModel]) -> lis
     *model* provides the known keys, for suggestions about unknown ones.
     """
     findings: dict[Path, Finding] = {}
-    too_short: set[Path] = set()
     for details in error.errors(include_url=False, include_input=False)[:MAX_FINDINGS]:
         path, value = _follow(data, details["loc"], missing=details["type"] == "missing")
         if path not in findings:
             findings[path] = Finding(path, _message(details, path, value, model), value)
-        if details["type"] in ("too_short", "too_long"):
-            too_short.add(_follow(data, details["loc"], missing=False)[0])
-    # Pydantic counts the entries of a list without the invalid ones, which are reported already.
+    # Pydantic counts the entries of a list without the invalid ones, and tries other types for a mapping with errors.
     parents = {path[:i] for path in findings for i in range(len(path))}
-    return [finding for path, finding in findings.items() if path not in too_short & parents]
+    return [finding for path, finding in findings.items() if path not in parents]
 
 
 def _follow(data: object, loc: tuple[str | int, ...], *, missing: bool) -> tuple[Path, object]:
@@ -173,7 +170,7 @@ def _alternatives(kind: Any, tag: str = "") -> Iterator[tuple[Any, str]]:
         for each in (inner, *about):
             yield from _alternatives(each)
     else:
-        yield kind, tag
+        yield kind, tag or (kind.__name__ if _is_model(kind) else "")
 
 
 def _below(kind: Any, step: str | int) -> Iterable[Any]:

@@ -112,6 +112,14 @@ def test_conditions_are_checked_at_any_depth():
     ] == told({"properties": {"x": nested}})
 
 
+def test_a_mapping_has_the_errors_of_a_mapping_only():
+    """It is not reported that the value could also be false."""
+    assert [
+        "built_in.recovers.within: is missing",
+        "built_in.recovers.withn: unknown key 'withn'; did you mean 'within'?",
+    ] == told({"built_in": {"recovers": {"withn": 3}}})
+
+
 def test_a_field_of_no_trigger_is_an_error():
     """``$order`` needs a trigger with such a field, and stands in ``then`` only."""
     delivered = {"event": "order_delivered", "where": {"order": "$ordr"}}
