@@ -9,7 +9,7 @@ from hmrsim.facilities import Fixture
 from hmrsim.geometry import Pose
 from hmrsim.goals.fault_effects import no_connection
 from hmrsim.interfaces.geometry_msgs import Accel, PoseStamped, Twist
-from hmrsim.interfaces.hmrsim_msgs import IsDetected
+from hmrsim.interfaces.hmrsim_msgs import IsDetected, SetVelocity
 from hmrsim.interfaces.simulation_interfaces import (
     DeleteEntity,
     GetEntities,
@@ -42,6 +42,9 @@ from hmrsim.world.model import Derived
 if TYPE_CHECKING:
     from hmrsim.simulation.simulator import Simulator
     from hmrsim.world.model import World
+
+_STEERING_SECONDS: Final = 0.5
+"""Simulated seconds for which a command applies, so that a robot stops without further ones."""
 
 
 def _get_entities(simulator: Simulator, request: GetEntities.Request) -> GetEntities.Response:
@@ -83,6 +86,20 @@ def _set_entity_state(simulator: Simulator, request: SetEntityState.Request) -> 
     simulator.roster.move(entity, pose, "moved by set_entity_state")
 
 
+def _set_velocity(simulator: Simulator, request: SetVelocity.Request) -> None:
+    name = request.robot
+    robot, goal = _reachable(simulator, name), simulator.dispatcher.goal_of(name)
+    if robot.disabled_reasons:
+        raise RequestFailed("; ".join(robot.disabled_reasons.values()), Result.RESULT_INCORRECT_STATE)
+    if goal is not None:
+        raise RequestFailed(f"{name} executes {goal[0]} goal {goal[1]}; cancel it first", Result.RESULT_INCORRECT_STATE)
+    if not robot.state.maneuvers and (robot.works or not robot.stands):
+        raise RequestFailed(f"{name} is busy; wait until it stands", Result.RESULT_INCORRECT_STATE)
+    blocked = robot.steer(request.linear, request.angular, _STEERING_SECONDS)
+    if blocked:
+        raise RequestFailed(f"{name} stops before {blocked}")
+
+
 def _delete_entity(simulator: Simulator, request: DeleteEntity.Request) -> None:
     entity = find(simulator, request.entity)
     if isinstance(entity, Fixture):
@@ -90,18 +107,27 @@ def _delete_entity(simulator: Simulator, request: DeleteEntity.Request) -> None:
     simulator.roster.delete(request.entity)
 
 
-def _is_detected(simulator: Simulator, request: IsDetected.Request) -> IsDetected.Response:
-    name = request.robot
+def _reachable(simulator: Simulator, name: str) -> Robot:
+    """Return a robot.
+
+    Raises:
+        RequestFailed: There is none of this name, or it has no connection.
+    """
     robot = simulator.robots.get(name)
     if robot is None:
         raise RequestFailed(f"robot: no robot {name!r}{instead(name, simulator.robots)}", Result.RESULT_NOT_FOUND)
     if name in simulator.dispatcher.cut_off:
         raise RequestFailed(f"robot: {no_connection(name)}", Result.RESULT_INCORRECT_STATE)
+    return robot
+
+
+def _is_detected(simulator: Simulator, request: IsDetected.Request) -> IsDetected.Response:
+    robot = _reachable(simulator, request.robot)
     entity = find(simulator, request.entity)
     if isinstance(entity, Fixture):
         raise RequestFailed(f"entity: {entity.name!r} is a {entity.kind}; sensors see robots and items")
     if not sensors_of(robot):
-        raise RequestFailed(f"robot: {name} has no sensor, such as a camera", Result.RESULT_FEATURE_UNSUPPORTED)
+        raise RequestFailed(f"robot: {robot.name} has no sensor, such as a camera", Result.RESULT_FEATURE_UNSUPPORTED)
     seen = simulator.detections.look_for(robot, entity)
     if seen is None:
         return IsDetected.Response(result=OK)
@@ -179,6 +205,7 @@ SERVICES = (
         features=(SimulatorFeatures.ENTITY_STATE_SETTING,),
         example={"entity": "tester", "state": {"pose": {"position": {"x": 3.0}}}},
     ),
+    Service(SetVelocity, _set_velocity, changes_world=True, example={"robot": "tester", "linear": 0.5, "angular": 0.2}),
     Service(
         DeleteEntity,
         _delete_entity,
