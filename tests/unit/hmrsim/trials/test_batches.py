@@ -117,7 +117,8 @@ import os, sys
 from hmrsim.trials.batches import factory_of
 if __name__ == "__main__":
     make, _ = factory_of("pool", 1)
-    print(make().submit(os.getpid).result(), flush=True)
+    pool = make()  # a pool that is not kept ends its processes
+    print(pool.submit(os.getpid).result(), flush=True)
     sys.stdin.read()
 """
 
