@@ -28,9 +28,9 @@ def sequence(*children, memory=True):
 
 @pytest.mark.parametrize("name", [*_LEAVES, *_PARENTS])
 def test_each_kind_exists(name):
-    module, _, kind = (name if name.startswith("py_trees") else f"bt_controller.{name}").rpartition(".")
+    module, _, kind = name.rpartition(".")
 
-    assert issubclass(getattr(importlib.import_module(module), kind), object)
+    assert issubclass(getattr(importlib.import_module(module, "bt_controller"), kind), object)
 
 
 @pytest.mark.parametrize(
@@ -68,3 +68,9 @@ class Own(Behaviour):
 def test_of_an_unknown_kind_anything_is_possible():
     """It may well be, as far as is known."""
     assert {"SUCCESS", "FAILURE"} == possible(sequence(Own("A")), "A")
+
+
+def test_a_users_class_is_not_taken_for_a_node_of_the_same_name():
+    own = type("ToBlackboard", (Own,), {"__module__": "behaviours.places"})
+
+    assert {"SUCCESS", "FAILURE"} == possible(sequence(own("A")), "A")
