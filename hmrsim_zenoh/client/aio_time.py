@@ -86,7 +86,8 @@ class AsyncTime:
     """The time of a client's tasks.
 
     Where time moves by itself and the simulator goes while no task waits for it, the task that made this object is
-    canceled, unless a call has failed before: tasks that wait for each other would wait forever.
+    canceled, unless a call has failed before: tasks that wait for each other would wait forever. A call in progress
+    reports it itself.
 
     Attributes:
         woken: Whether a wait has ended, so that time stands still.
@@ -169,7 +170,7 @@ class AsyncTime:
         """Return simulated seconds; in lockstep at once, so that no time passes."""
         if self._lockstep is not None and not self._lockstep.over:
             return self._lockstep.now
-        return await asyncio.to_thread(lambda: self._client.now)
+        return await self.ask(lambda: self._client.now)
 
     async def ask(self, call: Callable[[], T]) -> T:
         """Return what a call returns that waits for the simulator's answer; no time passes in lockstep.
@@ -387,16 +388,18 @@ class AsyncTime:
             self._loop.call_later(_LOOK_AROUND, self._look_around)
 
     def _look_around(self) -> None:
-        """Fail all waits if the simulator is gone, or cancel the client's task if no wait reports that."""
+        """Fail all waits if the simulator is gone, or cancel the client's task if no wait or call reports that."""
         self._looks_around = False
         if self._ended is not None:
             return
         if absence := self._client.absence:
-            if isinstance(absence, SimulatorGone) and self._task and not (self._waits or self._has_failed):
+            if self._waits:
+                self._has_failed = True
+                self._fail(absence)
+            elif isinstance(absence, SimulatorGone) and self._task and not (self._holds or self._has_failed):
+                self._has_failed = True
                 self.lost = absence
                 self._task.cancel()
-            self._has_failed = True
-            self._fail(absence)
         self._look_around_later()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from contextlib import suppress
 from functools import partial
 
@@ -11,8 +12,11 @@ import pytest
 from hmrsim.actions import registry
 from hmrsim.settings.run import RunSettings
 from hmrsim.testing import simulation
-from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging, SimulationEnded
+from hmrsim_zenoh import AsyncClient, Commander, GoalFailed, Idle, NotCharging, SimulationEnded, SimulatorGone
+from hmrsim_zenoh.client import aio_time
+from hmrsim_zenoh.client.aio_time import AsyncTime
 from tests.cases import case
+from tests.patience import PATIENCE
 
 
 def played(play, changes=None):
@@ -133,6 +137,48 @@ def test_any_error_of_an_advance_reaches_the_task_that_waits(monkeypatch):
 
 def _raise(error):
     raise error
+
+
+class Gone:
+    """A client whose simulator has gone, which its calls report once it was looked for.
+
+    Attributes:
+        looks: How often it was looked for.
+    """
+
+    def __init__(self):
+        self.looks = 0
+        self._looked = threading.Event()
+
+    @property
+    def absence(self):
+        self.looks += 1
+        self._looked.set()
+        return SimulatorGone("it is gone")
+
+    @property
+    def now(self):
+        self._looked.wait(PATIENCE)
+        raise SimulatorGone("it is gone")
+
+
+@pytest.mark.parametrize("ask", [AsyncTime.now, lambda time: time.ask(lambda: time._client.now)], ids=["now", "ask"])
+def test_a_call_that_reports_that_the_simulator_is_gone_cancels_no_task(monkeypatch, ask):
+    """Neither while it waits nor later: the program may wait for the simulator to come back."""
+    monkeypatch.setattr(aio_time, "_LOOK_AROUND", 0.0)
+
+    async def main():
+        client = Gone()
+        time = AsyncTime(client, None)
+        with pytest.raises(SimulatorGone):
+            await ask(time)
+        before = client.looks
+        for _ in range(10):
+            await asyncio.sleep(0)
+        time.close()
+        return client.looks - before
+
+    assert asyncio.run(main()) > 1
 
 
 def test_an_event_that_does_not_exist():
