@@ -43,7 +43,7 @@ class Lost:
 
     def has(self, name: str, *keys: str) -> bool:
         """Return whether *name* may be that of an invalid entry under one of these top-level keys."""
-        return name == UNRESOLVED or any(
+        return (name == UNRESOLVED and bool(self)) or any(
             names is None or name in names for names in (self.names[key] for key in keys if key in self.names)
         )
 

@@ -64,6 +64,10 @@ def test_invalid_entries_are_lost():
     assert not Lost()
 
 
+def test_a_name_that_equals_a_stand_in_is_like_any_other_in_a_valid_document():
+    assert not read({"robots": {"eve": {"at": UNRESOLVED}}}).lost.has(UNRESOLVED, "robots")
+
+
 def test_without_a_valid_part_there_are_only_errors():
     valid = read({"robots": 5})
 
