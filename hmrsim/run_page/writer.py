@@ -16,7 +16,8 @@ from hmrsim.history.robots import STATES
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.report.charts import THEME, timeline_of
 from hmrsim.report.html import page_around, part, templates
-from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, is_left_out, moments_of
+from hmrsim.run_page.comparison import Cause, Difference, Heading, ShownRun, first_difference, is_left_out
+from hmrsim.run_page.moments import moments_of
 from hmrsim.run_page.run_log import MAX_LINES
 from hmrsim.world.model import BUILT_IN_TYPES
 

@@ -8,7 +8,8 @@ from hmrsim.fault_search.failure_page import run_logged
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page import Cause, ShownRun
-from hmrsim.run_page.comparison import first_difference, moments_of
+from hmrsim.run_page.comparison import first_difference
+from hmrsim.run_page.moments import moments_of
 from tests.porters import check_of
 from tests.unit.hmrsim.run_page.conftest import planted
 
