@@ -369,13 +369,17 @@ slider.addEventListener("keydown", (event) => {
   pause();
   show(cursor.at + by * (event.shiftKey ? 10 : 1));
 });
+/** Return whether a key is for the page, whatever has the focus: only a select uses letters and space itself. */
+const applies = (event) => !event.ctrlKey && !event.altKey && !event.metaKey && event.target.tagName !== "SELECT";
+
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.altKey || event.metaKey || ["SELECT", "BUTTON", "SUMMARY"].includes(event.target.tagName)) return;
   const act = { " ": toggle, n: () => step(1), p: () => step(-1), d: showDifference }[event.key];
-  if (!act) return;
+  if (!act || !applies(event)) return;
   event.preventDefault();
   act();
 });
+// Or the button with the focus would be pressed, too.
+document.addEventListener("keyup", (event) => event.key === " " && applies(event) && event.preventDefault());
 for (const button of all(".jump")) {
   button.addEventListener("click", () => {
     const { at, seen, violated } = button.dataset;

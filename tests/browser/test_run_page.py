@@ -182,6 +182,26 @@ def test_it_plays(page):
     assert page.get_attribute("#play", "aria-pressed") == "false"
 
 
+def test_keys_work_after_a_click_on_a_button(page):
+    page.click(".moments .violated .jump")
+    page.keyboard.press("d")
+    difference = page.evaluate("cursor.stop")
+    page.keyboard.press("n")
+    stepped = page.evaluate("cursor.stop")
+    page.keyboard.press("p")
+    assert [difference + 1, difference] == [stepped, page.evaluate("cursor.stop")]
+    page.keyboard.press(" ")
+
+    assert page.get_attribute("#play", "aria-pressed") == "true"
+
+
+def test_space_plays_once_after_a_click_on_play(page):
+    page.click("#play")
+    page.keyboard.press(" ")
+
+    assert page.get_attribute("#play", "aria-pressed") == "false"
+
+
 def test_a_click_on_the_chart_shows_that_time(page):
     track = page.locator(".chart .row .track").first
     box = track.bounding_box()
