@@ -4,6 +4,8 @@ const SIGNS = { S: "✓", F: "✕", R: "▸", I: "·" };
 const WORDS = { S: "success", F: "failure", R: "running", I: "not active" };
 const SVG = "http://www.w3.org/2000/svg";
 const NEAR = 12;
+/** Seconds within which times are the same. */
+const INSTANT = 1e-7;
 /** Pixels of the map between a point and an item there, and between two items. */
 const BELOW = 9, STACKED = 11;
 /** Milliseconds between two times at which the events are scrolled while the page plays. */
@@ -128,7 +130,7 @@ class Run {
   show(at, count) {
     const moment = { at, lines: this.items[count - 1]?.lines ?? 0 };
     // Waits have no number of an event: until the last item of an instant, those before it hold.
-    this.inside = this.items[count]?.at <= at ? 1e-7 : 0;
+    this.inside = this.items[count]?.at <= at ? INSTANT : 0;
     const carried = new Map(), places = new Map(), lying = new Map();
     this.robots.forEach((robot) => places.set(robot.name, robot.track.at(at)));
     for (const [name, values] of Object.entries(this.values.items)) {
@@ -295,7 +297,7 @@ function show(at, stop) {
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
-  say(clock, `${text} of ${seconds(data.length)}`);
+  say(clock, `${text} of ${seconds(data.length)}${placeInInstant()}`);
   // One element moves, as a property of the chart would restyle all of its bars.
   line.style.left = `calc(var(--names) + (100% - var(--names)) * ${cursor.at / data.length})`;
   runs.forEach((run, i) => run.show(cursor.at, cursor.counts[i]));
@@ -303,6 +305,14 @@ function show(at, stop) {
   if (playing && performance.now() < followed + FOLLOW) return;
   followed = performance.now();
   runs.forEach((run) => run.follow());
+}
+
+/** Return which event is shown of those at its time, in words; empty if it is the only one. */
+function placeInInstant() {
+  const { at } = stops[cursor.stop];
+  // The first stop is before all events.
+  const before = Math.max(1, countUpTo(stops, at - INSTANT, (each) => each.at)), count = countUpTo(stops, at, (each) => each.at) - before;
+  return cursor.at > at || count < 2 ? "" : ` · event ${cursor.stop - before + 1} of ${count} at this time`;
 }
 
 function showTrees() {

@@ -119,6 +119,13 @@ def test_stepping_goes_on_from_the_time_of_the_slider(page):
     assert float(page.input_value("#time")) > 2
 
 
+def test_each_step_changes_the_text_beside_the_buttons(page):
+    texts = page.evaluate("() => stops.map((stop, i) => { showStop(i); return clock.textContent; })")
+
+    assert len(texts) == len(set(texts))
+    assert texts[0].split("event ")[1].startswith("0 of ")
+
+
 def test_stepping_reaches_each_row_of_both_runs_in_order(page):
     steps = page.evaluate(
         "() => { show(0, 0);"
