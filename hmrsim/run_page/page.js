@@ -259,7 +259,9 @@ const runs = data.runs.map((values, number) => new Run(number, values));
 const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");
 /** The moments to which one can step, in order: a time, and the number of items of each run up to it. */
 const stops = allStops();
-let playing = 0, before = 0, followed = 0;
+/** The buttons that show a moment, each with its time and stop. */
+const jumps = all(".jump").map((button) => ({ button, ...momentOf(button.dataset) }));
+let playing = 0, before = 0, followed = 0, picked;
 const cursor = { at: 0, counts: [], ticked: [] };
 
 /** Return the stops: runs go on together up to their first difference, then in order of time. */
@@ -286,10 +288,29 @@ function allStops() {
   }
 }
 
+/** Return the time and the stop of a violation, of an event of the first run, or of the end of an instant. */
+function momentOf({ at, seen, violated }) {
+  const time = Math.min(data.length, Number(at));
+  if (violated === undefined && seen === undefined) return { at: time, stop: lastStop(time) };
+  const count = violated === undefined ? runs[0].itemsUpTo(Number(seen)) : runs[0].items.findIndex((item) => item.violation === Number(violated)) + 1;
+  const stop = stopOf(0, count);
+  return { at: stops[stop].at, stop };
+}
+
+/** Return the last stop up to a time. */
+function lastStop(at) {
+  return countUpTo(stops, at, (each) => each.at) - 1;
+}
+
+/** Return the first stop after a number of items of a run. */
+function stopOf(number, count) {
+  return stops.findIndex(({ counts }) => counts[number] >= count);
+}
+
 /** Show a time, at the end of its instant, or within it at a stop. */
 function show(at, stop) {
   cursor.at = Math.min(data.length, Math.max(0, at));
-  const last = countUpTo(stops, cursor.at, (each) => each.at) - 1;
+  const last = lastStop(cursor.at);
   cursor.stop = stop ?? last;
   cursor.counts = stops[cursor.stop].counts;
   // Once the runs differ, their trees are compared when both have reacted to all events of the instant.
@@ -300,11 +321,22 @@ function show(at, stop) {
   say(clock, `${text} of ${seconds(data.length)}${placeInInstant()}`);
   // One element moves, as a property of the chart would restyle all of its bars.
   line.style.left = `calc(var(--names) + (100% - var(--names)) * ${cursor.at / data.length})`;
+  markJump();
   runs.forEach((run, i) => run.show(cursor.at, cursor.counts[i]));
   showTrees();
   if (playing && performance.now() < followed + FOLLOW) return;
   followed = performance.now();
   runs.forEach((run) => run.follow());
+}
+
+/** Mark the button of the moment that is shown: of several, the one that was clicked, or else the first. */
+function markJump() {
+  const here = jumps.filter(({ at, stop }) => at === cursor.at && stop === cursor.stop);
+  const current = here.includes(picked) ? picked : here[0];
+  for (const jump of jumps) {
+    if (jump === current) jump.button.setAttribute("aria-current", "true");
+    else jump.button.removeAttribute("aria-current");
+  }
 }
 
 /** Return which event is shown of those at its time, in words; empty if it is the only one. */
@@ -328,7 +360,7 @@ function showStop(stop) {
 
 /** Show the moment after a number of items of a run. */
 function showItem(number, count) {
-  showStop(stops.findIndex(({ counts }) => counts[number] >= count));
+  showStop(stopOf(number, count));
 }
 
 /** Step to the next stop, or to the previous one. */
@@ -390,13 +422,12 @@ document.addEventListener("keydown", (event) => {
 });
 // Or the button with the focus would be pressed, too.
 document.addEventListener("keyup", (event) => event.key === " " && applies(event) && event.preventDefault());
-for (const button of all(".jump")) {
-  button.addEventListener("click", () => {
-    const { at, seen, violated } = button.dataset;
+for (const jump of jumps) {
+  jump.button.addEventListener("click", () => {
     pause();
-    if (violated !== undefined) showItem(0, runs[0].items.findIndex((item) => item.violation === Number(violated)) + 1);
-    else if (seen === undefined) show(Number(at));
-    else showItem(0, runs[0].itemsUpTo(Number(seen)));
+    picked = jump;
+    show(jump.at, jump.stop);
+    find(".map").scrollIntoView({ block: "nearest" });
   });
 }
 chart.addEventListener("click", (event) => {

@@ -180,6 +180,34 @@ def test_a_violation_in_the_key_moments_selects_its_row(page):
     assert "violated" in page.get_attribute(".events[data-run='0'] .now", "class")
 
 
+def test_a_click_on_a_time_marks_it_and_brings_a_map_into_view(page):
+    cause = page.locator(".moments .cause .jump")
+    cause.click()
+
+    assert ["true"] == page.eval_on_selector_all(".jump[aria-current]", "(all) => all.map((each) => each.ariaCurrent)")
+    assert "true" == cause.get_attribute("aria-current")
+    top, bottom = page.evaluate(
+        "() => { const map = document.querySelector('.map').getBoundingClientRect(); return [map.top, map.bottom]; }"
+    )
+    assert 0 <= top < bottom <= 800
+
+
+def test_stepping_marks_the_time_of_the_event_that_is_shown(page):
+    page.click("#difference")
+    assert page.is_visible(".moments .difference [aria-current]")
+    page.keyboard.press("p")
+    assert 0 == page.locator(".moments .difference [aria-current]").count()
+
+
+def test_the_time_is_visible_wherever_the_page_is_scrolled_to(page):
+    for height in (0, 400, 10_000):
+        page.evaluate("(height) => scrollTo(0, height)", height)
+        assert page.evaluate(
+            "(() => { const box = slider.getBoundingClientRect();"
+            " return 0 <= box.top && box.bottom <= innerHeight; })()"
+        )
+
+
 def test_it_plays(page):
     to(page, 0)
     page.keyboard.press(" ")
