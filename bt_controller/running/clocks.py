@@ -120,7 +120,7 @@ class RealtimeClock:
             return self._mailbox.wait(0.0)
         reasons = self._mailbox.wait(_CHECK_SECONDS)
         if self._is_gone():
-            raise self._client.absence or SimulatorGone("the simulator is gone")
+            raise SimulatorGone("the simulator is gone")
         return reasons
 
     def settle(self, done: Callable[[], bool], seconds: float) -> None:

@@ -291,6 +291,11 @@ class TestEnds:
 
         assert (outcome.gone, outcome.succeeded) == (True, False)
 
+    def test_a_client_that_is_closed_ends_the_tree_as_the_end_of_the_simulator_does(self, stage):
+        outcome = stage.run(lambda: Running("Running"), stage.client.close, grace=0.0)
+
+        assert (outcome.gone, outcome.succeeded) == (True, False)
+
     def test_a_behaviour_that_raises_ends_the_run_and_cancels_the_goals(self, stage):
         def tree():
             policy = ParallelPolicy.SuccessOnAll()
