@@ -323,8 +323,8 @@ def _wait_of(task: asyncio.Task[Any]) -> str:
             frames.append(frame)
         awaited = getattr(awaited, "gi_yieldfrom" if kind == "gi" else f"{kind}_await")
     place = place_in([(frame.f_code.co_filename, frame.f_lineno) for frame in frames])
-    called = [frame.f_code.co_qualname for frame in frames if frame.f_globals["__name__"].startswith("asyncio.")]
-    public = [name for name in called if not name.startswith("_")]
+    of_asyncio = [frame for frame in frames if frame.f_globals.get("__name__", "").startswith("asyncio.")]
+    public = [name for frame in of_asyncio if not (name := frame.f_code.co_qualname).startswith("_")]
     waiter = getattr(task, "_fut_waiter", None)
     what = ""
     if public:

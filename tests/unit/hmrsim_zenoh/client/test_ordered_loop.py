@@ -155,6 +155,14 @@ def test_a_deadlock_names_the_tasks_and_locks_for_which_others_wait():
         played(play)
 
 
+def test_a_deadlock_names_the_wait_of_code_without_a_module():
+    code: dict[str, object] = {"asyncio": asyncio}
+    exec("async def wait(_client):\n    await asyncio.Event().wait()", code)
+
+    with pytest.raises(Deadlock, match=r"Task-1 waits in Event.wait \("):
+        played(code["wait"])
+
+
 def test_the_text_of_a_deadlock_is_the_same_in_each_run():
     """The names that asyncio gives count the tasks of the process; `asyncio.run` makes the first before a client."""
 
