@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from hmrsim.events.robots import MotionBegan
+from hmrsim.events.robots import BatteryEvent, MotionBegan
 from hmrsim.events.traffic import LaneEvent
 from hmrsim.report.html import in_seconds
 
@@ -80,7 +80,7 @@ class Difference(NamedTuple):
         at: Seconds since the runs began.
         lines: The number of lines before it, in each run.
         seen: The same, with the event if it is a line.
-        texts: The event in each run, in words.
+        texts: The event in one run, and what the other one does instead, in words.
     """
 
     at: float
@@ -91,14 +91,30 @@ class Difference(NamedTuple):
 
 def first_difference(one: RunLog, other: RunLog) -> Difference | None:
     """Return where two runs first differ, apart from faults and the lanes that they close; None if they don't."""
-    events = ([each for each in log.happenings if not is_left_out(each.event)] for log in (one, other))
-    for a, b in zip_longest(*events):
+    events = [[each for each in log.happenings if not is_left_out(each.event)] for log in (one, other)]
+    for i, (a, b) in enumerate(zip_longest(*events)):
         if a is None or b is None or _key(a) != _key(b):
             at = min(each.at for each in (a, b) if each is not None)
-            sides = [_side(log, each, at) for log, each in ((one, a), (other, b))]
-            (first, first_seen, text), (second, second_seen, beside) = sides
+            (first, first_seen, text), (second, second_seen, beside) = _side(one, a, at), _side(other, b, at)
+            if a is not None and b is not None and a.event.subject != b.event.subject:
+                own, its = (
+                    _about(log, rest[i:], a if a.at == at else b, at)
+                    for log, rest in zip((one, other), events, strict=True)
+                )
+                text, beside = (own, its) if own != its else (text, beside)
             return Difference(in_seconds(at), (first, second), (first_seen, second_seen), (text, beside))
     return None
+
+
+def _about(log: RunLog, events: Sequence[Happening], differs: Happening, at: int) -> str:
+    """Return in words what a run does instead of an event of another one: its next event of the same subject."""
+    subject = differs.event.subject
+    happening = next((each for each in events if each.event.subject == subject), None)
+    if isinstance(differs.event, BatteryEvent) and happening is not differs:
+        shares = [share for since, share in log.report().batteries.get(subject, ()) if since <= in_seconds(at)]
+        if shares:
+            return f"the battery of {subject} is at {100 * shares[-1]:.0f} %"
+    return _side(log, happening, at)[2] if happening is not None else f"{_ENDS} of {subject}" if subject else _ENDS
 
 
 def is_left_out(event: Event) -> bool:

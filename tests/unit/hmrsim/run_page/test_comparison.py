@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
+from hmrsim.events.simulation import Spawned
 from hmrsim.fault_search.failure_page import run_logged
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page import Cause, ShownRun
 from hmrsim.run_page.comparison import first_difference
 from hmrsim.run_page.moments import moments_of
-from tests.porters import check_of
+from tests.porters import WORLD, check_of
 from tests.unit.hmrsim.run_page.conftest import planted
 
 
@@ -52,6 +53,33 @@ def test_a_lane_that_a_fault_closes_is_no_difference_but_what_it_causes():
 
     assert difference is not None
     assert difference.texts[0].startswith("porter navigate_to_pose ABORTED: no route")
+
+
+def test_a_difference_is_about_one_robot():
+    """The low battery has no event beside it, and the next one of that run is about another robot."""
+    drained = Injection({"type": "battery_drop", "robot": "other", "share": 0.2, "at": 0.0})
+    cart = {"at": "nook", "components": {"battery": {"capacity": 100}}}
+    check = check_of("careful", world={**WORLD, "robots": {**WORLD["robots"], "other": cart}})
+    logs = [run_logged(check, Case(schedule), Wanted())[1] for schedule in ((drained,), ())]
+    difference = first_difference(*logs)
+
+    assert difference is not None
+    assert ("other has a low battery (20%)", "the battery of other is at 100 %") == difference.texts
+
+
+def test_the_event_beside_a_difference_is_the_next_one_of_its_robot(passing):
+    log = passing[1]
+    first = next(each for each in log.happenings if each.event.subject == "porter")
+
+    class Strange:
+        happenings = (first._replace(at=0, event=Spawned("ghost", "item", (0.0, 0.0))), *log.happenings)
+        lines = log.lines
+        describe = log.describe
+
+    difference = first_difference(Strange(), log)
+
+    assert difference is not None
+    assert "no further event of ghost" == difference.texts[1]
 
 
 def test_a_run_that_ends_before_differs_by_that(passing):
