@@ -53,7 +53,7 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     # The first one is the title of the page.
     texts = (each.property if each.text == text else f"{each.property}: {each.text}" for each in outcome.violations)
     violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
-    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations)
+    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations, text)
     title = failure.property if failure else "no property is violated"
     lacks = check.file.left_out if isinstance(check.file, ReproFile) else ""
     if case.definition is not None:

@@ -64,6 +64,7 @@ class ShownRun:
         ending: How it ended, in words.
         at: When it ended, in seconds since it began.
         violations: The violated properties in words, each with its time in seconds.
+        failure: What fails, in words; empty if nothing does.
     """
 
     title: str
@@ -71,6 +72,7 @@ class ShownRun:
     ending: str
     at: float
     violations: Sequence[tuple[float, str]] = ()
+    failure: str = ""
 
 
 class Difference(NamedTuple):

@@ -12,6 +12,7 @@ from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejecte
 from hmrsim.events.traffic import GaveUpWaiting, LaneClosed
 from hmrsim.protocol.goal import GoalStatus
 from hmrsim.report.html import in_seconds
+from hmrsim.run_page.omissions import ALSO, charge_at, goal_text, longest_pause, never_sent, robots_in
 
 if TYPE_CHECKING:
     from hmrsim.run_page.comparison import Cause, Difference, ShownRun
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
 _INSTANT: Final = 1e-6
 """Seconds within which two times are the same."""
 _FAILED: Final = (GoalStatus.ABORTED, GoalStatus.CANCELED)
-_LOW: Final = 0.5
-"""The share of a battery's charge below which a goal is shown with it."""
 _IDLE: Final = "no robot executes a goal, and the controller sends none"
 _ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
 """The ids of goals, which distinguish nothing."""
@@ -37,6 +36,8 @@ _QUIET_SHARE: Final = 0.2
 """The share of a run that such a time has to be."""
 _MOST_STILL: Final = 4
 """The maximum number of reasons why it does."""
+_MOST_MISSING: Final = 2
+"""The maximum number of missing goals, and of robots with a long time without any."""
 _MOST_GOALS: Final = 4
 """The maximum number of goals before the violation among the key moments."""
 
@@ -61,7 +62,7 @@ class Moment(NamedTuple):
     violation: int | None = None
 
 
-_ORDER: Final = ("cause", "goal", "difference", "alarm", "silent", "still", "violated", "end")
+_ORDER: Final = ("cause", "goal", "difference", "missing", "alarm", "silent", "still", "violated", "end")
 
 
 def moments_of(
@@ -69,7 +70,8 @@ def moments_of(
 ) -> list[Moment]:
     """Return the key moments of a run, in order of time."""
     log, violations = failing.log, failing.violations
-    found = [*_begins(causes, log)]
+    until = violations[0][0] if violations else failing.at
+    found = [*_begins(causes, log), *_missing(robots_in([failing.failure], log), failing, other, until)]
     if difference is not None:
         found.append(Moment(difference.at, "difference", *difference.texts, difference.seen[0]))
     differs = None if difference is None else difference.seen[0]
@@ -80,7 +82,7 @@ def moments_of(
         found.append(Moment(log.quiet_from, "still", "; ".join(still)))
     silent = [*_silent(failing, other, difference)] if other is not None and difference is not None else []
     found += silent[:_MOST_STILL] or _gave_up(log)
-    found += _last_goals(log, violations[0][0] if violations else failing.at, {each.seen for each in found})
+    found += _last_goals(log, until, {each.seen for each in found})
     found += [Moment(at, "violated", text, violation=i) for i, (at, text) in enumerate(violations[:_MOST_VIOLATED])]
     if more := violations[_MOST_VIOLATED:]:
         text = f"{len(more)} more, which are among the events"
@@ -107,9 +109,21 @@ def _begins(causes: Sequence[Cause], log: RunLog) -> Iterator[Moment]:
             yield Moment(cause.began, "cause", cause.text, seen=None if own is None else own[1] + 1)
 
 
+def _missing(robots: Sequence[str], failing: ShownRun, other: ShownRun | None, until: float) -> Iterator[Moment]:
+    """Yield what robots lack in the run that fails: kinds of goals, and for a long time any goal."""
+    if other is not None:
+        for at, text in [*never_sent(failing.log, other.log, failing.at)][:_MOST_MISSING]:
+            yield Moment(at, "missing", f"{other.title}: {text}")
+    for robot in robots[:_MOST_MISSING]:
+        began, ended = longest_pause(robot, failing.log, until)
+        if ended - began > max(_QUIET, until * _QUIET_SHARE):
+            both = other is not None and longest_pause(robot, other.log, until) == (began, ended)
+            text = f"{robot} gets no goal until {ended:.3f} s{ALSO if both else ''}"
+            yield Moment(began, "missing", text)
+
+
 def _last_goals(log: RunLog, until: float, known: Collection[int | None]) -> Iterator[Moment]:
     """Yield the last goals before a time with their ends, other than those whose end is a known moment."""
-    batteries = log.report().batteries
     sent: dict[str, tuple[Happening, GoalAccepted]] = {}
     ends: dict[str, tuple[Happening, GoalStatusChanged]] = {}
     for each in log.happenings:
@@ -124,9 +138,7 @@ def _last_goals(log: RunLog, until: float, known: Collection[int | None]) -> Ite
             if end.line + 1 in known:
                 continue
             ended = f"{GoalStatus(status.status).name} at {in_seconds(end.at):.3f} s"
-        shares = [share for at, share in batteries.get(event.robot, ()) if at <= in_seconds(goal.at)]
-        charge = f" (battery at {100 * shares[-1]:.0f} %)" if shares and shares[-1] < _LOW else ""
-        what = f"{line.subject} {line.text.replace(' accepted', '', 1)}{charge}"
+        what = f"{goal_text(log, event)}{charge_at(log, event.robot, goal.at)}"
         yield Moment(line.at, "goal", f"{what}, {ended}", seen=goal.line + 1)
 
 
