@@ -357,5 +357,14 @@ class Recording:
         )
 
 
+def open_recording(path: Path) -> Recording:
+    """Return a recording.
+
+    Raises:
+        RecordingError: The file can't be read, or is not a recording of hmrsim.
+    """
+    return Recording(path)
+
+
 def _is_for_the_page(topic: str) -> bool:
     return topic in _OWN_TOPICS or topic.endswith((f"/{_BATTERY}", f"/{TREE}"))
