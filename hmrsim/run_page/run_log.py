@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Protocol
@@ -15,7 +16,7 @@ from hmrsim.drawing import Drawing
 from hmrsim.engine.sim_time import stamp
 from hmrsim.events import Event
 from hmrsim.events.faults import FaultBegan, FaultEvent
-from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
 from hmrsim.events.robots import (
     BatteryEmpty,
     BatteryEvent,
@@ -30,6 +31,7 @@ from hmrsim.history.items import Items
 from hmrsim.history.motion import INSTANT
 from hmrsim.history.occurrence import BatterySeen, SceneSeen
 from hmrsim.history.robots import Robots
+from hmrsim.protocol.commands import SendGoal
 from hmrsim.protocol.goal import Cause, GoalStatus
 from hmrsim.report.compile import ReportInput, notes_of, report_of
 from hmrsim.report.goals import target_of
@@ -43,6 +45,7 @@ from hmrsim.timing.pacing import Watchers, unwatched
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame
     from hmrsim.history.occurrence import Occurrence
+    from hmrsim.protocol.commands import Command
     from hmrsim.protocol.sinks import Sink
     from hmrsim.report.model import Report
     from hmrsim.simulation.simulator import Simulator
@@ -56,6 +59,7 @@ _WIDTH: Final = 560.0
 """The width of the map, in pixels of its own."""
 _WIDTH_OF_SPARSE: Final = 460.0
 """That of a sparse world, whose names are larger as a page scales them with the map."""
+_COORDINATES: Final = re.compile(r"\([-+.e\d]+, [-+.e\d]+\)")
 _SPARSE: Final = 20
 """The maximum number of points of a sparse world."""
 
@@ -177,6 +181,22 @@ class Tree:
                 yield name, tick.messages.get(i, "")
 
 
+class _Sink(ReportSink):
+    """A sink that also passes on the goals that are sent."""
+
+    def __init__(
+        self, simulator: Simulator, take: Callable[[Occurrence], object], sent: Callable[[SendGoal], object]
+    ) -> None:
+        super().__init__(simulator, take)
+        self._sent = sent
+
+    def commanded(self, command: Command, by: str, now: float) -> None:
+        """Pass on a goal, and the time."""
+        if isinstance(command, SendGoal):
+            self._sent(command)
+        super().commanded(command, by, now)
+
+
 class RunLog:
     """Follows a run; make one for each run, and pass `watch` as the factory of a further sink.
 
@@ -205,6 +225,7 @@ class RunLog:
         self._simulator: Simulator | None = None
         self._sink: ReportSink | None = None
         self._places = PlaceNames({})
+        self._names: dict[str, str] = {}
         self._targets: dict[str, str] = {}
         self._executing: dict[str, dict[str, str]] = defaultdict(dict)
         self._changes: dict[str, dict[str, list[Change]]] = defaultdict(lambda: defaultdict(list))
@@ -251,13 +272,14 @@ class RunLog:
         """Return the sinks that follow a simulator, which has not started."""
         self._simulator = simulator
         self._places = PlaceNames(simulator.world.points)
+        self._names = {f"({x:g}, {y:g})": self._places.of((x, y)) for x, y in simulator.world.points.values()}
         doors, lanes, items = self._story.doors, self._story.lanes, Items(self._story.timeline, simulator.world)
         doors.watch_all(lambda door: self._change("door", door, doors.is_(door, "open")))
         lanes.watch_all(lambda lane: self._change("lane", "-".join(lane), lanes.is_closed(lane)))
         items.watch_all(lambda item: self._change("item", item, items[item].carrier or items[item].at))
         robots = Robots(self._story.timeline, simulator.world)
         robots.watch_all(lambda robot: self._change("state", robot, robots.state_of(robot)))
-        self._sink = ReportSink(simulator, self._take)
+        self._sink = _Sink(simulator, self._take, self._note_sent)
         return [self._sink]
 
     def watchers(self, further: Watchers = unwatched) -> Watchers:
@@ -306,7 +328,12 @@ class RunLog:
         """Return an event as a sentence, with the names of places."""
         return f"{event.subject} {self._text(event)}".lstrip()
 
-    def _target(self, event: GoalAccepted) -> str:
+    def _note_sent(self, command: SendGoal) -> None:
+        """Record what a goal asks for, which the event of its rejection does not say."""
+        if command.goal_id and command.goal is not None:
+            self._targets[command.goal_id] = self._target(command)
+
+    def _target(self, event: GoalAccepted | SendGoal) -> str:
         """Return what a goal asks for in a few words: fields that have no default, with the name of the first point."""
         action, asked = actions().get(event.action), event.goal
         if action is not None:
@@ -319,16 +346,25 @@ class RunLog:
     def _stuck(self) -> list[str]:
         if self._simulator is None:
             raise AssertionError
-        return [*self._simulator.roster.admission.causes.stuck().values()]
+        return [*map(self._with_places, self._simulator.roster.admission.causes.stuck().values())]
 
     def _text(self, event: Event) -> str:
-        return event.text({"goal": lambda _goal: self._target_of(event), "point": self._point})
+        text = event.text({"goal": lambda _goal: self._target_of(event), "point": self._point})
+        if isinstance(event, GoalStatusChanged | SendGoalRejected) and (target := self._targets.get(event.goal_id)):
+            what, colon, why = text.partition(":")
+            text = f"{what} ({target}){colon}{why}"
+        return self._with_places(text)
+
+    def _with_places(self, text: str) -> str:
+        """Return a text with the names of places instead of their coordinates."""
+        return _COORDINATES.sub(lambda match: self._names.get(match[0], match[0]), text)
 
     def _target_of(self, event: Event) -> str:
         if not isinstance(event, GoalAccepted):
             return ""
-        target = self._targets[event.goal_id] = self._targets.get(event.goal_id) or self._target(event)
-        return target
+        if event.goal_id not in self._targets:
+            self._targets[event.goal_id] = self._target(event)
+        return self._targets[event.goal_id]
 
     def _point(self, at: Any) -> str:
         return self._places.of((float(at[0]), float(at[1])))

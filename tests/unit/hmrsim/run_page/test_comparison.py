@@ -20,7 +20,7 @@ def test_the_first_difference_is_no_fault_but_its_effect(failing, passing):
 
     assert difference is not None
     assert 10.0 == difference.at
-    assert "porter pickup ABORTED: porter has broken down at (10, 0)" == difference.texts[0]
+    assert "porter pickup ABORTED (box): porter has broken down at store" == difference.texts[0]
     assert "porter picks up box" == difference.texts[1]
     assert all(
         log.lines[line].at == difference.at
@@ -52,7 +52,7 @@ def test_a_lane_that_a_fault_closes_is_no_difference_but_what_it_causes():
     difference = first_difference(*logs)
 
     assert difference is not None
-    assert difference.texts[0].startswith("porter navigate_to_pose ABORTED: no route")
+    assert difference.texts[0].startswith("porter navigate_to_pose ABORTED (store): no route from home to store")
 
 
 def test_a_difference_is_about_one_robot():
@@ -103,7 +103,7 @@ def test_key_moments_are_the_causes_the_difference_and_what_went_wrong(failing, 
     assert ["goal", "cause", "difference", "alarm", "silent", "violated", "end"] == kinds
     assert sorted(moment.at for moment in moments) == [moment.at for moment in moments]
     assert "porter navigate_to_pose: store, SUCCEEDED at 10.000 s" == moments[0].text
-    assert moments[3].text.startswith("porter pickup rejected: ")
+    assert moments[3].text.startswith("porter pickup rejected (box): ")
     assert moments[3].text.endswith(", 4 times")
     assert "after pickup of porter was rejected, the controller sends no further goal" == moments[4].text
     assert log.lines[moments[1].seen - 1].text.startswith("has the fault")

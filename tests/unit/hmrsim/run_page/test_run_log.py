@@ -32,6 +32,12 @@ def test_lines_have_the_events_with_the_names_of_places(passing):
     assert any(text.endswith("porter puts down box at shelf") for text in texts)
 
 
+def test_a_rejected_goal_has_its_target_and_the_places_of_its_reason(failing):
+    texts = [line.text for line in failing[1].lines if " rejected" in line.text]
+
+    assert "pickup rejected (box): porter has broken down at store" in texts
+
+
 def test_goals_that_end_with_the_simulation_have_no_end(failing):
     goals = failing[1].report().goals
 
@@ -61,7 +67,7 @@ def test_goals_and_states_change_with_their_event(passing):
     at_store = [change.value for change in log.changes("state")["porter"] if change.at == pytest.approx(10.0)]
 
     assert ("navigate_to_pose accepted: store", ["navigate_to_pose store"]) == goals[0]
-    assert ("navigate_to_pose SUCCEEDED", []) == goals[1]
+    assert ("navigate_to_pose SUCCEEDED (store)", []) == goals[1]
     assert ["busy", "idle", "busy"] == at_store[:3]
 
 
