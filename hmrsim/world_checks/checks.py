@@ -114,7 +114,8 @@ def _check_inside(world: World) -> Iterator[Finding]:
 def _point(world: World, at: Point | str, path: Path, lost: Lost) -> Point | Finding | None:
     """Return the point of *at*, or its error, or None if an invalid part may define it."""
     point, name = world.find(at), str(at)
-    if point is not None or lost.has(name, "waypoints", "places", "docks"):
+    # Another check reports a dock at an unknown place.
+    if point is not None or name in world.docks or lost.has(name, "waypoints", "places", "docks"):
         return point
     known = [*world.waypoints, *world.places, *world.docks]
     return Finding(path, f"no waypoint, place or dock {name!r}{instead(name, known)}", name)

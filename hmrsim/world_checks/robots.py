@@ -101,7 +101,9 @@ def _check_order(world: World, lost: Lost, name: str, path: Path, text: str) -> 
         components = world.robot_type(robot).components
     except ValueError as error:
         _, _, named = text.strip().partition(" ")
-        if not any(lost.has(word, *_NAMED) for word in (named, *re.split(r"[\s,]+", named))):
+        names = (named, *re.split(r"[\s,]+", named))
+        nowhere = (each in world.docks and world.find(each) is None for each in names)
+        if not any(nowhere) and not any(lost.has(each, *_NAMED) for each in names):
             yield Finding(path, str(error), text)
         return
     except KeyError:

@@ -213,6 +213,17 @@ def test_the_hash_depends_on_faults(load):
     assert world_hash(added) == faulty.hash != before == world_hash(plain.world)
 
 
+def test_a_dock_at_an_unknown_place_is_the_only_error(errors_of):
+    assert errors_of("""\
+        waypoints: {a: [0, 0], b: [5, 0]}
+        lanes: [[a, b]]
+        docks: {charger: {at: c}}
+        robots: {eve: {at: charger, script: [Go charger, Dock charger]}}
+        items: {box: {at: charger}}
+        demand: [{name: mail, at: charger, to: a, arrives: 5}]
+        """) == ["3: docks.charger.at: no waypoint or place 'c'; there are a, b"]
+
+
 def test_included_files_are_united(write):
     write("name: floor\nseed: 1\nwaypoints: {a: [0, 0], b: [1, 0]}\nlanes: [[a, b]]\n", "parts/floor.yaml")
     path = write("seed: 2\ninclude: [parts/floor.yaml]\nwaypoints: {c: [2, 0]}\nlanes: [[b, c]]\n")
