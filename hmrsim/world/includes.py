@@ -99,6 +99,7 @@ class _Includes:
         if not isinstance(names, list):
             finding = Finding(("include",), f"expected a list of files, got {shown(names)}", names)
             self.merged.problems.append(source.problem(finding))
+            self.merged.complete = False
             return
         if len(names) > _MAX_FILES:
             finding = Finding(("include",), f"names {len(names)} files; a world includes at most {_MAX_FILES}", names)

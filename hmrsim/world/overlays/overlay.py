@@ -79,7 +79,9 @@ class Overlay:
                     merged.claim(path, self.source, change.path)
             except OverlayFlaw as error:
                 work.spend(FLAW, change.path)
-                merged.problems.append(self.source.problem(Finding(change.path, str(error), change.value)))
+                # A file that could not be read may have the missing entry.
+                if merged.complete:
+                    merged.problems.append(self.source.problem(Finding(change.path, str(error), change.value)))
 
 
 def lay_all(overlays: Iterable[Overlay], merged: Merged) -> None:

@@ -301,14 +301,24 @@ def test_a_world_includes_100_files_at_most(write):
             load_world(path)
 
 
-def test_a_missing_include_is_the_only_error(write):
-    """The missing file might define the names that other files use."""
-    path = write("units: m\ninclude: [floor.yaml]\nlanes: [[a, b]]\nrobots: {eve: {at: a, type: nurse}}\n", "in/w.yaml")
+@pytest.mark.parametrize(
+    ("include", "message"),
+    [
+        ("[floor.yaml]", "include.0: FOLDER/floor.yaml: no such file"),
+        ("floor.yaml", "include: expected a list of files, got 'floor.yaml'"),
+    ],
+)
+def test_an_invalid_include_is_the_only_error(errors_of, tmp_path, include, message):
+    """The missing file might define the names that other files and overlays use."""
+    errors = errors_of(f"""\
+        units: m
+        include: {include}
+        lanes: [[a, b]]
+        robots: {{eve: {{at: a, type: nurse}}}}
+        overlay: {{robot_types.nurse.base.speed: 2, lanes.7.speed_limit: 1, ~docks.*: null}}
+        """)
 
-    with pytest.raises(WorldError) as caught:
-        load_world(path)
-
-    assert [f"{path}:2: include.0: {path.parent}/floor.yaml: no such file"] == list(map(str, caught.value.problems))
+    assert errors == [f"2: {message}".replace("FOLDER", str(tmp_path))]
 
 
 def test_robots_and_items_can_be_added(write):
