@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Generic, Literal, TypeAlias, TypeV
 
 from pydantic import BaseModel, ValidationError
 
-from hmrsim.diagnostics import MAX_FINDINGS, Finding
+from hmrsim.diagnostics import MAX_FINDINGS, Finding, meant
 from hmrsim.documents.validation import explain
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def valid_parts(
             text = f"has {count} errors; only these are reported"
             findings = [Finding((), text, count), *findings][:MAX_FINDINGS]
             break
-    return ValidParts(value, tuple(findings), _lost(data, gone), _kept(rest, gone))
+    return ValidParts(value, tuple(findings), _lost(data, gone, model), _kept(rest, gone))
 
 
 def _original(path: Path, kept: Mapping[str, tuple[int, ...]]) -> Path:
@@ -210,9 +210,13 @@ def _cut(data: dict[str, Any], path: Path) -> Path:
     return path
 
 
-def _lost(data: Mapping[str, Any], gone: _Gone) -> Lost:
+def _lost(data: Mapping[str, Any], gone: _Gone, model: type[BaseModel]) -> Lost:
     names: dict[str, frozenset[str] | None] = {}
+    known = [field.alias or name for name, field in model.model_fields.items()]
     for key, below in gone.items():
         named = isinstance(below, dict) and isinstance(data.get(str(key)), dict)
         names[str(key)] = frozenset(map(str, below or ())) if named else None
+        if key not in known and (similar := meant(str(key), known)):
+            # A misspelled key has the entries of another one.
+            names[similar] = None
     return Lost(names)

@@ -126,7 +126,7 @@ def _checked(
     if parts is not None and valid.value is not None and not valid.findings:
         valid = replace(valid, value=_sharing(valid.value, merged, parts))
     lost = valid.lost
-    if not merged.complete:
+    if not merged.complete or lost.touches("include"):
         lost = Lost(dict.fromkeys(World.model_fields))
     findings = list(valid.findings)
     if valid.value is not None:

@@ -68,6 +68,13 @@ def test_a_name_that_equals_a_stand_in_is_like_any_other_in_a_valid_document():
     assert not read({"robots": {"eve": {"at": UNRESOLVED}}}).lost.has(UNRESOLVED, "robots")
 
 
+def test_a_misspelled_key_has_the_entries_of_the_key_that_is_meant():
+    lost = read({"robots": {"eve": {"at": "lab"}}, "lane": [{"at": "a"}]}).lost
+
+    assert lost.touches("lanes")
+    assert not lost.touches("robots")
+
+
 def test_without_a_valid_part_there_are_only_errors():
     valid = read({"robots": 5})
 

@@ -213,6 +213,18 @@ def test_the_hash_depends_on_faults(load):
     assert world_hash(added) == faulty.hash != before == world_hash(plain.world)
 
 
+def test_a_misspelled_key_is_the_only_error(errors_of):
+    errors = errors_of("""\
+        waypoint: {a: [0, 0], b: [5, 0]}
+        lanes: [[a, b]]
+        robots: {eve: {at: a, script: [Go b]}}
+        """)
+    assert errors == ["1: waypoint: unknown key 'waypoint'; did you mean 'waypoints'?"]
+
+    errors = errors_of("includes: [cafe]\nrobots: {eve: {at: hall, type: waiter}}\n")
+    assert errors == ["1: includes: unknown key 'includes'; did you mean 'include'?"]
+
+
 def test_a_dock_at_an_unknown_place_is_the_only_error(errors_of):
     assert errors_of("""\
         waypoints: {a: [0, 0], b: [5, 0]}
