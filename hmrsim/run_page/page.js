@@ -290,7 +290,7 @@ function allStops() {
 
 /** Return the time and the stop of a violation, of an event of the first run, or of the end of an instant. */
 function momentOf({ at, seen, violated }) {
-  const time = Math.min(data.length, Number(at));
+  const time = Math.min(data.whole, Number(at));
   if (violated === undefined && seen === undefined) return { at: time, stop: lastStop(time) };
   const count = violated === undefined ? runs[0].itemsUpTo(Number(seen)) : runs[0].items.findIndex((item) => item.violation === Number(violated)) + 1;
   const stop = stopOf(0, count);
@@ -309,7 +309,7 @@ function stopOf(number, count) {
 
 /** Show a time, at the end of its instant, or within it at a stop. */
 function show(at, stop) {
-  cursor.at = Math.min(data.length, Math.max(0, at));
+  cursor.at = Math.min(data.whole, Math.max(0, at));
   const last = lastStop(cursor.at);
   cursor.stop = stop ?? last;
   cursor.counts = stops[cursor.stop].counts;
@@ -318,9 +318,9 @@ function show(at, stop) {
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
-  say(clock, `${text} of ${seconds(data.length)}${placeInInstant()}`);
+  say(clock, `${text} of ${seconds(data.whole)}${placeInInstant()}`);
   // One element moves, as a property of the chart would restyle all of its bars.
-  line.style.left = `calc(var(--names) + (100% - var(--names)) * ${cursor.at / data.length})`;
+  line.style.left = `calc(var(--names) + (100% - var(--names)) * ${Math.min(1, cursor.at / data.length)})`;
   markJump();
   runs.forEach((run, i) => run.show(cursor.at, cursor.counts[i]));
   showTrees();
@@ -383,7 +383,7 @@ function pause() {
 }
 
 function frame(now) {
-  show(cursor.at + ((now - before) / 1000) * Number(speed.value));
+  show(Math.min(data.length, cursor.at + ((now - before) / 1000) * Number(speed.value)));
   before = now;
   if (cursor.at < data.length) playing = requestAnimationFrame(frame);
   else pause();

@@ -312,6 +312,14 @@ class RunLog:
         moved = [poses.frames[-1].at for poses in self.poses.values() if poses.frames]
         return in_seconds(max([self._last, *moved]))
 
+    @property
+    def changed_until(self) -> float:
+        """The seconds from the start of the run to the last change of a goal, robot, item, door or lane."""
+        moved = [in_seconds(poses.frames[-1].at) for poses in self.poses.values() if poses.frames]
+        return max(
+            moved + [changes[-1].at for known in self._changes.values() for changes in known.values()], default=0.0
+        )
+
     def awaited(self) -> list[str]:
         """Return the leaves of the trees that run after the last tick."""
         return [

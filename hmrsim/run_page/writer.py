@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hmrsim.run_page.run_log import RunLog, Tree
 
 _QUIET: Final = 1.1
-"""The part of a run that is shown, if nothing happens any more, as a multiple of that before it."""
+"""The end of the time axis, as a multiple of the time of the last change."""
 _MAX_NAMES: Final = 40
 """The maximum number of robots whose names are on the map."""
 _NARROWEST: Final = 90.0
@@ -48,10 +48,12 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
     difference = first_difference(failing.log, other.log) if other is not None else None
     moments = moments_of(causes, failing, other, difference)
     whole = _at(max(report.summary.sim_time for report in reports)) or 1.0
-    length = _at(min(whole, max(run.log.quiet_from for run in runs) * _QUIET + 1.0))
+    changed = max([run.log.changed_until for run in runs] + [0.0 if difference is None else difference.at])
+    length = _at(min(whole, changed * _QUIET + 1.0))
     timelines = [timeline_of(report, length, _NARROWEST) for report in reports]
     data = {
         "length": length,
+        "whole": whole,
         "difference": _difference(difference),
         "runs": [_run(run, report) for run, report in zip(runs, reports, strict=True)],
     }
@@ -65,6 +67,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
             runs=runs,
             length=length,
             whole=whole,
+            changed=changed,
             faults=[_faults(report, length) for report in reports],
             maps=[Markup(_map(run.log)) for run in runs],  # noqa: S704 - escaped by the functions that made it
             rows=[*_rows(timelines)],

@@ -15,7 +15,7 @@ from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page.comparison import Heading, ShownRun
 from hmrsim.run_page.run_log import RunLog
 from hmrsim.run_page.writer import page_of
-from tests.simulation import at, simulate
+from tests.simulation import B, at, go, simulate
 
 _TREE = '''"""A waiter that goes on when driving has failed."""
 
@@ -260,17 +260,39 @@ def test_print_has_the_maps_and_the_events_near_the_moment_but_no_buttons(page):
     assert 0 < page.locator(".events li:visible").count() <= 50
 
 
-def test_robots_and_items_are_on_the_map_only_while_they_exist(tmp_path, open_page):
+@pytest.fixture
+def shown(tmp_path, open_page):
+    """Return the function that opens the page of a log."""
+
+    def load(log, seconds):
+        file = tmp_path / "run.html"
+        run = ShownRun("The run", log, "ended", seconds)
+        file.write_text(page_of(Heading("Run", "A run", "", ""), (), (run,)), encoding="utf-8")
+        return open_page(file.as_uri())
+
+    return load
+
+
+def test_events_after_the_end_of_the_time_axis_are_shown(shown):
+    log = RunLog()
+    run = simulate(watchers=log.watch)
+    run((0.0, go(3.0)), (100.0, go(5.0, goal_id=B, robot="nobody")), until=120.0)
+    page = shown(log, 120.0)
+    page.click(".events li:last-child")
+
+    assert float(page.get_attribute("#time", "max")) < 20
+    assert page.text_content("#clock").startswith("100.000 s of 120.000 s")
+    assert page.evaluate("line.offsetLeft <= chart.clientWidth")
+
+
+def test_robots_and_items_are_on_the_map_only_while_they_exist(shown):
     log = RunLog()
     run = simulate(watchers=log.watch)
     run(until=3.0)
     run.ask("spawn_entity", {"name": "bob", "uri": "robot_type:nurse", "initial_pose": at(3, 2)})
     run.ask("delete_entity", {"entity": "parcel"})
     run(until=5.0)
-    file = tmp_path / "run.html"
-    shown = ShownRun("The run", log, "ended", 5.0)
-    file.write_text(page_of(Heading("Run", "A spawned robot", "", ""), (), (shown,)), encoding="utf-8")
-    page = open_page(file.as_uri())
+    page = shown(log, 5.0)
 
     visible = []
     for seconds in (1, 4):

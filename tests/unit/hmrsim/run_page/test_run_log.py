@@ -12,7 +12,7 @@ from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.run_page import run_log
 from hmrsim.run_page.run_log import RunLog, Tree
-from tests.simulation import at, simulate
+from tests.simulation import B, at, go, simulate
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
 
@@ -110,6 +110,14 @@ def followed():
     """Return a log and the simulation that it follows."""
     log = RunLog()
     return log, simulate(watchers=log.watch)
+
+
+def test_a_rejected_goal_changes_nothing(followed):
+    log, run = followed
+    run((0.0, go(3.0)), (100.0, go(5.0, goal_id=B, robot="nobody")), until=120.0)
+
+    assert log.lines[-1].text.startswith("navigate_to_pose rejected")
+    assert (4.0, 100.0) == (log.changed_until, log.quiet_from)
 
 
 def test_a_deleted_item_is_gone(followed):
