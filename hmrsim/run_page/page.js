@@ -238,7 +238,7 @@ class Run {
 
   showTree(tick, other) {
     const text = tick ? JSON.stringify([tick.nodes, other?.nodes.map((node) => node.is)]) : "";
-    say(this.tick, tick ? `last changed at ${seconds(tick.time)}` : "not ticked yet");
+    say(this.tick, tick ? `last changed by the tick at ${seconds(tick.time)}` : "not ticked yet");
     if (text === this.treeShown) return;
     this.treeShown = text;
     const same = other && tick && other.nodes.length === tick.nodes.length;
@@ -262,7 +262,7 @@ const stops = allStops();
 /** The buttons that show a moment, each with its time and stop. */
 const jumps = all(".jump").map((button) => ({ button, ...momentOf(button.dataset) }));
 let playing = 0, before = 0, followed = 0, picked;
-const cursor = { at: 0, counts: [], ticked: [] };
+const cursor = { at: 0, counts: [] };
 
 /** Return the stops: runs go on together up to their first difference, then in order of time. */
 function allStops() {
@@ -310,11 +310,8 @@ function stopOf(number, count) {
 /** Show a time, at the end of its instant, or within it at a stop. */
 function show(at, stop) {
   cursor.at = Math.min(data.whole, Math.max(0, at));
-  const last = lastStop(cursor.at);
-  cursor.stop = stop ?? last;
+  cursor.stop = stop ?? lastStop(cursor.at);
   cursor.counts = stops[cursor.stop].counts;
-  // Once the runs differ, their trees are compared when both have reacted to all events of the instant.
-  cursor.ticked = stops[cursor.stop >= stops.difference ? last : cursor.stop].counts;
   slider.value = cursor.at;
   const text = seconds(cursor.at);
   slider.setAttribute("aria-valuetext", text);
@@ -349,7 +346,7 @@ function placeInInstant() {
 
 function showTrees() {
   if (!treeOf) return;
-  const ticks = runs.map((run, i) => run.tickOf(treeOf.value, cursor.at, cursor.ticked[i]));
+  const ticks = runs.map((run, i) => run.tickOf(treeOf.value, cursor.at, cursor.counts[i]));
   runs.forEach((run, i) => run.showTree(ticks[i], ticks[1 - i]));
 }
 

@@ -164,14 +164,15 @@ def test_trees_do_not_differ_before_the_runs_do(page):
     assert not any(differing)
 
 
-def test_trees_differ_after_the_instant_of_the_difference_only_in_what_it_has_changed(page):
-    differing = page.evaluate(
-        "() => stops.map((stop, i) => i).filter((i) => i >= stops.difference && stops[i].at === data.difference.at)"
-        ".map((i) => { showStop(i); return document.querySelectorAll('.tree .differs').length; })"
+def test_trees_do_not_run_ahead_of_the_events_of_an_instant(page):
+    placed, shown = page.evaluate(
+        "() => [runs[0].items.findIndex(({ element }) => element.textContent.includes('place SUCCEEDED')),"
+        " stops.map((stop, i) => i).filter((i) => i >= stops.difference).map((i) => { showStop(i);"
+        " return [stops[i].counts[0], document.querySelector('.tree li:last-child').dataset.is]; })]"
     )
 
-    assert 1 < len(differing)
-    assert 1 == len(set(differing))
+    assert {"R", "S"} <= {status for _, status in shown}
+    assert all((status == "S") == (placed < count) for count, status in shown)
 
 
 def test_a_violation_in_the_key_moments_selects_its_row(page):
