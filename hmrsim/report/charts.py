@@ -13,13 +13,13 @@ from hmrsim.report.html import seconds, times
 
 if TYPE_CHECKING:
     from hmrsim.drawing.canvas import Frame
-    from hmrsim.report.model import Bucket, FaultSpan, Goal, Report, Span, Wait
+    from hmrsim.report.model import Bucket, Error, FaultSpan, Goal, Report, Span, Wait
     from hmrsim.world.model import World
 
 THEME: Final = {name: f"var(--{name.replace('_', '-')})" for name in PALETTE["light"]}
 """The colors of the theme, which the page chooses."""
 
-E = TypeVar("E", "Goal", "Span", "Wait", "FaultSpan")
+E = TypeVar("E", "Goal", "Error", "Span", "Wait", "FaultSpan")
 
 _WIDTH, _HEIGHT = 1000.0, 160.0
 MAX_BATTERIES: Final = 60
@@ -167,6 +167,9 @@ _MAX_BARS: Final = 20_000
 _RESOLUTIONS: Final = (0.0, 2.5, 10.0, 40.0, 160.0)
 """The length, in units of a row, within which goals are merged if there are too many for a browser."""
 
+_NARROWEST: Final = 20.0
+"""The width of a goal's bar, in units of a row, below which it is a mark: its outline makes it wide enough."""
+
 _STEPS: Final = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400)
 _TICKS: Final = 8
 
@@ -202,17 +205,16 @@ class Timeline(NamedTuple):
 class _Scale(NamedTuple):
     began: float
     length: float
-    narrowest: float
 
     def x(self, at: float) -> float:
         return (at - self.began) / self.length * WIDTH
 
     def is_short(self, bar: _Bar) -> bool:
-        """Return whether a bar has the minimum width, so that it is drawn over its neighbors."""
-        return self.width(bar.began, bar.ended) == self.narrowest
+        """Return whether a bar is too narrow to be seen, so that it is a mark over its neighbors."""
+        return self.width(bar.began, bar.ended) < _NARROWEST
 
     def width(self, began: float, ended: float) -> float:
-        return max(self.narrowest, (ended - began) / self.length * WIDTH)
+        return max(1.0, (ended - began) / self.length * WIDTH)
 
 
 class _Bar(NamedTuple):
@@ -224,16 +226,13 @@ class _Bar(NamedTuple):
     second: bool
 
 
-def timeline_of(report: Report, length: float | None = None, narrowest: float = 1.0) -> Timeline:
-    """Return the timeline of a report.
-
-    *length* is that of the axis in seconds, if the run is shorter, and *narrowest* the minimum width of a bar, in units
-    of a row.
-    """
+def timeline_of(report: Report, length: float | None = None) -> Timeline:
+    """Return the timeline of a report; *length* is that of the axis in seconds, instead of that of the run."""
     began = min((robot.began for robot in report.robots), default=0.0)
-    scale = _Scale(began, length or report.summary.sim_time or 1.0, narrowest)
+    scale = _Scale(began, length or report.summary.sim_time or 1.0)
     goals, spans = _by_robot(report.goals), _by_robot(report.states)
     waits, faults = _by_robot(report.waits), _by_robot(report.faults)
+    rejected = _by_robot(error for error in report.errors if error.status == "REJECTED")
     robots = report.robots[:_ROWS]
     end = scale.began + (report.summary.sim_time or scale.length)
     resolution = 0.0
@@ -245,6 +244,7 @@ def timeline_of(report: Report, length: float | None = None, narrowest: float = 
     for robot in robots:
         parts = [
             *(_goal_bar(bar, scale) for bar in sorted(bars[robot.name], key=scale.is_short)),
+            *_rejections(rejected[robot.name], scale),
             *_states(spans[robot.name], scale),
             *(_wait_bar(wait, scale) for wait in waits[robot.name][:most_waits]),
             *(_fault_bar(fault, scale, end) for fault in faults[robot.name]),
@@ -285,8 +285,10 @@ def _goal_bar(bar: _Bar, scale: _Scale) -> str:
     )
     y, height = (8, 5) if bar.second else (2, 11)
     width = scale.width(bar.began, bar.ended)
-    x = min(scale.x(bar.began), WIDTH - width)
-    return element("rect", title, class_=f"g {worst.status.lower()}", x=x, y=y, width=width, height=height)
+    x, kind = min(scale.x(bar.began), WIDTH - width), f"g {worst.status.lower()}"
+    if scale.is_short(bar):
+        x, kind = min(x, WIDTH - _NARROWEST), f"{kind} mark"
+    return element("rect", title, class_=kind, x=x, y=y, width=width, height=height)
 
 
 _BY_GRAVITY: Final = ("ABORTED", "CANCELED", "CANCELING", "EXECUTING", "ACCEPTED", "SUCCEEDED")
@@ -300,6 +302,15 @@ def _about(goal: Goal) -> str:
     if goal.error_msg:
         lines.append(goal.error_msg)
     return "\n".join(lines)
+
+
+def _rejections(rejected: list[Error], scale: _Scale) -> Iterator[str]:
+    """Yield one path for all rejected goals of a robot."""
+    # Those that would be drawn over each other are one mark.
+    marks = dict.fromkeys(min(scale.x(each.at) // _NARROWEST * _NARROWEST, WIDTH - _NARROWEST) for each in rejected)
+    if marks:
+        title = titled(f"goals rejected {times(len(rejected))}, from {rejected[0].at:.1f} to {rejected[-1].at:.1f} s")
+        yield element("path", title, class_="g rejected mark", d="".join(f"M{number(x)} 2v5" for x in marks))
 
 
 def _states(spans: list[Span], scale: _Scale) -> Iterator[str]:
@@ -330,9 +341,8 @@ def _fault_bar(fault: FaultSpan, scale: _Scale, end: float) -> str:
     ended = end if fault.ended is None else fault.ended
     until = "the end" if fault.ended is None else f"{fault.ended:.1f} s"
     title = titled(f"{fault.fault} {fault.name}, {fault.began:.1f} s to {until}")
-    return element(
-        "rect", title, class_="f", x=scale.x(fault.began), y=0, width=scale.width(fault.began, ended), height=24
-    )
+    width = max(_NARROWEST, scale.width(fault.began, ended))
+    return element("rect", title, class_="f", x=scale.x(fault.began), y=0, width=width, height=24)
 
 
 def _ticks(scale: _Scale) -> Iterator[Tick]:

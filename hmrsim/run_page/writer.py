@@ -31,8 +31,6 @@ _QUIET: Final = 1.1
 """The end of the time axis, as a multiple of the time of the last change."""
 _MAX_NAMES: Final = 40
 """The maximum number of robots whose names are on the map."""
-_NARROWEST: Final = 90.0
-"""The minimum width of a goal in the chart, where an instant one has to be seen."""
 
 
 def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | tuple[ShownRun, ShownRun]) -> str:
@@ -50,7 +48,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
     whole = _at(max(report.summary.sim_time for report in reports)) or 1.0
     changed = max([run.log.changed_until for run in runs] + [0.0 if difference is None else difference.at])
     length = _at(min(whole, changed * _QUIET + 1.0))
-    timelines = [timeline_of(report, length, _NARROWEST) for report in reports]
+    timelines = [timeline_of(report, length) for report in reports]
     data = {
         "length": length,
         "whole": whole,

@@ -9,6 +9,7 @@ import pytest
 
 from hmrsim.report import of_trace, report_of
 from hmrsim.report.charts import timeline_of
+from hmrsim.report.model import Error
 from hmrsim.report.page import page_of
 from tests.unit.hmrsim.report.worlds import ALONE, FAULTY, MEETING
 
@@ -129,6 +130,18 @@ def test_too_many_goals_are_drawn_together_with_a_notice(told):
 
     assert timeline.together > 0
     assert timeline.rows[0].svg.count('class="g ') <= 20_000
+
+
+def test_the_timeline_has_a_mark_for_rejected_goals(told):
+    found = report_of(told(ALONE))
+    name, length = found.robots[0].name, found.summary.sim_time
+    rejected = Error.model_construct(robot=name, status="REJECTED")
+    times = (0.0, length / 2, length / 2 + 1e-6, length)
+    errors = tuple(rejected.model_copy(update={"at": at}) for at in times)
+    svg = timeline_of(found.model_copy(update={"errors": errors})).rows[0].svg
+
+    assert 'class="g rejected mark" d="M0 2v5M5000 2v5M9980 2v5"' in svg
+    assert f"goals rejected 4 times, from 0.0 to {length:.1f} s" in svg
 
 
 def test_a_name_is_no_markup_in_the_map(page):

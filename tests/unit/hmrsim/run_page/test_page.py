@@ -61,10 +61,10 @@ def test_the_lines_at_which_tasks_wait_are_quoted(tmp_path):
 
 
 def test_an_instant_goal_at_the_end_of_a_run_can_be_seen(page):
-    (x, width), *_ = re.findall(r'class="g aborted" x="([\d.]+)" y="2" width="([\d.]+)"', page)
+    (x, width), *_ = re.findall(r'class="g aborted mark" x="([\d.]+)" y="2" width="([\d.]+)"', page)
 
-    assert 90.0 <= float(width)
-    assert float(x) + float(width) <= 10_000
+    assert 20.0 > float(width)
+    assert float(x) <= 9_980
 
 
 def test_names_of_a_sparse_world_are_clear_of_robots_at_their_points(page):
