@@ -200,7 +200,7 @@ class Recording:
         truncated: Whether the end is missing, or a part that was read is damaged.
 
     Raises:
-        RecordingError: The file is not a recording of hmrsim.
+        RecordingError: The file can't be read, or is not a recording of hmrsim.
     """
 
     def __init__(self, path: Path) -> None:
