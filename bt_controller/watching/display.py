@@ -30,10 +30,14 @@ class Watcher(Protocol):
         """Process a tick of a tree at a simulated time."""
 
 
-class JsonDisplay:
-    """Writes a tree as one line of JSON whenever the tree or its blackboard has changed."""
+class _Display:
+    """Writes a tree whenever it has changed.
 
-    blackboard: ClassVar = True
+    Attributes:
+        blackboard: Whether it is also written when only its blackboard has changed.
+    """
+
+    blackboard: ClassVar = False
 
     def __init__(self, out: IO[str]) -> None:
         self._out = out
@@ -51,18 +55,25 @@ class JsonDisplay:
             self._out.flush()
 
     def _text(self, snapshot: Snapshot) -> str:
-        return json.dumps(snapshot.to_json()) + "\n"
+        raise NotImplementedError
 
 
-class PlainDisplay(JsonDisplay):
-    """Writes a tree as text whenever it has changed."""
-
-    blackboard = False
+class PlainDisplay(_Display):
+    """Writes a tree as text."""
 
     def _text(self, snapshot: Snapshot) -> str:
         symbols, encoding = symbols_for(self._out), getattr(self._out, "encoding", None) or _UTF_8
         lines = [snapshot.title, *(node.line(symbols) for node in snapshot.nodes), "", ""]
         return "\n".join(lines).encode(encoding, "replace").decode(encoding)
+
+
+class JsonDisplay(_Display):
+    """Writes a tree and its blackboard as one line of JSON."""
+
+    blackboard = True
+
+    def _text(self, snapshot: Snapshot) -> str:
+        return json.dumps(snapshot.to_json()) + "\n"
 
 
 def symbols_for(out: IO[str]) -> Mapping[Status, str]:
