@@ -69,7 +69,10 @@ class DispatchEnv(gymnasium.Env[Observation, int]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin an episode, up to its first decision; without a seed, the environment's random numbers choose one."""
+        """Begin an episode, up to its first decision.
+
+        *seed* is that of the world; without it, the environment's random numbers choose one. *options* are ignored.
+        """
         super().reset(seed=seed, options=options)
         return self._observed(self._episodes.begin(int(self.np_random.integers(SEEDS)) if seed is None else seed))
 

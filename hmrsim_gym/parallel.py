@@ -56,7 +56,10 @@ class ParallelDispatch(ParallelEnv[str, Observation, int]):  # type: ignore[misc
         seed: int | None = None,
         options: dict[str, Any] | None = None,  # noqa: ARG002 - PettingZoo's
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begin an episode, up to its first decision; without a seed, the environment's random numbers choose one."""
+        """Begin an episode, up to its first decision.
+
+        *seed* is that of the world; without it, the environment's random numbers choose one. *options* are ignored.
+        """
         if seed is not None:
             self._random = np.random.default_rng(seed)
         run = self._episodes.begin(int(self._random.integers(SEEDS)) if seed is None else seed)

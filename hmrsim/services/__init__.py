@@ -45,11 +45,12 @@ class Service:
     """A service of the world.
 
     Attributes:
-        ros: The ROS service, which has the types `Request` and `Response`.
+        ros: The ROS service: a class named as the service is, with the message types `Request` and `Response`.
         respond: Serves a request and returns the response, or None for one that only says that all went well. It
             depends on nothing but the world, its seed and the request, because a replay serves the request again. A
             service that takes simulated time returns a function instead, which is called with the callback for the
-            response. A request that fails raises `RequestFailed`.
+            response. A request that fails raises `RequestFailed`. The response of a service that returns None or raises
+            this error has to have a field ``result`` of type `Result`.
         changes_world: Whether a replay has to repeat the call.
         resolve: Turns a request into one that needs nothing from outside the simulation, such as a file. The
             simulator serves and records the new request. An invalid request raises `RequestFailed`.

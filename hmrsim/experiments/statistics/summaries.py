@@ -21,7 +21,11 @@ class Summary:
     """The summary of a column; missing statistics are None.
 
     Attributes:
+        count: The number of values that are not missing.
+        missing: The number of missing values.
         stddev: The standard deviation of a sample, over count - 1; None for fewer than two values.
+        least: The minimum.
+        most: The maximum.
         quantiles: By share; empty without a value.
     """
 
