@@ -31,6 +31,7 @@ from hmrsim_zenoh.client.aio_time import AsyncTime
 from hmrsim_zenoh.client.battery import BATTERY_PERIOD, battery_of, charged_or_not_charging, is_charged
 from hmrsim_zenoh.client.client import Client
 from hmrsim_zenoh.client.connection import Condition
+from hmrsim_zenoh.client.waiting_tasks import NamedRobot
 from hmrsim_zenoh.errors import Unreachable
 from hmrsim_zenoh.wire.options import SessionOptions
 
@@ -257,7 +258,7 @@ def _awaitable(
     return method
 
 
-class AsyncRobot:
+class AsyncRobot(NamedRobot):
     """Sends goals to one robot; made by `AsyncClient.robot`.
 
     Methods, targets, results and errors are those of `Commander`. A canceled task cancels its goal, and ends when the

@@ -19,17 +19,15 @@ from collections.abc import Coroutine, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final, Protocol
 from weakref import WeakKeyDictionary
 
-from hmrsim.program.users_code import place_in
+from hmrsim_zenoh.client.waiting_tasks import record_holders, waits_of
 from hmrsim_zenoh.errors import Deadlock
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import FrameType
 
 _HARMLESS: Final = ("MainThread", "hmrsim", "asyncio_")
 """The beginnings of the names of threads that wake no task of a user: those of clients, and of idle executors."""
 _OWN_SUBSCRIPTION: Final = "/_world/events"
-_MOST_NAMED: Final = 10
 _COLLECT_EVERY: Final = 1000
 """Advances of time after which garbage is collected.
 
@@ -154,6 +152,7 @@ class OrderedLoop(asyncio.SelectorEventLoop):
             if _UNNAMED.fullmatch(task.get_name()):
                 task.set_name(f"Task-{next(self._numbers)}")
         _order_sets()
+        record_holders()
         return self
 
     def next_number(self) -> int:
@@ -228,7 +227,8 @@ class OrderedLoop(asyncio.SelectorEventLoop):
         # Each of them is asked.
         busy = [clock.on_quiet(timer) for clock in self._clocks]
         if not any(busy) and not self._can_be_woken():
-            raise Deadlock(_described(asyncio.all_tasks(self)))
+            why = "no task is ready, and none waits for the simulator, a timer, a thread or a file"
+            raise Deadlock(f"deadlock: {why}: {waits_of(asyncio.all_tasks(self))}")
 
     def _can_be_woken(self) -> bool:
         """Return whether something other than the simulation may wake a task: a thread, a file, a signal."""
@@ -301,36 +301,3 @@ def _order_sets() -> None:
     names["set"] = _unique
     names["all_tasks"] = all_tasks
     vars(asyncio)["all_tasks"] = all_tasks
-
-
-def _described(tasks: Iterable[asyncio.Task[Any]]) -> str:
-    """Return a text that names the tasks that wait, and for what and where they do."""
-    waiting = [f"{task.get_name()}{_wait_of(task)}" for task in tasks]
-    more = len(waiting) - _MOST_NAMED
-    named = "; ".join(waiting[:_MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
-    return f"deadlock: no task is ready, and none waits for the simulator, a timer, a thread or a file: {named}"
-
-
-def _wait_of(task: asyncio.Task[Any]) -> str:
-    """Return for what a task waits, and where, in the user's code if it is there; empty if it has not begun."""
-    frames: list[FrameType] = []
-    awaited: Any = task.get_coro()
-    while awaited is not None:
-        kind = next((each for each in ("cr", "gi", "ag") if hasattr(awaited, f"{each}_frame")), None)
-        if kind is None:
-            break
-        if frame := getattr(awaited, f"{kind}_frame"):
-            frames.append(frame)
-        awaited = getattr(awaited, "gi_yieldfrom" if kind == "gi" else f"{kind}_await")
-    place = place_in([(frame.f_code.co_filename, frame.f_lineno) for frame in frames])
-    of_asyncio = [frame for frame in frames if frame.f_globals.get("__name__", "").startswith("asyncio.")]
-    public = [name for frame in of_asyncio if not (name := frame.f_code.co_qualname).startswith("_")]
-    waiter = getattr(task, "_fut_waiter", None)
-    what = ""
-    if public:
-        what = f" waits in {public[-1]}"
-    elif isinstance(waiter, asyncio.Task):
-        what = f" waits for {waiter.get_name()}"
-    elif waiter is not None:
-        what = f" waits for {'gather' if 'Gathering' in type(waiter).__name__ else 'a future'}"
-    return f"{what} ({place})" if place else what

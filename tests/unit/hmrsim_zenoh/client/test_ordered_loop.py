@@ -150,8 +150,39 @@ def test_a_deadlock_names_the_tasks_and_locks_for_which_others_wait():
         asyncio.create_task(acquire(), name="other").add_done_callback(lambda _task: None)
         await holder
 
-    waits = r"Task-1 waits for holder \(.*; holder waits for a future \(.*; other waits in Lock.acquire \("
+    waits = (
+        r"a file: other waits in Lock.acquire \(.*\) for a lock that holder holds; "
+        r"Task-1 waits for holder \(.*; holder waits for a future \("
+    )
     with pytest.raises(Deadlock, match=waits):
+        played(play)
+
+
+def test_a_deadlock_names_the_task_that_has_ended_with_a_lock_and_its_robot():
+    async def hold(_robot, lock):
+        await lock.acquire()
+
+    async def retry(action, lock):
+        await lock.acquire()
+        await action("store")
+
+    async def play(client):
+        lock = asyncio.Lock()
+        await asyncio.create_task(hold(client.robot("mocha"), lock))
+        await asyncio.create_task(retry(client.robot("latte").navigate_to, lock), name="next")
+
+    waits = r"next \(latte\) waits in Lock.acquire \(.*\) for a lock that Task-\d+ \(mocha\) holds, "
+    with pytest.raises(Deadlock, match=rf"a file: {waits}which has ended without releasing it; Task-1 "):
+        played(play)
+
+
+def test_a_task_that_acquires_its_lock_again_waits_for_itself():
+    async def play(_client):
+        changed = asyncio.Condition()
+        async with changed, changed:
+            pass
+
+    with pytest.raises(Deadlock, match=r"Task-1 waits in Lock.acquire \(.*\) for a lock that it holds itself"):
         played(play)
 
 
