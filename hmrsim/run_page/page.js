@@ -259,8 +259,8 @@ const runs = data.runs.map((values, number) => new Run(number, values));
 const slider = find("#time"), clock = find("#clock"), chart = find(".chart"), line = find(".cursor"), treeOf = find("#tree");
 /** The moments to which one can step, in order: a time, and the number of items of each run up to it. */
 const stops = allStops();
-/** The buttons that show a moment, each with its time and stop. */
-const jumps = all(".jump").map((button) => ({ button, ...momentOf(button.dataset) }));
+/** The buttons that show a moment, each with its time and stop: first the key moments. */
+const jumps = [...all(".moments .jump"), ...all(".causes .jump")].map((button) => ({ button, ...momentOf(button.dataset) }));
 let playing = 0, before = 0, followed = 0, picked;
 const cursor = { at: 0, counts: [] };
 

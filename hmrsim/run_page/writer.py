@@ -72,6 +72,7 @@ def page_of(heading: Heading, causes: Sequence[Cause], runs: tuple[ShownRun] | t
             ticks=timelines[0].ticks,
             most=MAX_LINES,
             cut=any(len(run.log.lines) == MAX_LINES for run in runs),
+            sparse=failing.log.sparse,
             trees=any(run.log.trees for run in runs),
             states=STATES,
             version=__version__,

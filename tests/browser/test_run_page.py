@@ -247,6 +247,13 @@ def test_a_click_on_the_chart_shows_that_time(page):
     assert half == pytest.approx(float(page.input_value("#time")), abs=0.1)
 
 
+def test_maps_and_time_are_on_the_first_screen(page_file, open_page):
+    page = open_page(page_file.as_uri(), viewport={"width": 1440, "height": 900})
+
+    bottoms = page.eval_on_selector_all(".map, .time", "(all) => all.map((e) => e.getBoundingClientRect().bottom)")
+    assert max(bottoms) <= 900
+
+
 def test_it_fits_a_phone(page_file, open_page):
     page = open_page(page_file.as_uri(), viewport={"width": 390, "height": 800})
 
