@@ -149,6 +149,7 @@ def _map(log: RunLog) -> str:
     )
     radii = ((world.robot_type(robot).base.radius or 0.0) * frame.scale for robot in world.robots.values())
     over = [
+        group("off-lanes", _off_lanes(log)),
         group("closed", closed),
         group("open-doors", doors),
         group("waits", [""]),
@@ -157,6 +158,13 @@ def _map(log: RunLog) -> str:
         group("items", boxes),
     ]
     return f"{drawing.svg().removesuffix('</svg>')}{''.join(over)}</svg>"
+
+
+def _off_lanes(log: RunLog) -> Iterator[str]:
+    """Yield the segments that robots drive off the lanes, such as in a world that is reduced to its waypoints."""
+    for segment in log.report().paths:
+        (x1, y1), (x2, y2) = log.frame.at(segment.begin), log.frame.at(segment.end)
+        yield element("line", titled("driven off the lanes"), x1=x1, y1=y1, x2=x2, y2=y2)
 
 
 def _robots(log: RunLog, size: float) -> Iterator[str]:

@@ -9,7 +9,9 @@ import re
 from hmrsim.fault_search.failure_page import code_in, failure_page, run_logged
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
+from hmrsim.run_page import Heading, RunLog, ShownRun, page_of
 from tests.porters import WORLD, check_of
+from tests.simulation import go, simulate
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
 SLOW = Injection({"change": {"robots.other.base.speed": 0.5}})
@@ -73,6 +75,15 @@ def test_names_of_a_sparse_world_are_clear_of_robots_at_their_points(page):
     radius = float(re.search(r'class="ring" r="([\d.]+)"', page)[1]) / 1.3
 
     assert radius < math.dist([float(each) for each in point.groups()], [float(each) for each in name.groups()])
+
+
+def test_the_map_has_the_segments_that_robots_drive_off_the_lanes(page):
+    log = RunLog()
+    simulate(watchers=log.watch)((0.0, go(3.0)), until=10.0)
+    open_space = page_of(Heading("Run", "A run", "", ""), (), (ShownRun("The run", log, "ended", 10.0),))
+
+    assert 1 == open_space.count("<title>driven off the lanes</title>")
+    assert "driven off the lanes" not in page
 
 
 def test_a_reduced_world_is_named():
