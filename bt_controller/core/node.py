@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 EACH_PERIOD = -math.inf
 """The value of `Node.next_tick_time` for a node that has to be polled."""
+MAX_CLASSES: Final = 1024
+"""The number of classes of which a cache keeps something: trees may define classes of their own in each run."""
 
 _NO_NAME: Final = re.compile(r"[^A-Za-z0-9_-]")
 """Characters that can't be part of a key."""

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final
 
 from bt_controller.core.action_leaf import ActionLeaf
+from bt_controller.core.node import MAX_CLASSES
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -92,7 +93,7 @@ def action_leaves(root: Behaviour) -> list[ActionLeaf[Any, Any, Any]]:
     return [node for node in nodes if _sends_goals(node.__class__)]
 
 
-@cache
+@lru_cache(MAX_CLASSES)
 def _sends_goals(kind: type[Behaviour]) -> bool:
     """Return whether a class is a leaf with goals; cached, since checking the classes of py_trees takes a while."""
     return issubclass(kind, ActionLeaf)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from py_trees.composites import Selector
 from py_trees.composites import Sequence as SequenceOfPyTrees
 
+from bt_controller.core.node import MAX_CLASSES
 from bt_controller.coverage.node_coverage import CANCELED, FAILURE, RECOVERED, RUNNING, SKIPPED, SUCCESS
 from bt_controller.scripting.scripted import ScriptConditions
 
@@ -223,11 +224,7 @@ def _name_of(kind: type) -> str:
     return f"{kind.__module__.removeprefix('bt_controller')}.{kind.__name__}"
 
 
-_MAX_CLASSES: Final = 1024
-"""Maximum number of classes to cache, as trees in XML define classes of their own."""
-
-
-@lru_cache(_MAX_CLASSES)
+@lru_cache(MAX_CLASSES)
 def outcomes_of_leaf(kind: type[Behaviour]) -> Outcomes:
     """Return the possible outcomes of a leaf of a class."""
     for base in kind.__mro__:
@@ -258,7 +255,7 @@ def variant_of(node: Behaviour) -> object:
     return not may_lack_memory or bool(getattr(node, "memory", True))
 
 
-@lru_cache(_MAX_CLASSES)
+@lru_cache(MAX_CLASSES)
 def _kind_of_class(cls: type[Behaviour]) -> tuple[Kind, bool]:
     """Return the kind of a class, and whether its nodes may lack a memory, as in py_trees."""
     for base in cls.__mro__:

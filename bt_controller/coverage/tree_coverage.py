@@ -10,14 +10,14 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, Final, NamedTuple, Self, TypeAlias
 
 from py_trees.common import Status
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.node import Node
+from bt_controller.core.node import MAX_CLASSES, Node
 from bt_controller.core.subtrees import paths
 from bt_controller.coverage.kinds import possible_outcomes, recovers, variant_of
 from bt_controller.coverage.node_coverage import (
@@ -113,7 +113,7 @@ def _origin(node: Any) -> str:
     return origin
 
 
-@cache
+@lru_cache(MAX_CLASSES)
 def _has_origin(kind: type[Behaviour]) -> bool:
     """Return whether a class is one of XML trees; once for each, as classes of py_trees take a while to say so."""
     return issubclass(kind, Node)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import lru_cache, partial
 from heapq import heappop, heappush
 from itertools import repeat
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
@@ -18,7 +18,7 @@ from py_trees.timers import Timer
 
 from bt_controller.behaviours.subscribers import Handler
 from bt_controller.core.action_leaf import ActionLeaf
-from bt_controller.core.node import EACH_PERIOD, Node
+from bt_controller.core.node import EACH_PERIOD, MAX_CLASSES, Node
 from bt_controller.core.sim_time import NANOSECONDS, nanoseconds
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class _Kind(NamedTuple):
     parallel: bool
 
 
-@cache
+@lru_cache(MAX_CLASSES)
 def _kind(kind: type[Behaviour]) -> _Kind:
     return _Kind(
         xml=issubclass(kind, Node),

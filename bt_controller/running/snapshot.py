@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from py_trees.common import Status
@@ -13,6 +13,7 @@ from py_trees.decorators import Decorator
 from pydantic_core import PydanticSerializationError, to_jsonable_python
 
 from bt_controller.core.blackboards import GENERATED
+from bt_controller.core.node import MAX_CLASSES
 from bt_controller.core.node import Node as XmlNode
 
 if TYPE_CHECKING:
@@ -215,7 +216,7 @@ def _add(node: Behaviour, depth: int, found: list[Node], covered: Callable[[Beha
         _add(child, depth + 1, found, covered)
 
 
-@cache
+@lru_cache(MAX_CLASSES)
 def _symbols(kind: type[Behaviour]) -> tuple[str, str]:
     """Return the symbol of a kind, and that of one without memory."""
     if issubclass(kind, Decorator):
