@@ -252,10 +252,14 @@ class Check:
     def _laid(self, overlays: Sequence[Overlay]) -> World:
         first = []
         if self.file.overlay:
-            first = [overlay_of(self.file.overlay, self.place, line=lambda path: self.line(("overlay", *path)))]
+            first = [overlay_of(self.file.overlay, self.place, line=self._lines_below("overlay"))]
         if isinstance(self.file.world, dict):
-            return world_of(dict(self.file.world), self.place, [*first, *overlays])
+            line = self._lines_below("world")
+            return world_of(dict(self.file.world), self.place, [*first, *overlays], line=line)
         return self._base.load([*first, *overlays]).world
+
+    def _lines_below(self, key: str) -> LineOf:
+        return lambda path: self.line((key, *path))
 
     @cached_property
     def _base(self) -> BaseWorld:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from hmrsim.caches import FileCache
 from hmrsim.diagnostics import MAX_FINDINGS, in_order
+from hmrsim.documents.document import LineOf, no_line
 from hmrsim.documents.valid_parts import UNRESOLVED, Lost, ValidParts, valid_parts
 from hmrsim.errors import Problem, WorldError
 from hmrsim.world.files import AS_IT_IS, ReadOptions, find
@@ -212,6 +213,7 @@ def world_of(
     source: str,
     overlays: Sequence[Overlay] = (),
     first: Callable[[World], Iterable[Finding]] = lambda _world: (),
+    line: LineOf = no_line,
 ) -> World:
     """Return the checked world of plain values, which may not include files.
 
@@ -220,11 +222,12 @@ def world_of(
         source: The name of its origin, for errors.
         overlays: Changes that are applied to it, in this order.
         first: A check that runs before all others; if it finds errors, the others don't run.
+        line: Returns the line of a field of *data*, for errors.
 
     Raises:
         WorldError: The world is invalid; it has all errors.
     """
-    merged = Merged(Source(source, Document(data)))
+    merged = Merged(Source(source, Document(data, line)))
     lay_all((*map(Overlay, reversed(merged.overlays)), *overlays), merged)
     valid = validate(merged.data)
     findings = list(valid.findings)

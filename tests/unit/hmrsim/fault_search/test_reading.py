@@ -198,3 +198,11 @@ def test_an_invalid_overlay_has_its_line(tmp_path):
     (told,) = problems(written(tmp_path, text))
 
     assert told.startswith(":5: robots.porter.base.sped: unknown key 'sped'")
+
+
+def test_an_invalid_world_in_a_check_has_its_lines(tmp_path):
+    world = "world:\n  waypoints: {a: [0, 0]}\n  robots:\n    porter: {at: b}\n"
+
+    (told,) = problems(written(tmp_path, f"{world}controller: {{python: 'porters.py:careful'}}\n"))
+
+    assert told.startswith(":4: robots.porter.at: no waypoint, place or dock 'b'")
