@@ -93,6 +93,7 @@ class Run {
     find(".now", root).append(...this.rows.map((row) => row.element));
     this.#listEvents(find(`.events[data-run="${number}"]`));
     this.tree = find(`.tree[data-run="${number}"]`);
+    this.printed = find(`.shown[data-run="${number}"]`);
     this.tick = find(`.tick[data-run="${number}"]`);
   }
 
@@ -205,12 +206,14 @@ class Run {
     this.current?.classList.remove("now");
     this.current = this.items[count - 1]?.element;
     this.current?.classList.add("now");
-    const [first, last] = [Math.min(count, this.shown), Math.max(count, this.shown)];
-    for (const item of this.items.slice(first, last)) item.element.classList.toggle("later", count < this.shown);
+    const changed = this.items.slice(Math.min(count, this.shown), Math.max(count, this.shown));
+    for (const item of changed) item.element.classList.toggle("later", count < this.shown);
     this.shown = count;
     this.near?.forEach((each) => each.element.classList.remove("near"));
     this.near = this.items.slice(Math.max(0, count - NEAR), count + NEAR);
     this.near.forEach((each) => each.element.classList.add("near"));
+    const first = Math.max(1, count - NEAR + 1);
+    say(this.printed, `events ${first} to ${first + this.near.length - 1} of ${this.items.length}, around ${seconds(cursor.at)}`);
   }
 
   /** Scroll to the last event that has happened, which lays the page out. */

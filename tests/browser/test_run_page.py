@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import pytest
@@ -265,7 +266,11 @@ def test_print_has_the_maps_and_the_events_near_the_moment_but_no_buttons(page):
 
     assert not page.is_visible("#play")
     assert page.is_visible("[data-run='0'] .map svg")
-    assert 0 < page.locator(".events li:visible").count() <= 50
+    events = page.locator(".events[data-run='0'] li")
+    printed = events.locator("visible=true").count()
+    assert 0 < printed <= 24
+    first, last, total = map(int, re.findall(r"\d+", page.text_content(".shown[data-run='0']"))[:3])
+    assert (printed, events.count()) == (last - first + 1, total)
 
 
 @pytest.fixture
