@@ -133,7 +133,8 @@ def share_of(successes: float, runs: int, count: int) -> Interval:
 def interval_of(values: Sequence[float], count: int) -> Interval:
     """Return the mean with Student's interval, or with Wilson's if all values are 0 or 1.
 
-    Student's interval would reach below 0 or beyond 1 if one of both is rare. *count* is as of `counted`.
+    Student's interval would reach below 0 or beyond 1 if one of both is rare. *count* is the effective
+    number of values; see `counted`.
     """
     if {*values} == {0.0, 1.0}:
         return share_of(sum(values), len(values), count)

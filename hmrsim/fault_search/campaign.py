@@ -66,6 +66,7 @@ class Progress:
     """The progress of a search.
 
     Attributes:
+        seconds: Wall seconds that have passed.
         left: Wall seconds left for the current step.
         reducing: The property whose failure is being reduced; empty while the search goes on.
         reduced_in: The number of runs of this reduction so far.

@@ -157,6 +157,7 @@ class Check:
 
     Attributes:
         place: Its file as the user named it, or ``command line``; for errors.
+        folder: The folder of the controller's files.
         source: The file of the world, or the name of a shipped one; None if *file* has the world itself.
         limit: Simulated seconds in which the controller has to end.
         reference: The items at the end of the run without faults, once it was made, if a property needs them.

@@ -35,6 +35,8 @@ class Kept:
 
     Attributes:
         fresh: The moments of its run that the run without faults does not have.
+        features: The features that no earlier run had.
+        chosen: How often it was chosen to be mutated.
     """
 
     schedule: Schedule
@@ -133,7 +135,7 @@ _FACTORS: Final = (0.25, 0.5, 2.0, 4.0)
 
 
 class Mutator:
-    """Mutates schedules by adding, removing and shifting injections."""
+    """Mutates schedules by adding, removing and shifting injections, which last for *durations* in seconds."""
 
     def __init__(self, candidates: Candidates, at_most: int, durations: Sequence[float]) -> None:
         self._candidates, self._at_most, self._durations = candidates, at_most, durations

@@ -207,7 +207,10 @@ DISTURBANCES: Final = (
 
 
 def disturbances_of(durations: Sequence[float]) -> Iterator[dict[str, Any]]:
-    """Yield the disturbances that can be tried, without the time at which they begin; some last for *durations*."""
+    """Yield the disturbances that can be tried, without the time at which they begin.
+
+    Those that last do so for each of *durations*, in simulated seconds.
+    """
     for kind in DISTURBANCES:
         spec: dict[str, Any] = {"disturbance": kind}
         if kind in _LASTING:

@@ -259,6 +259,7 @@ class Moment(NamedTuple):
         at: The time in simulated seconds.
         goal: The change of a goal: ``executing`` or ``ended``; empty for an event.
         event: The kind of event; empty for a goal.
+        robot: The robot; empty for none.
         action: The goal's action; empty for an event.
         nth: The number among equal ones, from 1.
         lasted: The execution time of a goal that has ended, in simulated seconds.

@@ -237,7 +237,7 @@ class Probes:
         self._known: dict[tuple[object, ...], None] = {}
 
     def add(self, schedule: Schedule, outcome: Outcome, moments: Sequence[Moment]) -> None:
-        """Add probes of a run, with goals that fail at some moments."""
+        """Add probes of a run, in each of which a goal fails at one of the *moments*."""
         if len(schedule) >= self._at_most:
             return
         for moment in moments:

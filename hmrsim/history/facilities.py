@@ -26,6 +26,9 @@ class Use:
     """The usage of one facility; times in nanoseconds.
 
     Attributes:
+        robots: The robots that have used it.
+        time: The total time in use.
+        queue: The length of its longest queue.
         inside: The robots in it now; only docks track them.
         since: The beginning of the current use; None while it is not in use.
     """
@@ -81,7 +84,7 @@ _JAM: Final = "door_jammed"
 class Doors(_Facilities[str]):
     """The doors of a run, watched by name; a door is in use while it is open.
 
-    The world has their initial states; None if it is unknown.
+    *world* has their initial states; it is None if it is unknown.
     """
 
     def __init__(self, timeline: Timeline, world: World | None = None) -> None:

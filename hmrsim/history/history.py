@@ -27,6 +27,7 @@ class Fault:
     """A fault that has begun; times in nanoseconds.
 
     Attributes:
+        fault: Its type.
         robot: The robot concerned; empty for a fault of another subject.
         ended: None while it is active.
     """

@@ -47,6 +47,7 @@ class Replayed:
     """A section of a trace that was replayed, at least in part.
 
     Attributes:
+        lines: The number of lines that are the same in the replay.
         commands: The number of commands among them.
         sim_time: The simulated seconds that were replayed.
     """

@@ -44,6 +44,7 @@ class Section(NamedTuple):
 
     Attributes:
         number: Counted from 1.
+        line: The number of its first line, from 1.
     """
 
     number: int
