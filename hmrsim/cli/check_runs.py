@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.summary import Finding, Summary
 
+_KEYS: Final = frozenset({"controller", "world", "space", "limits", "budget"})
+"""Keys of check files that worlds don't have; any of them is enough, since another may be misspelled."""
 _ENOUGH: Final = 500
 """Runs below which a search is too short to mean much."""
 _MINUTES: Final = 120.0
@@ -157,7 +159,7 @@ def _is_check(source: str) -> bool:
         data = read_document(path, WorldError).data if path.suffix in {".yaml", ".yml", ".json"} else None
     except WorldError:
         return False
-    return isinstance(data, dict) and "controller" in data
+    return isinstance(data, dict) and not _KEYS.isdisjoint(data)
 
 
 def _overridden(check: Check, args: argparse.Namespace) -> Check:

@@ -213,6 +213,15 @@ def test_options_that_repeat_or_override_a_check_file_are_validated(folder, caps
     assert message in capsys.readouterr().err
 
 
+def test_a_check_file_with_a_misspelled_controller_lists_all_its_errors(folder, capsys):
+    (folder / "check.yaml").write_text("world: world.yaml\ncontroler: {python: a:b}\nbudgt: 10m\n", encoding="utf-8")
+
+    assert check("check.yaml", *SERIAL) == 2
+    err = capsys.readouterr().err
+    assert "check.yaml:2: controler: unknown key 'controler'; did you mean 'controller'?" in err
+    assert "check.yaml:3: budgt: unknown key 'budgt'; did you mean 'budget'?" in err
+
+
 def test_an_unwritable_recording_gives_no_verdict(found, capsys):
     assert check("--repro", str(found), "--record", "world.yaml/run.mcap") == 2
     assert "can't be repeated: world.yaml/run.mcap: can't be written" in capsys.readouterr().err
