@@ -103,8 +103,6 @@ class Properties(Part):
 _BINDING: Final = (Whenever, InstantaneousReaction, DelayedReaction)
 """Properties whose ``then`` may name fields of the trigger's event."""
 
-_FORMULA: Final = "formula"
-
 _OF_GOALS: Final = ("robot", "action", "goal_id")
 """The fields that a trigger about a goal binds."""
 
