@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 import pytest
@@ -16,19 +17,29 @@ if TYPE_CHECKING:
     from hmrsim.testing.run import Run
 
 _PACKAGES: Final = ("hmrsim", "hmrsim_zenoh", "bt_controller", "hmrsim_gym")
+_LOOP: Final = "asyncio"
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
-    """End the traceback of an error that hmrsim reports at the test's own line, unless ``--full-trace`` is given."""
-    if call.excinfo is None or item.config.getoption("fulltrace") or not isinstance(call.excinfo.value, HmrsimError):
+    """Leave hmrsim's frames out of tracebacks between those of the user, unless ``--full-trace`` is given."""
+    if call.excinfo is not None and not item.config.getoption("fulltrace"):
+        _shorten(call.excinfo.value, call.excinfo.tb)
+
+
+def _shorten(error: BaseException, traceback: TracebackType | None) -> None:
+    """Shorten the traceback of an error, which ends at the user's own line if hmrsim reports the error."""
+    if isinstance(error, BaseExceptionGroup):
+        for each in error.exceptions:
+            _shorten(each, each.__traceback__)
+    entries = [*_entries(traceback)]
+    packages = [str(entry.tb_frame.f_globals.get("__name__", "")).partition(".")[0] for entry in entries]
+    own = [entry for entry, package in zip(entries, packages, strict=True) if package not in (*_PACKAGES, _LOOP)]
+    if not own or not any(package in _PACKAGES for package in packages):
         return
-    own = [
-        entry
-        for entry in _entries(call.excinfo.tb)
-        if str(entry.tb_frame.f_globals.get("__name__", "")).partition(".")[0] not in _PACKAGES
-    ]
-    if own:
+    for entry, following in pairwise(own):
+        entry.tb_next = following
+    if isinstance(error, HmrsimError):
         own[-1].tb_next = None
 
 

@@ -32,6 +32,7 @@ from hmrsim.trials.controllers import play_async
 from hmrsim.trials.local import LocalTrial
 from hmrsim.trials.model import AnyWorld, read_world
 from hmrsim_zenoh.client.commander import Commander
+from hmrsim_zenoh.client.waiting_tasks import waits_of
 
 if TYPE_CHECKING:
     from bt_controller.running.runner import Outcome
@@ -129,9 +130,11 @@ class _Canceled:
         at: The time of the cancellation, in simulated seconds.
         stuck: Why robots that were held up did not go on, by name, as of `Causes.stuck`.
         chains: The causes for each robot of then; later robots may have the same names.
+        waits: What its tasks waited for, and where.
     """
 
-    def __init__(self, simulator: Simulator) -> None:
+    def __init__(self, simulator: Simulator, waits: str) -> None:
+        self.waits = waits
         causes = simulator.roster.admission.causes
         self.at = simulator.now
         self.stuck = causes.stuck()
@@ -247,7 +250,9 @@ class Run:
             if task.done():
                 return await task
             # Before the goals of its tasks are canceled.
-            self._canceled = _Canceled(self.simulator)
+            others = [each for each in asyncio.all_tasks() if each not in (task, asyncio.current_task())]
+            tasks = [task, *sorted(others, key=lambda each: (len(each.get_name()), each.get_name()))]
+            self._canceled = _Canceled(self.simulator, waits_of(tasks))
             task.cancel()
             with suppress(asyncio.CancelledError):
                 await task
@@ -507,6 +512,7 @@ class Run:
         if self._canceled is not None:
             at = self._canceled.at
             lines.append(f"{at:9.3f} s  play() canceled the controller, which had not returned within its duration")
+            lines.append(f"{at:9.3f} s  its tasks then: {self._canceled.waits}")
             stuck = self._canceled.stuck if at == self.now else stuck
         return "".join(f"\n  {line}" for line in (*lines, *(f"{self.now:9.3f} s  {text}" for text in stuck.values())))
 

@@ -349,7 +349,8 @@ class TestOrders:
         assert "  safe_1, placed at 12 s: no robot has picked up 'safe_1' at shelf" == lines[0]
         heavy = "'safe_1' is too heavy: 80 kg, the claw lifts 1 kg"
         assert f"  pickup of ann was aborted at 55 s: {heavy}" in lines
-        assert "    100.000 s  play() canceled the controller, which had not returned within its duration" in lines
+        assert "    100.000 s  play() canceled the controller, which had not returned within its duration" == lines[-2]
+        assert lines[-1].startswith("    100.000 s  its tasks then: Task-2 waits for a future (")
 
     def test_another_number_of_orders(self, simulation):
         run = simulation(self.WORLD)
@@ -406,14 +407,38 @@ def test_a_run_tells_why_a_robot_waits(simulation):
         run.check_visited("wall_e", "ward")
 
 
-def test_the_traceback_of_an_invalid_world_ends_in_the_test(tmp_path):
-    (tmp_path / "test_world.py").write_text(
-        "from hmrsim.testing import simulation\n\n"
-        "def test_it():\n    simulation({'robots': {'eve': {'at': 'nowhere'}}})\n"
-    )
+INVALID_WORLD = """
+from hmrsim.testing import simulation
+
+def test_it():
+    simulation({"robots": {"eve": {"at": "nowhere"}}})
+"""
+UNKNOWN_PLACE = """
+import asyncio
+from hmrsim.testing import simulation
+
+async def drive(client):
+    async with asyncio.TaskGroup() as tasks:
+        tasks.create_task(client.robot("eve").compute_path_to([]))
+
+def test_it():
+    with simulation({"robots": {"eve": {"at": [0, 0]}}}) as run:
+        run.play(drive)
+"""
+
+
+@pytest.mark.parametrize(
+    ("test", "shown", "hidden"),
+    [
+        (INVALID_WORLD, "test_world.py:5: WorldError", "hmrsim/testing/run.py"),
+        (UNKNOWN_PLACE, "in drive", "asyncio/runners.py"),
+    ],
+)
+def test_tracebacks_show_the_lines_of_the_user(tmp_path, test, shown, hidden):
+    (tmp_path / "test_world.py").write_text(test)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_world.py"]
 
     output = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
 
-    assert "test_world.py:4: WorldError" in output
-    assert "hmrsim/testing/run.py" not in output
+    assert shown in output
+    assert hidden not in output
