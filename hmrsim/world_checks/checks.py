@@ -15,6 +15,7 @@ from hmrsim.diagnostics import MAX_FINDINGS, Finding, Path, dotted, instead, war
 from hmrsim.documents.valid_parts import Lost, valid_parts
 from hmrsim.geometry import SAME_PLACE, Obstacles, distance
 from hmrsim.world.model import BUILT_IN_TYPES
+from hmrsim.world_checks.demand import check_demand, check_orders
 from hmrsim.world_checks.facilities import check_docks, check_fixtures, check_lanes_through_doors, check_ways_to_docks
 from hmrsim.world_checks.faults import check_faults
 from hmrsim.world_checks.lanes import LaneIndex, check_lanes, known_lanes, off_the_map
@@ -35,7 +36,7 @@ def check(world: World, lost: Lost | None = None) -> list[Finding]:
     Errors that only follow from the parts that are *lost* from it are not reported. Its includes are merged.
     """
     lost = lost or Lost()
-    checks = (check_ways_to_docks, check_walled_in, check_lanes_through_doors)
+    checks = (check_ways_to_docks, check_walled_in, check_lanes_through_doors, check_orders)
     warnings = [finding for find in checks for finding in islice(find(world, lost), MAX_FINDINGS)]
     return [*check_errors(world, lost), *warnings]
 
@@ -209,25 +210,3 @@ def _check_remap(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding(path, f"no action {action!r} for {target!r}{instead(action, registry())}", target)
         elif alias == target:
             yield warning(path, f"alias {alias!r} is the same as its target", alias)
-
-
-def check_demand(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield the errors of the demand of a world."""
-    known = {**world.points, **world.places, **world.docks} if world.demand else {}
-    entities = {**world.items, **world.robots, **world.docks, **world.doors, **world.lifts} if world.demand else {}
-    numbered = [(match[1], name) for name in entities if (match := re.fullmatch(r"(.+)_[0-9]+", name, re.DOTALL))]
-    taken = dict(reversed(numbered))
-    names: set[str] = set()
-    for i, spec in enumerate(world.demand):
-        for field, places in (("at", spec.at), ("to", spec.to)):
-            for place in places:
-                if place not in known and not lost.has(place, "waypoints", "places", "docks"):
-                    message = f"no waypoint, place or dock {place!r}{instead(place, known)}"
-                    yield Finding(("demand", i, field), message, place)
-        if spec.name in names:
-            yield Finding(("demand", i, "name"), f"there is a demand {spec.name!r} already", spec.name)
-        names.add(spec.name)
-        item = spec.item or spec.name
-        if item in taken:
-            message = f"its items are called {item}_1 and so on, as {taken[item]!r} is already; give another item"
-            yield Finding(("demand", i, "item" if spec.item else "name"), message, item)
