@@ -92,6 +92,7 @@ class MobileBase:
         "_stays_until",
         "_still_since",
         "_trip",
+        "_trips_in_place",
         "base",
         "disabled_reasons",
         "flies",
@@ -148,6 +149,8 @@ class MobileBase:
         # Whether the client of its last goal needs time to send the next one, and until when the base lingers for it.
         self._lingers = False
         self._stays_until = 0.0
+        # The number of trips in a row that ended where they began; motion and work start a new row.
+        self._trips_in_place = 0
         # If traffic has moved it aside since its last drive: from where, for which vehicle, and when.
         self._moved_aside: tuple[Point, str, float] | None = None
         # The route, and the yaw to face at its end; None for any.
@@ -450,6 +453,7 @@ class MobileBase:
         self.motion.stand(pose)
         self._entry, self._still_since = _NEVER_STOPPED, self._env.now
         self._moved_aside = None
+        self._trips_in_place = 0
         self._admission.place(self)
         self._announce_change()
 
@@ -485,6 +489,7 @@ class MobileBase:
         if not self._state.stands:
             self.halt()
         self.works = True
+        self._trips_in_place = 0
         self._enter(VehicleEvent.WORK)
 
     def finish_work(self) -> None:
@@ -580,7 +585,10 @@ class MobileBase:
 
     def _carry_out(self, driven: Drive, event: VehicleEvent) -> Generator[Any, Any, None]:
         if not driven.seconds:
-            self._linger()
+            self._trips_in_place += 1
+            if self._trips_in_place == 1:
+                # A client that repeats this goal would otherwise keep it from ever making room.
+                self._linger()
             return
         self._enter(event)
         self._arrived = Event(self._env)
@@ -596,6 +604,7 @@ class MobileBase:
 
     def _begin(self, driven: Drive, *, admitted: bool = False) -> None:
         """Begin a drive from its position, or wait; nothing may be scheduled for the previous one."""
+        self._trips_in_place = 0
         self.motion.follow(driven)
         if self._publisher.interest.motion:
             self._publisher.publish_untraced(lambda: RouteTaken(self.name, [leg.end for leg in self.legs_ahead]))

@@ -96,7 +96,7 @@ def chain_of(robot: str, link_of: Callable[[str], Link]) -> Chain:
         names = [*links]
         circle = " → ".join([*names[names.index(link.next) :], link.next])
         links[link.robot] = link._replace(kind="circle", text=f"{link.text}, which closes a circle: {circle}")
-    alone = len(links) == 1 and link.kind == "idle" and link.help != _OFFLINE
+    alone = len(links) == 1 and link.kind == "idle" and "it has had no goal" in link.text
     return Chain(tuple(links.values()), _NO_GOAL if alone else link.help)
 
 

@@ -76,6 +76,20 @@ def test_a_goal_that_ends_where_the_robot_is_renews_the_grace():
     assert [(17.0, "ann")] == moved(log)
 
 
+def test_further_goals_to_where_the_robot_is_do_not_renew_the_grace():
+    """Otherwise, a client that repeats one would keep the robot there forever."""
+    run = under("planned", FORK)
+    repeated = [(12.0 + number, go("ann", 10, 0, letter * 32)) for number, letter in enumerate("1234")]
+    run(*MEET, *repeated, until=16.0)
+    chain = run.simulator.roster.admission.causes.chain(run.simulator.robots["ann"])
+    log = run(until=30.0)
+
+    why = "it was sent to where it already stands 4 times in a row, and navigate_to_pose SUCCEEDED at 15 s"
+    assert f"ann is idle at b: {why}" == chain.links[0].text
+    assert chain.help.startswith("send ann elsewhere")
+    assert [(17.0, "ann")] == moved(log)
+
+
 def test_work_renews_the_grace():
     log = under("planned", FORK)(*MEET, (12.0, GRAB))
 
