@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from hmrsim.components.claw import ClawSettings
 from hmrsim.diagnostics import Finding, instead, warning
+from hmrsim.world_checks.facilities import Ways
 from hmrsim.world_checks.robots import known_start
 
 if TYPE_CHECKING:
@@ -42,13 +43,24 @@ def check_demand(world: World, lost: Lost) -> Iterator[Finding]:
 
 
 def check_orders(world: World, lost: Lost) -> Iterator[Finding]:
-    """Yield a warning for each demand whose items no robot lifts; there is none in a world without claws."""
+    """Yield a warning for each demand whose items no robot lifts, or that has a place that no such robot can reach.
+
+    There is none in a world without claws, nor for a place in an obstacle, which a claw may reach into.
+    """
     payloads = {} if lost or not world.demand else _payloads(world)
-    most = max(payloads.values(), default=math.inf)
+    if not payloads:
+        return
+    ways, most = Ways(world), max(payloads.values())
     for i, spec in enumerate(world.demand):
         if spec.weight > most:
             message = f"no robot lifts {spec.weight:g} kg (at most {most:g} kg)"
             yield warning(("demand", i, "weight"), message, spec.weight)
+        carriers = {name: world.robots[name] for name, payload in payloads.items() if spec.weight <= payload}
+        for field, places in (("at", spec.at), ("to", spec.to)):
+            for place in places:
+                point = world.find(place)
+                if point and not ways.is_walled(point) and (message := ways.missing(place, point, carriers)):
+                    yield warning(("demand", i, field), message, place)
 
 
 def _payloads(world: World) -> dict[str, float]:

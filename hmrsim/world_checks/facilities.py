@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
@@ -42,15 +42,30 @@ def check_ways_to_docks(world: World, lost: Lost) -> Iterator[Finding]:
     """Yield a warning for each dock that no robot which may dock there can reach."""
     if lost or not world.docks:
         return
-    ways = _Ways(world)
+    ways = Ways(world)
     for name, dock in world.docks.items():
         path: Path = ("docks", name, "at")
         try:
-            point = world.dock_point(name)
+            x, y = point = world.dock_point(name)
         except KeyError:
             continue
-        if not any(off_the_map(world, path, point)):
-            yield from ways.check(path, name, dock, point)
+        if any(off_the_map(world, path, point)):
+            continue
+        if ways.is_walled(point):
+            yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
+        elif message := ways.missing(name, point, _users(world, dock)):
+            yield warning(path, message, [x, y])
+
+
+def _users(world: World, dock: Dock) -> dict[str, RobotSpec]:
+    """Return the robots that may dock at a dock, by name."""
+    if dock.reserved_for is None:
+        return world.robots
+    return {
+        name: robot
+        for name, robot in world.robots.items()
+        if name in dock.reserved_for or robot.type in dock.reserved_for
+    }
 
 
 def _check_users(world: World, path: Path, users: Collection[str] | None, lost: Lost) -> Iterator[Finding]:
@@ -61,7 +76,7 @@ def _check_users(world: World, path: Path, users: Collection[str] | None, lost: 
             yield Finding((*path, i), f"no robot or robot type {user!r}{instead(user, known)}", user)
 
 
-class _Ways:
+class Ways:
     """Points joined by lanes in any direction, or by a straight line without obstacles.
 
     Args:
@@ -72,41 +87,38 @@ class _Ways:
         self._world = world
         self._obstacles = world.obstacles()
         self._walls = SegmentGrid(world.sides)
-        self._robots = [*world.robots.items()]
         self._lanes = LaneIndex(world, known_lanes(world))
         stops = [lift.stops for lift in world.lifts.values() if {*lift.stops} <= world.points.keys()]
         driven = ((lane.from_, lane.to) for lane in self._lanes.lanes)
         self._part = connected([*driven, *(pair for each in stops for pair in pairwise(each))])
         self._count = len({*self._part.values()})
-        self._starts: dict[Point, frozenset[str]] = {}
+        self._parts_near: dict[Point, frozenset[str]] = {}
 
-    def check(self, path: Path, name: str, dock: Dock, point: Point) -> Iterator[Finding]:
-        """Yield a warning if no robot that may dock at a dock can reach it."""
-        x, y = point
-        meant = self._robots
-        if dock.reserved_for is not None:
-            meant = [
-                (key, robot) for key, robot in meant if key in dock.reserved_for or robot.type in dock.reserved_for
-            ]
-        near = self._near(point)
-        if self._obstacles.occupy(point) and not self._lanes.lanes_at(point):
-            yield warning(path, f"({x:g}, {y:g}) is inside an obstacle, so that no robot gets to {name!r}", [x, y])
-        elif meant and not any(self._reaches(robot, point, near) for _, robot in meant):
-            who = meant[0][0] if len(meant) == 1 else f"none of {len(meant)} robots"
-            text = f"no way leads to {name!r} at ({x:g}, {y:g}) for {who}; join it with their lanes"
-            yield warning(path, text, [x, y])
+    def is_walled(self, point: Point) -> bool:
+        """Return whether a point is inside an obstacle, and on no lane."""
+        return self._obstacles.occupy(point) and not self._lanes.lanes_at(point)
 
-    def _reaches(self, robot: RobotSpec, point: Point, near: Collection[str]) -> bool:
+    def missing(self, name: str, point: Point, robots: Mapping[str, RobotSpec]) -> str:
+        """Return the text of a warning if none of the robots can reach a place; empty if one can, or for no robots."""
+        if not robots or any(self._reaches(robot, point) for robot in robots.values()):
+            return ""
+        who = next(iter(robots)) if len(robots) == 1 else f"any of {len(robots)} robots"
+        return f"no way leads to {name!r} at ({point[0]:g}, {point[1]:g}) for {who}; join it with their lanes"
+
+    def _reaches(self, robot: RobotSpec, point: Point) -> bool:
         base, start = known_start(self._world, robot)
         if base is None or start is None or base.flies or distance(start, point) <= SAME_PLACE:
             return True
-        if start not in self._starts:
-            self._starts[start] = self._near(start)
         if not self._lanes.lanes:
             return not self._obstacles.block(start, point)
-        return not self._starts[start].isdisjoint(near)
+        return not self._near(start).isdisjoint(self._near(point))
 
     def _near(self, point: Point) -> frozenset[str]:
+        if point not in self._parts_near:
+            self._parts_near[point] = self._find_near(point)
+        return self._parts_near[point]
+
+    def _find_near(self, point: Point) -> frozenset[str]:
         """Return the parts that have a lane at a point, or whose nearest point is visible from it."""
         on_lane = [self._part[self._lanes.lanes[i].from_] for i in self._lanes.lanes_at(point)]
         if on_lane or self._obstacles.surround(point):

@@ -36,3 +36,25 @@ def test_an_item_that_no_robot_lifts_is_a_warning():
 def test_other_items_are_no_warning(robots, weight):
     """Without claws, a component of a plug-in may lift them, or a robot that a client spawns."""
     assert warnings(robots, weight=weight) == []
+
+
+ROOM = [[[4, 4], [6, 4]], [[6, 4], [6, 6]], [[6, 6], [4, 6]], [[4, 6], [4, 4]]]
+ATTIC = {"places": {"attic": {"at": [5, 5]}}}
+
+
+def test_a_place_that_no_robot_with_the_claw_for_it_can_reach_is_a_warning():
+    text = "no way leads to 'attic' at (5, 5) for lifter; join it with their lanes"
+
+    assert warnings(["lifter", "scout"], to="attic", walls=ROOM, **ATTIC) == [("demand.0.to", text)]
+
+
+def test_of_several_robots_their_number_is_named():
+    ((_, text),) = warnings(["lifter", "crane"], to="attic", walls=ROOM, **ATTIC)
+
+    assert "for any of 2 robots" in text
+
+
+@pytest.mark.parametrize("walls", [[], ROOM[1:], [{"solid": [end for end, _ in ROOM]}]], ids=["none", "open", "solid"])
+def test_other_places_are_no_warning(walls):
+    """A claw may reach into an obstacle, such as a shelf."""
+    assert warnings(["lifter"], to="attic", walls=walls, **ATTIC) == []

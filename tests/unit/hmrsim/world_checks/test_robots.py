@@ -14,7 +14,7 @@ from hmrsim.geometry import SAME_PLACE, Obstacles, distance, foot
 from hmrsim.navigation.graph import WaypointGraph
 from hmrsim.world.model import World
 from hmrsim.world_checks.checks import check
-from hmrsim.world_checks.facilities import _Ways
+from hmrsim.world_checks.facilities import Ways
 from hmrsim.world_checks.robots import check_batteries
 from tests.profiles import examples
 
@@ -154,7 +154,7 @@ def worlds(draw):
 
 @given(worlds(), st.tuples(st.floats(-1, 11), st.floats(-1, 11)) | points.map(lambda point: tuple(map(float, point))))
 def test_parts_near_a_point_touch_it_or_see_it(world, point):
-    ways = _Ways(world)
+    ways = Ways(world)
     solids = [wall.solid for wall in world.walls if not isinstance(wall, tuple)]
     obstacles = Obstacles([wall for wall in world.walls if isinstance(wall, tuple)], solids)
     feet = [
