@@ -160,14 +160,17 @@ def scenarios_of(file: ExperimentFile, trials: Any = None) -> list[Levels]:
     design = file.design
     if isinstance(design, Design) and design.list is not None:
         return _listed(file.factors, design.list if trials is None else trials)
+    for name, levels in file.factors.items():
+        if not isinstance(levels, Range) and not levels:
+            raise DesignFlaw("factors", f"{name} has no levels")
     if isinstance(design, Design) and design.latin_hypercube is not None:
+        if not file.factors:
+            raise DesignFlaw("design", "a latin_hypercube needs factors to draw; there are none")
         return _latin_hypercube(file.factors, design.latin_hypercube, f"{file.name}/{file.seed}")
     discrete: dict[str, Sequence[Any]] = {}
     for name, levels in file.factors.items():
         if isinstance(levels, Range):
             raise DesignFlaw("design", f"{name} is a range, which only a latin_hypercube draws from; list its levels")
-        if not levels:
-            raise DesignFlaw("factors", f"{name} has no levels")
         discrete[name] = levels
     return _full(discrete) if design == "full" else _one_at_a_time(discrete)
 

@@ -114,7 +114,7 @@ def controller_of(
     known = {**names, **parameters}
     if treatment.tree is not None:
         values = tuple((key, _text(value)) for key, value in parameters.items())
-        plan = _tree(substituted(treatment.tree, known), treatment.tree_id, treatment.nodes, values, folder)
+        plan = _tree(str(substituted(treatment.tree, known)), treatment.tree_id, treatment.nodes, values, folder)
         show = None if on_tick is None else partial(_show, on_tick)
         return lambda client, robots: (
             run_tree(client, plan, treatment.robots or robots, show=show, coverage=coverage).succeeded
@@ -123,7 +123,7 @@ def controller_of(
         raise AssertionError
     said = names_used_in(treatment.python)
     further = {key: value for key, value in parameters.items() if key not in said}
-    found = _function(substituted(treatment.python, known), folder).called_with(further)
+    found = _function(str(substituted(treatment.python, known)), folder).called_with(further)
     if inspect.iscoroutinefunction(found.function):
         return lambda client, _robots: asyncio.run(play_async(client, found.applied)) is not False
     return lambda client, _robots: found.applied(client) is not False
