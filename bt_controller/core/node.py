@@ -173,7 +173,7 @@ class Node(PortsMixin):
 
     def connect(self, connections: Connections) -> None:
         """Connect the ports with the blackboard in use."""
-        self._keys = connections.keys
+        self._keys, self._texts = connections.keys, connections.texts
         self._subtree_namespace = connections.namespace
         self._ports_logger = self._ports_logger or self.logger
         # Without py_trees' clients: making them takes longer than the rest of a node.
@@ -199,6 +199,11 @@ class Node(PortsMixin):
                     needed = information.required and not information.has_default
                     client.register_key(key=port, access=access, required=needed, remap_to=self._keys[port])
         return super().blackboard_client
+
+    @property
+    def port_texts(self) -> dict[str, str]:
+        """The texts of the ports to which the file gives a value, by port."""
+        return {port: self._texts[key] for port, key in self._keys.items() if key in self._texts}
 
     def key_of(self, port: str) -> str:
         """Return the blackboard key of a port."""

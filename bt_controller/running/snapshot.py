@@ -15,6 +15,7 @@ from pydantic_core import PydanticSerializationError, to_jsonable_python
 from bt_controller.core.blackboards import GENERATED
 from bt_controller.core.node import MAX_CLASSES
 from bt_controller.core.node import Node as XmlNode
+from hmrsim.diagnostics import shortened
 
 if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
@@ -70,6 +71,7 @@ class Node(NamedTuple):
         message: Its feedback message; empty while it is not active.
         origin: File and line, if it comes from a file.
         coverage: Its counts so far, if there are any.
+        ports: The values that the file gives to its ports, if they are asked for.
     """
 
     depth: int
@@ -80,6 +82,7 @@ class Node(NamedTuple):
     message: str
     origin: str = ""
     coverage: NodeCounts | None = None
+    ports: str = ""
 
     @property
     def category(self) -> str:
@@ -103,6 +106,8 @@ class Node(NamedTuple):
         values = {**self._asdict(), "status": self.status.value}
         if not self.origin:
             del values["origin"]
+        if not self.ports:
+            del values["ports"]
         if self.coverage is None:
             del values["coverage"]
         else:
@@ -163,6 +168,23 @@ def nodes_of(root: Behaviour, covered: Callable[[Behaviour], NodeCoverage] | Non
     found: list[Node] = []
     _add(root, 0, found, covered)
     return tuple(found)
+
+
+def nodes_with_ports(root: Behaviour) -> tuple[Node, ...]:
+    """Return the behaviors of a tree as they are now, with the values of their ports."""
+    nodes = zip(nodes_of(root), _parents_first(root), strict=True)
+    return tuple(node._replace(ports=_ports(behavior)) for node, behavior in nodes)
+
+
+def _parents_first(root: Behaviour) -> Iterator[Behaviour]:
+    yield root
+    for child in root.children:
+        yield from _parents_first(child)
+
+
+def _ports(behavior: Behaviour) -> str:
+    texts = behavior.port_texts.items() if isinstance(behavior, XmlNode) else ()
+    return ", ".join(f"{port}: {shortened(_one_line(text))}" for port, text in texts)
 
 
 def reasons(nodes: tuple[Node, ...]) -> tuple[Node, ...]:

@@ -230,7 +230,7 @@ class Run {
     if (time === undefined) return undefined;
     const texts = new Map();
     for (let i = 0; i < messages.length; i += 2) texts.set(messages[i], tree.texts[messages[i + 1]]);
-    return { time, nodes: tree.shapes[shape].map(([depth, kind, name], i) => ({ depth, kind, name, is: statuses[i], message: texts.get(i) ?? "" })) };
+    return { time, nodes: tree.shapes[shape].map(([depth, kind, name, ports], i) => ({ depth, kind, name, ports, is: statuses[i], message: texts.get(i) ?? "" })) };
   }
 
   /** Return the number of events up to the next one by which runs are compared: a tree reacts after the fault and its like. */
@@ -245,11 +245,11 @@ class Run {
     if (text === this.treeShown) return;
     this.treeShown = text;
     const same = other && tick && other.nodes.length === tick.nodes.length;
-    this.tree.replaceChildren(...(tick?.nodes ?? []).map(({ depth, kind, name, is, message }, i) => {
+    this.tree.replaceChildren(...(tick?.nodes ?? []).map(({ depth, kind, name, ports, is, message }, i) => {
       const differs = same && other.nodes[i].is !== is;
       const item = make("li", { "data-is": is, title: `${kind}, ${WORDS[is]}`, class: differs ? "differs" : "" },
         make("b", { "aria-label": WORDS[is] }, SIGNS[is] ?? is), name,
-        make("span", { class: "message" }, `${kind === name ? "" : ` (${kind})`}${message ? ` – ${message}` : ""}`));
+        make("span", { class: "message" }, `${kind === name ? "" : ` (${kind})`}${ports ? ` ${ports}` : ""}${message ? ` – ${message}` : ""}`));
       item.style.setProperty("--depth", depth);
       return item;
     }));

@@ -122,6 +122,10 @@ class TreeNode(Protocol):
         """The name of the node in the tree."""
 
     @property
+    def ports(self) -> str:
+        """The values of its ports in words; empty if it has none."""
+
+    @property
     def status(self) -> Any:
         """The status of the node, whose value is a word such as ``SUCCESS``."""
 
@@ -152,17 +156,17 @@ class Tree:
     """The tree of a robot, or of a fleet, over time.
 
     Attributes:
-        shapes: The nodes that it has had, each with its depth, kind and name.
+        shapes: The nodes that it has had, each with its depth, kind, name and ports.
         ticks: The ticks that have changed something.
     """
 
     def __init__(self) -> None:
-        self.shapes: list[tuple[tuple[int, str, str], ...]] = []
+        self.shapes: list[tuple[tuple[int, str, str, str], ...]] = []
         self.ticks: list[Tick] = []
 
     def note(self, at: float, line: int, nodes: Sequence[TreeNode]) -> None:
         """Record the nodes after a tick."""
-        shape = tuple((node.depth, node.kind, node.name) for node in nodes)
+        shape = tuple((node.depth, node.kind, node.name, node.ports) for node in nodes)
         if not self.shapes or self.shapes[-1] != shape:
             self.shapes.append(shape)
         statuses = "".join(str(node.status.value)[0] for node in nodes)
@@ -175,7 +179,7 @@ class Tree:
         """Yield name and message of each leaf that runs after the last tick."""
         tick = self.ticks[-1]
         nodes = self.shapes[tick.shape]
-        for i, ((depth, _, name), status) in enumerate(zip(nodes, tick.statuses, strict=True)):
+        for i, ((depth, _, name, _), status) in enumerate(zip(nodes, tick.statuses, strict=True)):
             is_leaf = i + 1 == len(nodes) or nodes[i + 1][0] <= depth
             if is_leaf and status == _RUNNING:
                 yield name, tick.messages.get(i, "")

@@ -15,7 +15,7 @@ from bt_controller.loading.named_functions import NamedFunction, find_function
 from bt_controller.loading.trees import Plan as TreePlan
 from bt_controller.loading.trees import load
 from bt_controller.running.runner import run_tree
-from bt_controller.running.snapshot import Node, nodes_of
+from bt_controller.running.snapshot import Node, nodes_with_ports
 from hmrsim.program.users_code import described
 from hmrsim.timing.pacing import Watchers, unwatched
 from hmrsim.trials.command import CommandTrial
@@ -130,7 +130,7 @@ def controller_of(
 
 
 def _show(on_tick: OnTick, mission: Mission, now: float | None) -> None:
-    on_tick(mission.robot, now, nodes_of(mission.root))
+    on_tick(mission.robot, now, nodes_with_ports(mission.root))
 
 
 def words_of(treatment: Controller, names: Mapping[str, Any]) -> list[str]:

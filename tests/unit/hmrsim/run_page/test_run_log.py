@@ -7,17 +7,21 @@ from types import SimpleNamespace
 
 import pytest
 
+from hmrsim.fault_search.check import CheckFile
 from hmrsim.fault_search.failure_page import run_logged
+from hmrsim.fault_search.reading import check_at
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.schedule import Case
 from hmrsim.run_page import run_log
 from hmrsim.run_page.run_log import RunLog, Tree
+from tests.porters import WORLD
 from tests.simulation import B, at, go, simulate
 from tests.unit.hmrsim.run_page.conftest import BREAKDOWN
 
 
 def node(name, status="RUNNING", message="", depth=0):
-    return SimpleNamespace(depth=depth, kind="Leaf", name=name, status=SimpleNamespace(value=status), message=message)
+    status = SimpleNamespace(value=status)
+    return SimpleNamespace(depth=depth, kind="Leaf", name=name, ports="", status=status, message=message)
 
 
 def test_the_log_does_not_change_the_run(check, failing):
@@ -69,6 +73,20 @@ def test_goals_and_states_change_with_their_event(passing):
     assert ("navigate_to_pose accepted: store", ["navigate_to_pose store"]) == goals[0]
     assert ("navigate_to_pose SUCCEEDED (store)", []) == goals[1]
     assert ["busy", "idle", "busy"] == at_store[:3]
+
+
+def test_nodes_of_a_tree_in_xml_have_their_ports(tmp_path):
+    tree = (
+        '<root BTCPP_format="4"><BehaviorTree ID="Fetch"><Sequence><NavigateToPose goal="store"/>'
+        '<Pickup target_name="box"/></Sequence></BehaviorTree></root>'
+    )
+    (tmp_path / "fetch.xml").write_text(tree, encoding="utf-8")
+    said = {"world": WORLD, "controller": {"tree": "fetch.xml", "robots": ["porter"]}}
+    _, log = run_logged(check_at(CheckFile.model_validate(said), tmp_path), Case(), Wanted())
+
+    (shape,) = log.trees["porter"].shapes
+    ports = [("Sequence", ""), ("NavigateToPose", "goal: store"), ("Pickup", "target_name: box")]
+    assert ports == [node[2:] for node in shape]
 
 
 def test_ticks_that_change_nothing_are_left_out():
