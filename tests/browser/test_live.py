@@ -255,3 +255,14 @@ def test_only_the_welcome_has_a_button_that_ends_it(viewed, open_page):
     page.keyboard.press("m")
     expect(hint).to_contain_text("Click where wall_e should go")
     expect(hint.get_by_label("Got it")).to_be_hidden()
+
+
+def test_the_welcome_covers_no_name_that_the_search_finds(viewed, open_page):
+    _, url = viewed("scenario1")
+    page = open_page(url)
+    expect(page.locator(".hint")).to_be_visible()
+
+    page.get_by_role("combobox", name="Find a robot").fill("wall")
+    page.get_by_role("option").first.locator(".icon").click()
+
+    until(page, "hmrsim.map.selected === 'wall_e'")
