@@ -295,7 +295,16 @@ class Causes:
         for each in behind:
             behind += [late for late in self._waiting_for(each) if late not in behind]
         before = [each for each in self.blockers(robot) if each.may_yield and each not in behind]
-        moves = self._rules.moves_past([*behind, *before]) if self._rules is not None else ()
+        if self._rules is None:
+            return ""
+        moves = self._rules.moves_past([*behind, *before])
+        waiting = self._waiting_for(other)
+        if not moves and shut_in and any([*self._rules.shut_in_by(each)] == [other] for each in waiting):
+            names = listed(sorted(each.name for each in [*waiting, other]))
+            return (
+                f"add a waypoint where one can move aside: {names} can't pass each other here, and have nowhere else "
+                "to go; `hmrsim map validate --traffic WORLD` names such tracks"
+            )
         if not moves and shut_in:
             order = ", then ".join(each.name for each in reversed(behind))
             return (

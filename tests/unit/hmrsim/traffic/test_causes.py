@@ -108,6 +108,15 @@ def test_the_help_in_a_dead_end_without_room_to_pass():
     assert remedy.startswith("send r1 elsewhere, then r2, which can't leave before: they can't pass each other here")
 
 
+def test_the_help_where_no_robot_can_go_elsewhere():
+    """Only r1 has room behind it, which does not help r3."""
+    robots = {"r1": {"at": "a"}, "r2": {"at": "d"}, "r3": {"at": "e"}}
+    for robot in ("r1", "r3"):
+        _, _, remedy = chain(robot, (0.0, go("r1", 16)), (10.0, go("r3", 0)), robots=robots, policy="planned")
+
+        assert remedy.startswith("add a waypoint where one can move aside: r1, r2, r3 can't pass each other here")
+
+
 def test_the_help_for_several_robots_before_a_dead_end():
     world = {**DEAD_END, "waypoints": {**DEAD_END["waypoints"], "far": [-4, 0]}}
     world["lanes"] = [*DEAD_END["lanes"], ["far", "west"]]
