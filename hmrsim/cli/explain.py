@@ -13,7 +13,6 @@ from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_o
 from hmrsim.cli.output import columns, show_result
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
-from hmrsim.protocol.goal import GoalStatus
 from hmrsim.protocol.time import LOCKSTEP
 
 if TYPE_CHECKING:
@@ -76,7 +75,7 @@ def _explain(args: argparse.Namespace) -> int:
 
 def _explain_robot(args: argparse.Namespace) -> int:
     from hmrsim.cli.connection import call, connected, value_of
-    from hmrsim.cli.robot import waiting_orders
+    from hmrsim.cli.robot import last_error, waiting_orders
     from hmrsim.traffic.causes import Link, chain_of
 
     if args.code is not None:
@@ -93,7 +92,7 @@ def _explain_robot(args: argparse.Namespace) -> int:
     stopped, remedy = _why_time_stands(time)
     last = chain.links[-1]
     idle = last.kind == "idle"
-    failed = _last_error(robots[last.robot]) if last.kind in {"idle", "docked"} else ""
+    failed = last_error(robots[last.robot], last)
     explanation = {
         "robot": args.robot,
         "time": stopped,
@@ -145,17 +144,6 @@ def _end_of(fault: Mapping[str, Any]) -> str:
         case None if settings.get("mean_duration") is None:
             return f"{text} has no end: `hmrsim fault clear {fault['name']}` ends it."
     return f"{text} ends after a random time."
-
-
-def _last_error(robot: dict[str, Any]) -> str:
-    """Return the error message of the last goal of a robot in a scene; empty if it did not fail."""
-    from hmrsim.actions import error_of, registry
-
-    for goal in robot["goals"]:
-        action = registry().get(goal["action"])
-        if action is not None and goal["status"] == GoalStatus.ABORTED:
-            return error_of(action.result.model_validate(goal["result"], strict=False))
-    return ""
 
 
 def _why_time_stands(state: dict[str, Any]) -> tuple[str, str]:

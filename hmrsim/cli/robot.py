@@ -73,19 +73,44 @@ def _nanoseconds(stamp: Mapping[str, int]) -> int:
 
 def rows(scene: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
     """Yield a row for each robot of a scene: name, type, position, charge, and what it does or why it waits."""
-    links = {robot["name"]: Link(**robot["cause"]) for robot in scene["robots"]}
-    for robot in scene["robots"]:
-        yield _row(robot, chain_of(robot["name"], links.__getitem__))
+    robots = {robot["name"]: robot for robot in scene["robots"]}
+    for robot in robots.values():
+        causes = chain_of(robot["name"], lambda name: Link(**robots[name]["cause"]))
+        yield _row(robot, causes, last_error(robots[causes.links[-1].robot], causes.links[-1]))
 
 
-def _row(robot: Mapping[str, Any], causes: Chain) -> tuple[str, ...]:
+def last_error(robot: Mapping[str, Any], link: Link) -> str:
+    """Return the error message of the last goal of a robot that has none; empty if it did not fail.
+
+    Args:
+        robot: The robot, as in a scene.
+        link: The cause for which it makes no progress.
+    """
+    failed = [goal for goal in robot["goals"] if goal["status"] == GoalStatus.ABORTED]
+    if link.kind not in {"idle", "docked"} or not failed:
+        return ""
+    # Loads the actions, which a list without failed goals does not need.
+    from hmrsim.actions import error_of, registry
+
+    known = registry()
+    return next(
+        (
+            error_of(known[goal["action"]].result.model_validate(goal["result"], strict=False))
+            for goal in failed
+            if goal["action"] in known
+        ),
+        "",
+    )
+
+
+def _row(robot: Mapping[str, Any], causes: Chain, error: str) -> tuple[str, ...]:
     x, y, _ = robot["pose"]
     battery = robot.get("battery")
     charge = f"{battery['percentage']:.0%}" if battery else "-"
-    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, causes))
+    return robot["name"], robot["type"] or "-", f"({x:g}, {y:g})", charge, ", ".join(_states(robot, causes, error))
 
 
-def _states(robot: Mapping[str, Any], causes: Chain) -> list[str]:
+def _states(robot: Mapping[str, Any], causes: Chain, error: str) -> list[str]:
     goals = [goal["action"] for goal in robot["goals"] if not GoalStatus(goal["status"]).terminal]
     states = [*goals, *sorted(robot["ailments"]), *(f"holds {item}" for item in robot["holds"])]
     if robot["dock"]:
@@ -93,9 +118,10 @@ def _states(robot: Mapping[str, Any], causes: Chain) -> list[str]:
         states.append(f"{'charging' if charging else 'docked'} at {robot['dock']}")
     states += [] if robot["connected"] else ["connection lost"]
     first, last = causes.links[0], causes.links[-1]
+    failed = f"; its last goal failed: {error}" if error else ""
     if first.kind not in get_args(Activity):
-        cause = "" if first is last else f"; cause: {last.text}"
+        cause = "" if first is last else f"; cause: {last.text}{failed}"
         states.append(f"{first.text.removeprefix(first.robot).strip()}{cause}")
-    elif not states or (first.kind in _VISIBLE and not goals):
-        states.append(first.text.removeprefix(f"{first.robot} is "))
+    elif first.kind == "disabled" or not states or (first.kind in _VISIBLE and not goals):
+        states.append(f"{first.text.removeprefix(f'{first.robot} is ')}{failed}")
     return states

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from hmrsim.cli.explain import _concerns, _end_of, _last_error, _lines_about_robot, _why_time_stands
-from hmrsim.cli.robot import waiting_orders
+from hmrsim.cli.explain import _concerns, _end_of, _lines_about_robot, _why_time_stands
+from hmrsim.cli.robot import last_error, waiting_orders
 from hmrsim.testing import simulation
 from hmrsim.traffic.causes import Link
 
@@ -105,4 +105,7 @@ def test_orders_that_wait_are_counted():
     ],
 )
 def test_the_last_error_is_that_of_the_last_goal(action, status, result, error):
-    assert error == _last_error({"goals": [{"action": action, "status": status, "result": result}]})
+    robot = {"goals": [{"action": action, "status": status, "result": result}]}
+
+    assert error == last_error(robot, Link("ann", "idle", "ann is idle"))
+    assert "" == last_error(robot, Link("ann", "drives", "ann is driving"))

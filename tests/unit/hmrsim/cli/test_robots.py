@@ -192,6 +192,23 @@ def test_a_robot_that_holds_something_is_idle():
     assert "holds parcel, idle at bay: it has had no goal yet" == state(holds=["parcel"])
 
 
+def test_an_idle_robot_has_the_error_of_its_last_goal():
+    """Another robot that waits for it has the error, too."""
+    goal = {"action": "navigate_to_pose", "status": 6, "result": {"error_code": 208, "error_msg": "door is jammed"}}
+    cause = {"robot": "latte", "kind": "robots", "text": "latte has waited at hall for mocha", "next": "mocha"}
+    scene = {"robots": [{**ROBOT, "goals": [goal]}, {**LATTE, "cause": cause}]}
+    text = "idle at bay: it has had no goal yet; its last goal failed: door is jammed"
+
+    assert [text, f"has waited at hall for mocha; cause: mocha is {text}"] == [state for *_, state in rows(scene)]
+
+
+def test_a_robot_that_is_out_of_service_has_the_reason():
+    cause = {"robot": "mocha", "kind": "disabled", "text": "mocha is out of service at bay: its battery is empty"}
+
+    told = state(ailments=["battery_empty"], cause=cause)
+    assert "battery_empty, out of service at bay: its battery is empty" == told
+
+
 def test_a_goal_takes_the_place_of_idle():
     assert "pickup, holds parcel" == state(holds=["parcel"], goals=[{"action": "pickup", "status": 2}])
 
