@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from hmrsim.explanations import Explanation
-    from hmrsim.traffic.causes import Link
 
 _WIDTH: Final = 100
 
@@ -93,14 +92,15 @@ def _explain_robot(args: argparse.Namespace) -> int:
     last = chain.links[-1]
     idle = last.kind == "idle"
     failed = last_error(robots[last.robot], last)
+    ends = {fault["name"]: _end_of(fault) for fault in faults if _concerns(fault, f"{last.text} {failed}")}
     explanation = {
         "robot": args.robot,
         "time": stopped,
         "links": [link._asdict() for link in chain.links],
-        "faults": [_end_of(fault) for fault in faults if _concerns(fault, last)],
+        "faults": [*ends.values()],
         "last_error": failed,
         "orders": f"{orders}. {_EARLIER}" if orders and idle else orders,
-        "help": remedy or (_HANDLE if failed and len(chain.links) == 1 else chain.help),
+        "help": remedy or (_after_error(ends) if failed and len(chain.links) == 1 else chain.help),
     }
     show_result(explanation, _lines_about_robot(explanation), as_json=args.json)
     return ExitCode.DONE
@@ -122,12 +122,19 @@ def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:
     yield from textwrap.wrap(f"What would help: {explanation['help']}", _WIDTH)
 
 
-def _concerns(fault: Mapping[str, Any], link: Link) -> bool:
-    """Return whether an active fault affects the robot of a link, or what it waits for."""
+def _after_error(ends: Mapping[str, str]) -> str:
+    """Return what would help a robot whose last goal failed, given the ends of the faults behind that, by name."""
+    if not ends:
+        return _HANDLE
+    return f"wait until the fault ends, or end it: {' and '.join(f'`hmrsim fault clear {name}`' for name in ends)}"
+
+
+def _concerns(fault: Mapping[str, Any], text: str) -> bool:
+    """Return whether an active fault affects a robot, door, lift, dock or lane that a text names."""
     settings = json.loads(fault["settings"])
     subjects = [settings.get(key) for key in ("robot", "door", "lift", "dock")]
     lane = settings.get("lane") or ()
-    words = set(re.findall(r"[\w/-]+", link.text))
+    words = set(re.findall(r"[\w/-]+", text))
     named = [fault["name"], "-".join(lane), "-".join(reversed(lane)), *subjects]
     return fault["active"] and any(name in words for name in named if name)
 

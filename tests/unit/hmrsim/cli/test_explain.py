@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from hmrsim.cli.explain import _concerns, _end_of, _lines_about_robot, _why_time_stands
+from hmrsim.cli.explain import _after_error, _concerns, _end_of, _lines_about_robot, _why_time_stands
 from hmrsim.cli.robot import last_error, waiting_orders
 from hmrsim.testing import simulation
 from hmrsim.traffic.causes import Link
@@ -62,14 +62,24 @@ def test_the_end_of_a_fault_is_told(settings, end):
 
 
 def test_the_faults_of_what_a_robot_waits_for_are_told():
-    door, robot = Link("eve", "obstacle", "eve waits at b: gate is jammed"), Link("eve", "disabled", "eve is disabled")
-    lane = Link("eve", "obstacle", "eve waits at b: a-b is closed (spill)")
+    door, lane = "eve waits at b: gate is jammed", "eve waits at b: a-b is closed (spill)"
 
     assert _concerns(fault(door="gate"), door)
     assert not _concerns(fault(door="gate_2"), door)
     assert _concerns(fault(lane=["b", "a"]), lane)
-    assert _concerns(fault(robot="eve"), robot)
-    assert not _concerns({**fault(robot="eve"), "active": False}, robot)
+    assert _concerns(fault(robot="eve"), "eve is disabled")
+    assert not _concerns({**fault(robot="eve"), "active": False}, "eve is disabled")
+
+
+@pytest.mark.parametrize(
+    ("ends", "remedy"),
+    [
+        ({}, "its controller has to handle this error"),
+        ({"jam": "ends at 9 s."}, "wait until the fault ends, or end it: `hmrsim fault clear jam`"),
+    ],
+)
+def test_a_robot_whose_goal_failed_because_of_a_fault_waits_for_its_end(ends, remedy):
+    assert _after_error(ends).startswith(remedy)
 
 
 def test_the_error_of_the_last_robot_is_told():
