@@ -408,7 +408,7 @@ class Robot(MobileBase):
         if self._last_goal is None:
             return "it has had no goal yet"
         action, status, at = self._last_goal
-        if self._trips_in_place > 1:
+        if self._trips_in_place > 1 and status is GoalStatus.SUCCEEDED:
             times = f"{self._trips_in_place} times in a row"
             return f"it was sent to where it already stands {times}, and {action} {status.name} at {at:g} s"
         return f"it has had no goal since {action} {status.name} at {at:g} s"

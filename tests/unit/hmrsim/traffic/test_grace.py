@@ -90,6 +90,15 @@ def test_further_goals_to_where_the_robot_is_do_not_renew_the_grace():
     assert [(17.0, "ann")] == moved(log)
 
 
+def test_a_robot_whose_last_goal_failed_was_not_sent_to_where_it_is():
+    run = under("planned", FORK)
+    failing = (15.0, SendGoal("ann", "pickup", Pickup.Goal(target_name="nothing"), "4" * 32))
+    run(*MEET, *((12.0 + number, go("ann", 10, 0, str(number) * 32)) for number in (1, 2)), failing, until=16.0)
+    chain = run.simulator.roster.admission.causes.chain(run.simulator.robots["ann"])
+
+    assert "ann is idle at b: it has had no goal since pickup ABORTED at 15 s" == chain.links[0].text
+
+
 def test_work_renews_the_grace():
     log = under("planned", FORK)(*MEET, (12.0, GRAB))
 
