@@ -260,7 +260,10 @@ class Dispatcher:
         try:
             steps = action.process(goal.server.robot, message, _Report(self.feedback, goal))
             if type(steps) is not GeneratorType and not isinstance(steps, Generator):
-                raise TypeError("its process is no generator; let it yield events, or `yield from ()`")
+                raise TypeError(
+                    "its process has no `yield`: write `yield from robot.hold(…)`, not `robot.hold(…)`, for each step;"
+                    " one that takes no time has `yield from ()`"
+                )
             result = _checked(action, (yield from steps))
         except Interrupt:
             return

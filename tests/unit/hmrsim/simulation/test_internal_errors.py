@@ -164,7 +164,7 @@ def test_a_process_without_yield_gets_a_hint():
     """Authors of a first action often forget it."""
     log = broken_run(returns)((0.0, send("wall_e", BROKEN, action="dance")))
 
-    error = "bug in dance: TypeError: its process is no generator; let it yield events, or `yield from ()`"
+    error = "bug in dance: TypeError: its process has no `yield`: write `yield from robot.hold(…)`, not `robot.hold(…)`"
     assert error in log.result(BROKEN).error_msg
 
 
