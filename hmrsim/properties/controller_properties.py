@@ -303,14 +303,16 @@ class NoVainGoals(Watcher):
         row.last = at
         self._most = max(self._most, row.count)
         word, cause = how
+        hint = ""
         if row.count == self._limit:
             reason = f"{word} {row.count} times in a row"
+            hint = f"; a pause of {_PAUSE // NANOSECONDS} s starts a new row"
         elif row.at_once == self._limit * _MANY:
             reason = f"{word} {row.at_once} times within one instant"
         else:
             return
         why = f" (the last time: {cause})" if cause else ""
-        self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}", fatal=True)
+        self.violate(at, robot, reason, f"the same goal of {robot}/{action} was {reason}{why}{hint}", fatal=True)
 
     def _unless_violated(self) -> Verdict:
         if not self._goals:

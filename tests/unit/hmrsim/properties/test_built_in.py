@@ -235,6 +235,14 @@ def test_three_equal_failed_goals_in_a_row_are_a_violation():
     assert [(2.0, "no_vain_goals", "eve", "aborted 3 times in a row")] == feed.end(9).violations
 
 
+def test_the_text_of_futile_goals_says_what_starts_a_new_row():
+    feed = Feed(built_in={"no_vain_goals": 3})
+    for at, goal in enumerate("abc"):
+        fail(feed, at, goal, x=1.0)
+
+    assert feed.verdict("no_vain_goals").text.endswith("; a pause of 20 s starts a new row")
+
+
 def test_a_futile_goal_is_fatal_at_once():
     """Such a loop may never leave its instant."""
     feed = Feed(built_in={"no_vain_goals": 3})
