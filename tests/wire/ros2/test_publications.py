@@ -173,6 +173,22 @@ def test_one_query_gets_the_last_messages_of_many_topics(stage):
     assert ["cart", "eve", "wall_e"] == sorted(str(reply.ok.key_expr).split("/")[1] for reply in replies)
 
 
+def test_a_subscriber_that_joins_between_messages_gets_each_later_one_once_and_in_order(stage):
+    stage.start()
+    last, heard = 200, []
+    for number in range(1, last + 1):
+        if number % 20 == 0:
+            heard.append(stage.hear_latched(STATUS, stage.endpoints.status_type))
+        entry = GoalEntry(GOAL, number, GoalStatus.ACCEPTED)
+        stage.publications.emit(StatusChanged("wall_e", "navigate_to_pose", (entry,)))
+
+    for each in heard:
+        received = [0]
+        while received[-1] != last:
+            received.append(each.next()["status_list"][0]["goal_info"]["stamp"]["nanosec"])
+        assert list(range(received[1], last + 1)) == received[1:]
+
+
 def test_the_first_status_list_has_goals_from_before_the_publisher(stage):
     stage.publications._declarations.want = lambda *_parts: None
     stage.publications.start()
