@@ -38,7 +38,7 @@ _COMMANDS: Final = {
         "view": "show a simulation in a browser, live or recorded",
         "record": "record all published messages to an MCAP file, for Foxglove and `hmrsim view`",
         "report": "report on a trace or a recording, as a page, as JSON or as tables",
-        "explain": "explain an error code, a reason, a cause or an exit code",
+        "explain": "explain an error code, a reason, a cause or an exit code, or why robots wait",
     },
     "make worlds": {
         "map": "list, create, check, inspect, convert and draw worlds; plan routes on them",

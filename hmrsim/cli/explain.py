@@ -7,20 +7,27 @@ import json
 import re
 import textwrap
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Final
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, get_args
 
 from hmrsim.cli.options import ExitCode, UnknownName, WrongUse, add_connection_options
-from hmrsim.cli.output import columns, show_result
+from hmrsim.cli.output import columns, show_result, warn
 from hmrsim.diagnostics import instead, shown
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS
 from hmrsim.protocol.time import LOCKSTEP
+from hmrsim_zenoh.errors import SimulatorNotFound
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from hmrsim.explanations import Explanation
 
 _WIDTH: Final = 100
+
+_LOOK: Final = 2.0
+"""Wall seconds to look for a simulator, unless the user sets --timeout."""
+
+_NONE_WAITS: Final = "no robot waits; `hmrsim robot list` shows what each one does"
 
 _HANDLE: Final = "its controller has to handle this error, and send a goal; look at the output of the controller"
 
@@ -32,69 +39,112 @@ _EXAMPLES: Final = """\
 examples:
   hmrsim explain 208
   hmrsim explain not_ready
-  hmrsim explain              # all codes, one per line
-  hmrsim explain --robot eve  # why it waits, in a running simulation"""
+  hmrsim explain --codes      # all codes, one per line
+  hmrsim explain              # why robots wait, in a running simulation
+  hmrsim explain --robot eve  # why this one waits, or does nothing"""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``hmrsim explain``."""
     parser.description = (
         "Explain a code: the error code of a result, the reason of a rejection, the cause of an aborted goal, the "
-        "result of a service (result_4), or the exit code of a command (exit_3). With --robot, explain why a robot of "
-        "a running simulation waits: each cause, down to the one that starts it."
+        "result of a service (result_4), or the exit code of a command (exit_3). Without a code, explain why the "
+        "robots of a running simulation wait: each cause, down to the one that starts it. If no simulator answers, "
+        "list all codes."
     )
     parser.epilog = _EXAMPLES
-    parser.add_argument("code", metavar="CODE", nargs="?", help="such as 208, -19, not_ready or exit_3 (default: list)")
-    parser.add_argument("--robot", metavar="NAME", help="a robot of a running simulation, instead of a code")
+    parser.add_argument("code", metavar="CODE", nargs="?", help="such as 208, -19, not_ready or exit_3")
+    parser.add_argument("--codes", action="store_true", help="list all codes")
+    parser.add_argument("--robot", metavar="NAME", help="only this robot, even if it does not wait")
     parser.add_argument("--json", action="store_true", help="print one JSON object, or a list")
     parser.set_defaults(function=_explain)
     add_connection_options(parser)
 
 
 def _explain(args: argparse.Namespace) -> int:
+    if sum([args.code is not None, args.robot is not None, args.codes]) > 1:
+        raise WrongUse("give only one of a code, --robot and --codes")
+    if args.code is not None:
+        return _explain_code(args)
+    if args.robot is not None:
+        return _explain_robots(args)
+    if not args.codes:
+        try:
+            return _explain_robots(argparse.Namespace(**{"timeout": _LOOK, **vars(args)}))
+        except SimulatorNotFound as error:
+            warn(f"{error}; all codes:")
+    return _list_codes(args)
+
+
+def _list_codes(args: argparse.Namespace) -> int:
     from hmrsim.explanations import explanations
 
-    if args.robot is not None:
-        return _explain_robot(args)
+    known = explanations().values()
+    rows = [(each.code, each.name, each.means) for each in known]
+    show_result([asdict(each) for each in known], columns(rows), as_json=args.json)
+    return ExitCode.DONE
+
+
+def _explain_code(args: argparse.Namespace) -> int:
+    from hmrsim.explanations import explanations
 
     known = explanations()
-    if args.code is None:
-        rows = [(each.code, each.name, each.means) for each in known.values()]
-        show_result([asdict(each) for each in known.values()], columns(rows), as_json=args.json)
-        return ExitCode.DONE
     explanation = known.get(args.code)
     if explanation is None:
         # Numbers are not misspelled, but may be defined by an action of another package.
         of_package = "; `hmrsim action info` lists those of an action of a package"
         other = of_package if args.code.lstrip("-").isdigit() else instead(args.code, known)
-        raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain` lists all")
+        raise UnknownName(f"no code {shown(args.code)}{other}; `hmrsim explain --codes` lists all")
     show_result(asdict(explanation), _lines(explanation), as_json=args.json)
     return ExitCode.DONE
 
 
-def _explain_robot(args: argparse.Namespace) -> int:
+def _explain_robots(args: argparse.Namespace) -> int:
+    """Explain why one robot or, without ``--robot``, each one that others or obstacles hold up makes no progress."""
     from hmrsim.cli.connection import call, connected, value_of
-    from hmrsim.cli.robot import last_error, waiting_orders
-    from hmrsim.traffic.causes import Link, chain_of
+    from hmrsim.cli.robot import waiting_orders
+    from hmrsim.traffic.rules import Activity
 
-    if args.code is not None:
-        raise WrongUse("give a code or --robot, not both")
     with connected(args) as (client, _):
         scene = value_of(client, "scene")
         time = value_of(client, "time/state")
         orders = waiting_orders(client)
         faults = call(client, "get_faults")["faults"]
     robots = {robot["name"]: robot for robot in scene["robots"]}
-    if args.robot not in robots:
+    if args.robot is not None and args.robot not in robots:
         raise UnknownName(f"no robot {shown(args.robot)}{instead(args.robot, robots)}")
-    chain = chain_of(args.robot, lambda name: Link(**robots[name]["cause"]))
-    stopped, remedy = _why_time_stands(time)
+    stands = _why_time_stands(time)
+    explain = partial(_explanation, robots=robots, stands=stands, orders=orders, faults=faults)
+    if args.robot is not None:
+        explanation = explain(args.robot)
+        show_result(explanation, _lines_about_robot(explanation), as_json=args.json)
+        return ExitCode.DONE
+    held_up = [name for name, robot in robots.items() if robot["cause"]["kind"] not in get_args(Activity)]
+    explanations = [explain(name) for name in held_up]
+    show_result(explanations, _lines_about_robots(explanations, *stands), as_json=args.json)
+    return ExitCode.DONE
+
+
+def _explanation(
+    name: str,
+    *,
+    robots: Mapping[str, dict[str, Any]],
+    stands: tuple[str, str],
+    orders: str,
+    faults: Sequence[Mapping[str, Any]],
+) -> dict[str, Any]:
+    """Return the chain of causes of a robot of a scene, and what would help."""
+    from hmrsim.cli.robot import last_error
+    from hmrsim.traffic.causes import Link, chain_of
+
+    chain = chain_of(name, lambda name: Link(**robots[name]["cause"]))
+    stopped, remedy = stands
     last = chain.links[-1]
     idle = last.kind == "idle"
     failed = last_error(robots[last.robot], last)
     ends = {fault["name"]: _end_of(fault) for fault in faults if _concerns(fault, f"{last.text} {failed}")}
-    explanation = {
-        "robot": args.robot,
+    return {
+        "robot": name,
         "time": stopped,
         "links": [link._asdict() for link in chain.links],
         "faults": [*ends.values()],
@@ -102,8 +152,15 @@ def _explain_robot(args: argparse.Namespace) -> int:
         "orders": f"{orders}. {_EARLIER}" if orders and idle else orders,
         "help": remedy or (_after_error(ends) if failed and len(chain.links) == 1 else chain.help),
     }
-    show_result(explanation, _lines_about_robot(explanation), as_json=args.json)
-    return ExitCode.DONE
+
+
+def _lines_about_robots(explanations: Sequence[dict[str, Any]], stopped: str, remedy: str) -> Iterator[str]:
+    """Yield the lines about each robot, with two empty lines in between; if there are none, why time stands, if so."""
+    if not explanations:
+        yield f"{stopped}; what would help: {remedy}" if stopped else _NONE_WAITS
+    for number, explanation in enumerate(explanations):
+        yield from ("", "") if number else ()
+        yield from _lines_about_robot(explanation)
 
 
 def _lines_about_robot(explanation: dict[str, Any]) -> Iterator[str]:

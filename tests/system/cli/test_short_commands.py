@@ -46,6 +46,11 @@ def test_why_a_robot_stands_is_explained(run):
     assert (1, "hmrsim: no robot 'wally'; did you mean 'wall_e'?\n") == run("explain", "--robot", "wally")[::2]
 
 
+def test_no_robot_waits(run):
+    assert (0, "no robot waits; `hmrsim robot list` shows what each one does\n", "") == run("explain")
+    assert [] == json.loads(run("explain", "--json")[1])
+
+
 @pytest.mark.parametrize(
     ("words", "code", "message"),
     [

@@ -68,6 +68,25 @@ def test_the_command_prints_an_explanation(code, capsys):
     assert "\nWhat to do:\n" in out
 
 
+def test_the_command_lists_all_codes(capsys):
+    assert 0 == main(["explain", "--codes"])
+
+    assert [*explanations()] == [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+
+
+def test_without_a_simulator_the_command_lists_all_codes(capsys):
+    assert 0 == main(["explain", "--connect", "tcp/127.0.0.1:1", "--timeout", "0.1"])
+
+    out, errors = capsys.readouterr()
+    assert len(explanations()) == len(out.splitlines())
+    assert "all codes:" in errors
+
+
+def test_a_code_and_the_list_of_codes_are_not_combined(capsys):
+    assert 2 == main(["explain", "208", "--codes"])
+    assert "give only one of a code, --robot and --codes" in capsys.readouterr().err
+
+
 def test_lists_keep_their_lines(capsys):
     main(["explain", "104"])
 
@@ -97,8 +116,11 @@ def test_each_last_cause_has_advice(cause):
 @pytest.mark.parametrize(
     ("code", "message"),
     [
-        ("not_redy", "no code 'not_redy'; did you mean 'not_ready'?; `hmrsim explain` lists all"),
-        ("3001", "no code '3001'; `hmrsim action info` lists those of an action of a package; `hmrsim explain` lists"),
+        ("not_redy", "no code 'not_redy'; did you mean 'not_ready'?; `hmrsim explain --codes` lists all"),
+        (
+            "3001",
+            "no code '3001'; `hmrsim action info` lists those of an action of a package; `hmrsim explain --codes`",
+        ),
     ],
 )
 def test_a_code_that_is_none(capsys, code, message):

@@ -6,7 +6,14 @@ import json
 
 import pytest
 
-from hmrsim.cli.explain import _after_error, _concerns, _end_of, _lines_about_robot, _why_time_stands
+from hmrsim.cli.explain import (
+    _after_error,
+    _concerns,
+    _end_of,
+    _lines_about_robot,
+    _lines_about_robots,
+    _why_time_stands,
+)
 from hmrsim.cli.robot import last_error, waiting_orders
 from hmrsim.testing import simulation
 from hmrsim.traffic.causes import Link
@@ -40,6 +47,15 @@ def test_each_cause_is_indented_below_the_one_before_it():
 
     lines = ["ann has waited for bob", "  bob is idle", "", "What would help: send bob elsewhere"]
     assert lines == [*_lines_about_robot(found)]
+
+
+def test_all_robots_that_wait_are_explained():
+    found = {"time": "", "links": LINKS[1:], "faults": [], "last_error": "", "orders": "", "help": "send it"}
+    lines = ["bob is idle", "", "What would help: send it"]
+
+    assert [*lines, "", "", *lines] == [*_lines_about_robots([found, found], "", "")]
+    assert ["no robot waits; `hmrsim robot list` shows what each one does"] == [*_lines_about_robots([], "", "")]
+    assert ["it is paused; what would help: resume it"] == [*_lines_about_robots([], "it is paused", "resume it")]
 
 
 def fault(**settings):
