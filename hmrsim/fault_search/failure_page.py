@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from hmrsim.fault_search.run import Outcome
     from hmrsim.fault_search.schedule import Case
 
-
+_LONGEST_TITLE: Final = 120
+"""The maximum number of characters of a title that has its details in it."""
 _PLACE: Final = re.compile(r"([^\s()]+\.py):(\d+)")
 
 
@@ -54,7 +55,8 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     texts = (each.property if each.text == text else f"{each.property}: {each.text}" for each in outcome.violations)
     violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
     failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations, text)
-    title = failure.property if failure else "no property is violated"
+    title, further = title_of(text) if failure else ("No property is violated", "")
+    kind = f"Failing run of {check.name}{f': violates {failure.property}' if failure else ''}"
     lacks = check.file.left_out if isinstance(check.file, ReproFile) else ""
     if case.definition is not None:
         lacks = left_out(check.definition, case.definition)
@@ -62,8 +64,17 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     alone = "" if twin else "No run passes without one of them, so there is no passing run beside it."
     if not case.schedule:
         alone = "The run fails without any fault, so there is no passing run beside it."
-    heading = Heading(f"Failing run of {check.name}", title, text, alone, note, [*code_in(text)])
+    heading = Heading(kind, title, further, alone, note, [*code_in(text)])
     return page_of(heading, causes, (failing, twin) if twin else (failing,))
+
+
+def title_of(text: str) -> tuple[str, str]:
+    """Return the title of a page that says what happened, and the details of a long text, which come below it."""
+    title, further = text, ""
+    if len(text) > _LONGEST_TITLE:
+        title, _, further = text.partition(": ")
+    # Other texts may begin with a name.
+    return f"T{title[1:]}" if title.startswith("the ") else title, further
 
 
 def code_in(text: str) -> Iterator[tuple[str, str]]:

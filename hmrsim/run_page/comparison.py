@@ -23,8 +23,8 @@ class Heading:
     """The texts at the top of a page.
 
     Attributes:
-        kind: The kind of page.
-        title: The title, such as the name of the property that is violated.
+        kind: The kind of page, such as the property that is violated.
+        title: The title, such as what happened.
         text: The line below it; may be empty.
         alone: Why there is no other run, or what the runs have in common.
         note: A remark about the world of the run; may be empty.

@@ -6,7 +6,7 @@ import json
 import math
 import re
 
-from hmrsim.fault_search.failure_page import code_in, failure_page, run_logged
+from hmrsim.fault_search.failure_page import code_in, failure_page, run_logged, title_of
 from hmrsim.fault_search.run import Wanted
 from hmrsim.fault_search.schedule import Case, Injection
 from hmrsim.run_page import Heading, RunLog, ShownRun, page_of
@@ -45,6 +45,18 @@ def test_the_run_beside_it_lacks_the_last_element_without_which_it_passes(check)
 
     assert "without breakdown of porter for 60 s" in page
     assert 2 == len(data_of(page)["runs"])
+
+
+def test_the_title_says_what_happened_and_the_line_above_it_which_property_that_violates(page):
+    assert "<h1>The same goal of porter/pickup was rejected 5 times in a row" in page
+    assert '<p class="kind">Failing run of porters: violates no_vain_goals</p>' in page
+
+
+def test_the_title_of_a_long_text_is_its_first_part():
+    details = "no task is ready, " * 10
+
+    assert ("The controller is in a deadlock", details) == title_of(f"the controller is in a deadlock: {details}")
+    assert ("wall_e: is late", "") == title_of("wall_e: is late")
 
 
 def test_a_run_that_fails_without_any_fault_stands_alone():
