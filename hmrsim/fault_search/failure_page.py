@@ -14,6 +14,7 @@ from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.story import passes
 from hmrsim.fault_search.summary import by_begin
 from hmrsim.run_page import Cause, Heading, RunLog, ShownRun, page_of
+from hmrsim.trials.trial import TIMEOUT
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
@@ -54,7 +55,8 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
     # The first one is the title of the page.
     texts = (each.property if each.text == text else f"{each.property}: {each.text}" for each in outcome.violations)
     violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
-    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations, text)
+    stopped = outcome.ending in ("stopped", TIMEOUT)
+    failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations, text, stopped)
     title, further = title_of(text) if failure else ("No property is violated", "")
     kind = f"Failing run of {check.name}{f': violates {failure.property}' if failure else ''}"
     lacks = check.file.left_out if isinstance(check.file, ReproFile) else ""

@@ -65,6 +65,7 @@ class ShownRun:
         at: When it ended, in seconds since it began.
         violations: The violated properties in words, each with its time in seconds.
         failure: What fails, in words; empty if nothing does.
+        stopped: Whether it was stopped before its controller ended.
     """
 
     title: str
@@ -73,6 +74,7 @@ class ShownRun:
     at: float
     violations: Sequence[tuple[float, str]] = ()
     failure: str = ""
+    stopped: bool = False
 
 
 class Difference(NamedTuple):

@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from hmrsim.events.goals import GoalAccepted, GoalStatusChanged, SendGoalRejected
+from hmrsim.events.robots import BatteryEvent
 from hmrsim.events.traffic import GaveUpWaiting, LaneClosed
 from hmrsim.protocol.goal import GoalStatus
+from hmrsim.report.goals import error_in
 from hmrsim.report.html import in_seconds
 from hmrsim.run_page.omissions import ALSO, charge_at, goal_text, longest_pause, never_sent, robots_in
 
 if TYPE_CHECKING:
     from hmrsim.run_page.comparison import Cause, Difference, ShownRun
-    from hmrsim.run_page.run_log import Happening, Line, RunLog
+    from hmrsim.run_page.run_log import RunLog
 
 _INSTANT: Final = 1e-6
 """Seconds within which two times are the same."""
@@ -24,12 +26,14 @@ _FAILED: Final = (GoalStatus.ABORTED, GoalStatus.CANCELED)
 _IDLE: Final = "no robot executes a goal, and the controller sends none"
 _ID: Final = re.compile(r"\b[0-9a-f]{32}\b")
 """The ids of goals, which distinguish nothing."""
-_TIMES: Final = " times"
+_LATER: Final = " (later in the passing run, too)"
+_STUCK: Final = 5
+"""The minimum number of times that the alarm occurs at which a run is stuck."""
 _GRAVE: Final = ("warning", "error")
 _MOST_GRAVE: Final = 8
 """The maximum number of warnings among the key moments."""
 _MOST_VIOLATED: Final = 5
-"""The maximum number of violations among the key moments."""
+"""The maximum number of violated properties among the key moments."""
 _QUIET: Final = 5.0
 """Seconds without an event after which a run that goes on stands still."""
 _QUIET_SHARE: Final = 0.2
@@ -62,7 +66,7 @@ class Moment(NamedTuple):
     violation: int | None = None
 
 
-_ORDER: Final = ("cause", "goal", "difference", "missing", "alarm", "silent", "still", "violated", "end")
+_ORDER: Final = ("cause", "goal", "difference", "missing", "alarm", "stuck", "silent", "still", "violated", "end")
 
 
 def moments_of(
@@ -74,19 +78,17 @@ def moments_of(
     found = [*_begins(causes, log), *_missing(robots_in([failing.failure], log), failing, other, until)]
     if difference is not None:
         found.append(Moment(difference.at, "difference", *difference.texts, difference.seen[0]))
+    robots = robots_in([failing.failure, *(cause.text for cause in causes)], log)
+    alarms = _alarms(log, robots, other, until)
     differs = None if difference is None else difference.seen[0]
-    alarms = _alarms(log, () if other is None else other.log.lines)
-    found += [alarm for alarm in alarms if alarm.seen != differs or _TIMES in alarm.text][:_MOST_GRAVE]
+    found += [*_repeated(each for each in alarms if each[0].seen != differs or len(each) > 1)]
     if failing.at - log.quiet_from > max(_QUIET, failing.at * _QUIET_SHARE):
         still = [*log.stuck, *log.awaited()][:_MOST_STILL] or [_IDLE]
         found.append(Moment(log.quiet_from, "still", "; ".join(still)))
     silent = [*_silent(failing, other, difference)] if other is not None and difference is not None else []
-    found += silent[:_MOST_STILL] or _gave_up(log)
-    found += _last_goals(log, until, {each.seen for each in found})
-    found += [Moment(at, "violated", text, violation=i) for i, (at, text) in enumerate(violations[:_MOST_VIOLATED])]
-    if more := violations[_MOST_VIOLATED:]:
-        text = f"{len(more)} more, which are among the events"
-        found.append(Moment(more[0][0], "violated", text, violation=_MOST_VIOLATED))
+    found += silent[:_MOST_STILL] or _gave_up(failing)
+    known = {each.seen for each in found}.union(each.seen for repeated in alarms for each in repeated)
+    found += [*_last_goals(failing, other, robots, known), *_violated(violations)]
     found.append(Moment(failing.at, "end", f"the run {failing.ending}"))
     # Stamps of time 0 are those of the first nanosecond.
     return sorted(found, key=_place)
@@ -122,41 +124,85 @@ def _missing(robots: Sequence[str], failing: ShownRun, other: ShownRun | None, u
             yield Moment(began, "missing", text)
 
 
-def _last_goals(log: RunLog, until: float, known: Collection[int | None]) -> Iterator[Moment]:
-    """Yield the last goals before a time with their ends, other than those whose end is a known moment."""
-    sent: dict[str, tuple[Happening, GoalAccepted]] = {}
-    ends: dict[str, tuple[Happening, GoalStatusChanged]] = {}
+def _violated(violations: Sequence[tuple[float, str]]) -> Iterator[Moment]:
+    """Yield the first violation of each property, with the number of the others."""
+    of: dict[str, list[int]] = {}
+    for i, (_, text) in enumerate(violations):
+        of.setdefault(text.partition(":")[0], []).append(i)
+    for first, *more in [*of.values()][:_MOST_VIOLATED]:
+        at, text = violations[first]
+        also = f"; {len(more)} more until {violations[more[-1]][0]:.3f} s" if more else ""
+        yield Moment(at, "violated", f"{text}{also}", violation=first)
+
+
+class _Goal(NamedTuple):
+    """A goal with its end.
+
+    Attributes:
+        at: When it was accepted, in nanoseconds.
+        seen: The number of lines up to that.
+        end: The number of lines up to its end, if it ends.
+    """
+
+    at: int
+    seen: int
+    end: int | None
+    robot: str
+    text: str
+    ended: str
+
+
+def _goals(log: RunLog, until: float) -> list[_Goal]:
+    """Return the goals that are accepted until a time, in order."""
+    sent: dict[str, _Goal] = {}
     for each in log.happenings:
-        if each.told and isinstance(each.event, GoalAccepted) and in_seconds(each.at) < until + _INSTANT:
-            sent[each.event.goal_id] = each, each.event
-        elif each.told and isinstance(each.event, GoalStatusChanged):
-            ends[each.event.goal_id] = each, each.event
-    for goal_id, (goal, event) in [*sent.items()][-_MOST_GOALS:]:
-        line, ended = log.lines[goal.line], "does not end"
-        if goal_id in ends:
-            end, status = ends[goal_id]
-            if end.line + 1 in known:
-                continue
-            ended = f"{GoalStatus(status.status).name} at {in_seconds(end.at):.3f} s"
-        what = f"{goal_text(log, event)}{charge_at(log, event.robot, goal.at)}"
-        yield Moment(line.at, "goal", f"{what}, {ended}", seen=goal.line + 1)
+        event = each.event
+        if each.told and isinstance(event, GoalAccepted) and in_seconds(each.at) < until + _INSTANT:
+            text = f"{goal_text(log, event)}{charge_at(log, event.robot, each.at)}"
+            sent[event.goal_id] = _Goal(each.at, each.line + 1, None, event.robot, text, "does not end")
+        elif each.told and isinstance(event, GoalStatusChanged) and event.goal_id in sent:
+            ended = f"{GoalStatus(event.status).name} at {in_seconds(each.at):.3f} s"
+            sent[event.goal_id] = sent[event.goal_id]._replace(end=each.line + 1, ended=ended)
+    return [*sent.values()]
 
 
-def _gave_up(log: RunLog) -> list[Moment]:
+def _last_goals(
+    failing: ShownRun, other: ShownRun | None, robots: Sequence[str], known: Collection[int | None]
+) -> Iterator[Moment]:
+    """Yield the last goals of some robots, or of all if there are none, other than those whose end is a known moment.
+
+    A goal that has been sent before is shown once.
+    """
+    until = failing.violations[0][0] if failing.violations else failing.at
+    beside = set() if other is None else {(each.at, each.text, each.ended) for each in _goals(other.log, until)}
+    last: dict[str, list[_Goal]] = {}
+    for goal in reversed(_goals(failing.log, until)):
+        if (not robots or goal.robot in robots) and (goal.end is None or goal.end not in known):
+            last.setdefault(goal.text, []).append(goal)
+    for goal, *before in [*last.values()][:_MOST_GOALS]:
+        times = f", as {'once' if len(before) == 1 else f'{len(before)} times'} before" if before else ""
+        also = ALSO if (goal.at, goal.text, goal.ended) in beside else ""
+        yield Moment(round(in_seconds(goal.at), 6), "goal", f"{goal.text}, {goal.ended}{times}{also}", seen=goal.seen)
+
+
+def _gave_up(run: ShownRun) -> list[Moment]:
     """Return the failure of a goal after which the controller sends no goal at all, if there is one."""
     found: list[Moment] = []
-    for each in log.happenings:
+    for each in run.log.happenings:
         event, how = each.event, ""
         if isinstance(event, GoalAccepted):
             found = []
         elif isinstance(event, SendGoalRejected):
-            how = "was rejected"
+            how = f"was rejected (reason {event.reason})"
         elif isinstance(event, GoalStatusChanged) and GoalStatus(event.status) in _FAILED:
-            how = f"ended as {GoalStatus(event.status).name}"
+            code, _ = error_in(event.result)
+            why = [f"cause {event.cause}"] * bool(event.cause) + [f"error code {code}"] * bool(code)
+            how = f"ended as {GoalStatus(event.status).name}" + (f" ({', '.join(why)})" if why else "")
         if how and isinstance(event, SendGoalRejected | GoalStatusChanged):
             text = f"after {event.action} of {event.robot} {how}, the controller sends no further goal"
             found = [Moment(in_seconds(each.at), "silent", text, seen=each.line + each.told)]
-    return found
+    # A run that is stopped may have been between two attempts.
+    return [each for each in found if not run.stopped or run.at - each.at > max(_QUIET, run.at * _QUIET_SHARE)]
 
 
 def _silent(failing: ShownRun, other: ShownRun, difference: Difference) -> Iterator[Moment]:
@@ -178,36 +224,51 @@ def _goals_from(log: RunLog, at: float) -> Counter[str]:
     return Counter(event.robot for event in events if isinstance(event, GoalAccepted))
 
 
-def _alarms(log: RunLog, others: Sequence[Line]) -> list[Moment]:
-    """Return the first warning and error of each text that the other run has not had by then, with their number."""
+def _alarms(log: RunLog, robots: Sequence[str], other: ShownRun | None, until: float) -> list[list[Moment]]:
+    """Return the warnings and errors of each text, unless the other run has had it by then.
+
+    The levels of batteries are those of some robots, if any, until a time.
+    """
     had: dict[tuple[str, str], float] = {}
-    for line in others:
+    for line in () if other is None else other.log.lines:
         had.setdefault((line.subject, _ID.sub("", line.text)), line.at)
     closed: set[tuple[float, frozenset[str]]] = set()
     found: dict[tuple[str, str], list[Moment]] = {}
     for happening in log.happenings:
-        if not happening.told or isinstance(happening.event, GaveUpWaiting):
+        event = happening.event
+        if not happening.told or isinstance(event, GaveUpWaiting):
             # The end of the goal says why its robot gave up.
             continue
         line = log.lines[happening.line]
         if line.severity not in _GRAVE or line.at > log.quiet_from:
             continue
-        if isinstance(happening.event, LaneClosed):
-            lane = line.at, frozenset(happening.event.lane)
+        if isinstance(event, BatteryEvent) and (line.at > until or (robots and event.robot not in robots)):
+            continue
+        if isinstance(event, LaneClosed):
+            lane = line.at, frozenset(event.lane)
             if lane in closed:
                 continue
             closed.add(lane)
         key = line.subject, _ID.sub("", line.text)
         if key in found or key not in had or had[key] > line.at:
-            text = f"{line.subject} {line.text}".lstrip()
+            also = _LATER if key in had else ""
+            text = f"{line.subject} {line.text}{also}".lstrip()
             found.setdefault(key, []).append(Moment(line.at, "alarm", text, seen=happening.line + 1))
-    return [_repeated(alarms) for alarms in found.values()]
+    return [*found.values()]
 
 
-def _repeated(alarms: Sequence[Moment]) -> Moment:
-    """Return the first of some alarms with the same text, with their number."""
-    first, last = alarms[0], alarms[-1]
-    if first is last:
-        return first
-    until = "" if last.at - first.at < _INSTANT else f" until {last.at:.3f} s"
-    return first._replace(text=f"{first.text}, {len(alarms)}{_TIMES}{until}")
+def _repeated(alarms: Iterable[Sequence[Moment]]) -> Iterator[Moment]:
+    """Yield the first of the alarms with the same text, with their number.
+
+    The run is stuck at the one that occurs most often.
+    """
+    shown = [*alarms][:_MOST_GRAVE]
+    most = max([len(each) for each in shown], default=0)
+    for each in shown:
+        first, last = each[0], each[-1]
+        if first is last:
+            yield first
+            continue
+        until = "" if last.at - first.at < _INSTANT else f" until {last.at:.3f} s"
+        kind = "stuck" if len(each) == most >= _STUCK else first.kind
+        yield first._replace(kind=kind, text=f"{first.text}, {len(each)} times{until}")

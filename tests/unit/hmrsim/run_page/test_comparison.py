@@ -102,10 +102,13 @@ def test_key_moments_are_the_causes_the_difference_and_what_went_wrong(failing, 
     kinds = [moment.kind for moment in moments]
     assert ["goal", "cause", "difference", "alarm", "silent", "violated", "end"] == kinds
     assert sorted(moment.at for moment in moments) == [moment.at for moment in moments]
-    assert "porter navigate_to_pose: store, SUCCEEDED at 10.000 s" == moments[0].text
+    assert "porter navigate_to_pose: store, SUCCEEDED at 10.000 s (also in the passing run)" == moments[0].text
     assert moments[3].text.startswith("porter pickup rejected (box): ")
     assert moments[3].text.endswith(", 4 times")
-    assert "after pickup of porter was rejected, the controller sends no further goal" == moments[4].text
+    assert (
+        "after pickup of porter was rejected (reason not_ready), the controller sends no further goal"
+        == moments[4].text
+    )
     assert log.lines[moments[1].seen - 1].text.startswith("has the fault")
 
 
