@@ -8,18 +8,21 @@ from dataclasses import replace
 from linecache import getline
 from typing import TYPE_CHECKING, Final
 
+from hmrsim.events.goals import GoalAccepted, GoalStatusChanged
 from hmrsim.fault_search.check import ReproFile
 from hmrsim.fault_search.reducer import left_out
 from hmrsim.fault_search.run import Wanted, run_case
 from hmrsim.fault_search.story import passes
 from hmrsim.fault_search.summary import by_begin
+from hmrsim.report.html import in_seconds
 from hmrsim.run_page import Cause, Heading, RunLog, ShownRun, page_of
+from hmrsim.run_page.omissions import goal_text
 from hmrsim.trials.trial import TIMEOUT
 
 if TYPE_CHECKING:
     from hmrsim.fault_search.check import Check
     from hmrsim.fault_search.run import Outcome
-    from hmrsim.fault_search.schedule import Case
+    from hmrsim.fault_search.schedule import Case, Injection
 
 _LONGEST_TITLE: Final = 120
 """The maximum number of characters of a title that has its details in it."""
@@ -50,11 +53,14 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
             what = schedule[i].describe() if len(schedule) > 1 else "the fault"
             twin = ShownRun("Passing run", beside, f"without {what}, {_ending(found)}", found.at)
             break
-    causes = [Cause(schedule[i].describe(), outcome.began[i], without.get(i, "")) for i in order]
+    texts = [f"{each.describe()}{_hit(each, began, log)}" for each, began in zip(schedule, outcome.began, strict=True)]
+    causes = [Cause(texts[i], outcome.began[i], without.get(i, "")) for i in order]
     text = next((each.text for each in outcome.violations if (each.property, each.reason) == failure), "")
     # The first one is the title of the page.
-    texts = (each.property if each.text == text else f"{each.property}: {each.text}" for each in outcome.violations)
-    violations = [(each.at / 1e9, said) for each, said in zip(outcome.violations, texts, strict=True)]
+    violations = [
+        (each.at / 1e9, each.property if each.text == text else f"{each.property}: {each.text}")
+        for each in outcome.violations
+    ]
     stopped = outcome.ending in ("stopped", TIMEOUT)
     failing = ShownRun("Failing run", log, _ending(outcome), outcome.at, violations, text, stopped)
     title, further = title_of(text) if failure else ("No property is violated", "")
@@ -68,6 +74,20 @@ def failure_page(check: Check, case: Case, outcome: Outcome, log: RunLog) -> str
         alone = "The run fails without any fault, so there is no passing run beside it."
     heading = Heading(kind, title, further, alone, note, [*code_in(text)])
     return page_of(heading, causes, (failing, twin) if twin else (failing,))
+
+
+def _hit(injection: Injection, began: float | None, log: RunLog) -> str:
+    """Return the first goal that a fault aborts; it may be a later one than that at which the fault begins."""
+    accepted: dict[str, GoalAccepted] = {}
+    for each in log.happenings if began is not None else ():
+        event, at = each.event, in_seconds(each.at)
+        if isinstance(event, GoalAccepted):
+            accepted[event.goal_id] = event
+        elif isinstance(event, GoalStatusChanged) and at >= (began or 0.0):
+            goal = accepted.get(event.goal_id)
+            if goal is not None and (event.robot, event.cause) == (injection.subject, injection.kind):
+                return f"; this hits {goal_text(log, goal)}, at {at:.3f} s"
+    return ""
 
 
 def title_of(text: str) -> tuple[str, str]:

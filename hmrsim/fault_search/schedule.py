@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +16,9 @@ from hmrsim.actions import error_codes
 from hmrsim.actions import registry as actions
 from hmrsim.diagnostics import Finding, instead, shown
 from hmrsim.documents.validation import explain
+from hmrsim.events import registry as events
 from hmrsim.faults import SUBJECTS, Anchor
+from hmrsim.faults import registry as faults
 from hmrsim.trials.disturbances import Disturbance
 from hmrsim.world.model import FaultEntry
 from hmrsim.world.overlays.overlay import Overlay, overlay_of
@@ -113,6 +116,9 @@ class Injection:
             return ", ".join(_change(path, value) for path, value in self.spec[CHANGE].items())
         if self.kind in _OF_GOALS and self.spec.get("action") and "count" in self.spec:
             return self._goals()
+        fault = faults().get(self.kind) if self.family == FAULT else None
+        if fault is not None and fault.text:
+            return f"{fault.text.format_map(self.spec)}{self._when()}"
         parts = [self.kind + (f" of {self.subject}" if self.subject else "")]
         further = {key: value for key, value in self.spec.items() if key not in _TOLD}
         if further:
@@ -122,19 +128,18 @@ class Injection:
         return f"{' '.join(parts)}{self._when()}"
 
     def _goals(self) -> str:
-        """Return what happens to goals, such as ``the 2nd drive of eve is aborted``."""
-        action, count, anchor = self.spec["action"], self.spec["count"], self.anchor
-        word, becomes = _ACTIONS.get(action, action), _OF_GOALS[self.kind]
+        """Return what happens to goals, such as ``the 2nd pickup of eve is aborted``."""
+        action, count, anchor, becomes = self.spec["action"], self.spec["count"], self.anchor, _OF_GOALS[self.kind]
         code = f" with code {self._code()}" if "error_code" in self.spec else ""
         own = (anchor.get("goal"), anchor.get("robot"), anchor.get("action")) == ("executing", self.subject, action)
         known = self.at_start or (own and not anchor.get("after") and self.kind == "goals_aborted")
         which = _ordinal(anchor.get("nth", 1)) if known else "next"
         if count == 1:
-            what = f"the {which} {word} of {self.subject} is {becomes}{code}"
+            what = f"the {which} {action} of {self.subject} is {becomes}{code}"
         elif known:
-            what = f"{count} times in a row a {word} of {self.subject} is {becomes}{code}, from the {which} on"
+            what = f"{count} times in a row a {action} of {self.subject} is {becomes}{code}, from the {which} on"
         else:
-            what = f"the next {count} times a {word} of {self.subject} is {becomes}{code}"
+            what = f"the next {count} times a {action} of {self.subject} is {becomes}{code}"
         return what if known else f"{what}{self._when()}"
 
     def _code(self) -> str:
@@ -151,8 +156,6 @@ class Injection:
 
 
 _OF_GOALS: Final = {"goals_aborted": "aborted", "goals_rejected": "rejected"}
-_ACTIONS: Final = {"navigate_to_pose": "drive"}
-"""Actions whose goals have a shorter name in words."""
 
 
 def _ordinal(number: int) -> str:
@@ -165,7 +168,22 @@ _TOLD: Final = (FAULT, DISTURBANCE, "when", "at", "duration", "name", *SUBJECTS)
 
 def described(anchor: Anchor) -> str:
     """Return an anchor in words, such as ``0.5 s after pickup of eve is executing (number 2)``."""
+    if anchor.event and anchor.robot and not anchor.where and (happens := _meaning_of(anchor.event)):
+        when = f"{anchor.after:g} s after" if anchor.after else "when"
+        number = f", number {anchor.nth}" if anchor.nth > 1 else ""
+        return f"{when} {anchor.robot} {happens} (event {anchor.event}{number})"
     return anchor.describe() if anchor.after else f"when {anchor.describe()}"
+
+
+def _meaning_of(event: str) -> str:
+    """Return what a robot does at an event, such as ``picks up an item``; empty if it is about something else."""
+    kind = events().get(event)
+    text = " ".join((kind.__doc__ or "").split()) if kind else ""
+    return re.split(r"[.,;:]", text.removeprefix(_A_ROBOT))[0] if text.startswith(_A_ROBOT) else ""
+
+
+_A_ROBOT: Final = "A robot "
+"""The beginning of the descriptions of events that are about one robot."""
 
 
 def _change(path: str, value: Any) -> str:

@@ -251,6 +251,7 @@ class FaultType(Generic[S]):
         component: The component that the robot needs; None for none.
         example: Valid settings in the world of the contract tests, in plain values.
         title: Its name for users; empty for its name in words.
+        text: What happens, with fields of its settings, as for `str.format`; empty to list the settings.
         changes: The fields of a snapshot that it changes beside those its events change: ``ailments``, ``connected``,
             ``sensors`` or ``speed`` of its robot, or ``jammed`` of its door; empty for nothing.
     """
@@ -261,6 +262,7 @@ class FaultType(Generic[S]):
     component: str | None = None
     example: Mapping[str, Any] = field(default_factory=dict)
     title: str = ""
+    text: str = ""
     changes: Literal["", "ailments", "connected", "sensors", "speed", "jammed"] = ""
 
     def form(self) -> dict[str, Any]:

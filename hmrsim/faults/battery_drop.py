@@ -37,4 +37,5 @@ FAULT = FaultType(
     component="battery",
     example={"robot": "wall_e", "share": 0.5},
     title="Battery drops",
+    text="the battery of {robot} falls to {share:.0%}",
 )

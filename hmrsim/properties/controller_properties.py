@@ -96,6 +96,13 @@ class MissionEnds(Watcher):
         return self._is("holds", 1.0, f"the controller ended after {self._at / NANOSECONDS:.1f} s")
 
 
+def _described(fault: FaultBegan) -> str:
+    """Return a fault in words, such as ``goals_aborted of eve (place, error code -25)``."""
+    action, code = fault.settings.get("action"), fault.settings.get("error_code")
+    goals = [str(action)] * bool(action) + [f"error code {code}"] * bool(code)
+    return f"{fault.fault} of {fault.subject}" + (f" ({', '.join(goals)})" if goals else "")
+
+
 class Recovers(Watcher):
     """The controller does not give up its mission needlessly after transient faults.
 
@@ -134,7 +141,7 @@ class Recovers(Watcher):
             return
         first = self._begun[0]
         if len(self._begun) == 1 and self._is_transient(first):
-            text = f"the mission failed after a single transient fault, {first.fault}"
+            text = f"the mission failed after a single transient fault, {_described(first)}"
             self.violate(at, "", f"gave up after {first.fault}", text)
         elif not self._active and at - self._last_end >= self._within:
             seconds = (at - self._last_end) / NANOSECONDS

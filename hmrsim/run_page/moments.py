@@ -149,6 +149,7 @@ class _Goal(NamedTuple):
     end: int | None
     robot: str
     text: str
+    charge: str
     ended: str
 
 
@@ -158,8 +159,8 @@ def _goals(log: RunLog, until: float) -> list[_Goal]:
     for each in log.happenings:
         event = each.event
         if each.told and isinstance(event, GoalAccepted) and in_seconds(each.at) < until + _INSTANT:
-            text = f"{goal_text(log, event)}{charge_at(log, event.robot, each.at)}"
-            sent[event.goal_id] = _Goal(each.at, each.line + 1, None, event.robot, text, "does not end")
+            text, charge = goal_text(log, event), charge_at(log, event.robot, each.at)
+            sent[event.goal_id] = _Goal(each.at, each.line + 1, None, event.robot, text, charge, "does not end")
         elif each.told and isinstance(event, GoalStatusChanged) and event.goal_id in sent:
             ended = f"{GoalStatus(event.status).name} at {in_seconds(each.at):.3f} s"
             sent[event.goal_id] = sent[event.goal_id]._replace(end=each.line + 1, ended=ended)
@@ -182,7 +183,12 @@ def _last_goals(
     for goal, *before in [*last.values()][:_MOST_GOALS]:
         times = f", as {'once' if len(before) == 1 else f'{len(before)} times'} before" if before else ""
         also = ALSO if (goal.at, goal.text, goal.ended) in beside else ""
-        yield Moment(round(in_seconds(goal.at), 6), "goal", f"{goal.text}, {goal.ended}{times}{also}", seen=goal.seen)
+        yield Moment(
+            round(in_seconds(goal.at), 6),
+            "goal",
+            f"{goal.text}{goal.charge}, {goal.ended}{times}{also}",
+            seen=goal.seen,
+        )
 
 
 def _gave_up(run: ShownRun) -> list[Moment]:

@@ -28,18 +28,26 @@ GOAL_OF_EVE = {"robot": "eve", "action": "pickup"}
         ),
         (
             {"type": "goals_rejected", "count": 1, "robot": "eve", "action": "navigate_to_pose", "when": GOAL},
-            "the next drive of eve is rejected, when pickup of eve is executing",
+            "the next navigate_to_pose of eve is rejected, when pickup of eve is executing",
         ),
         ({"type": "lane_closed", "lane": ["a", "b"], "at": 3.0}, "lane_closed of a-b, at 3 s"),
         (
             {"type": "lane_closed", "lane": ["a", "b"], "when": {"event": "picked", "robot": "eve", "nth": 2}},
-            "lane_closed of a-b, when eve reports picked (number 2)",
+            "lane_closed of a-b, when eve picks up an item (event picked, number 2)",
         ),
         (
             {"type": "door_jammed", "door": "gate", "at": 0.0, "duration": 5.0},
             "door_jammed of gate for 5 s, from the start",
         ),
         ({"type": "goals_rejected", "count": 1, **GOAL_OF_EVE, "at": 0.0}, "the 1st pickup of eve is rejected"),
+        (
+            {"type": "slip", "robot": "eve", "when": {"event": "battery_low", "robot": "eve", "after": 2.0}},
+            "slip of eve, 2 s after eve reports battery_low",
+        ),
+        (
+            {"type": "battery_drop", "robot": "eve", "share": 0.25, "at": 0.0},
+            "the battery of eve falls to 25%, from the start",
+        ),
         ({"change": {"robots.eve.base.speed": 0.2}}, "robots.eve.base.speed = 0.2"),
         ({"change": {"~docks.charger": None}}, "docks.charger removed"),
         (

@@ -59,6 +59,17 @@ def test_the_title_of_a_long_text_is_its_first_part():
     assert ("wall_e: is late", "") == title_of("wall_e: is late")
 
 
+def test_the_goal_that_a_fault_aborts_is_named_as_it_may_be_a_later_one():
+    """The first goal ends as soon as it begins, as the robot is there."""
+    check = check_of("crashing", world={**WORLD, "robots": {"porter": {"at": "store", "components": {"claw": {}}}}})
+    aborted = {"type": "goals_aborted", "robot": "porter", "action": "navigate_to_pose", "count": 1}
+    anchor = {"goal": "executing", "robot": "porter", "action": "navigate_to_pose"}
+    case = Case((Injection({**aborted, "when": anchor}),))
+    page = failure_page(check, case, *run_logged(check, case, Wanted()))
+
+    assert "the 1st navigate_to_pose of porter is aborted; this hits porter navigate_to_pose: shelf, at 0.000 s" in page
+
+
 def test_a_run_that_fails_without_any_fault_stands_alone():
     check = check_of("broken")
     page = failure_page(check, Case(), *run_logged(check, Case(), Wanted()))
