@@ -203,7 +203,12 @@ class WaypointGraph:
             NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
         """
         planner = self._planners.without(self._closed.union(avoid)) if avoid else self._planner
-        return planner.plan(start, goal, speed)
+        route = planner.plan(start, goal, speed)
+        if route is None:
+            names = self._world.place_names
+            message = f"no route from {names.of(start)} to {names.of(goal)}"
+            raise NoRoute(ComputePathToPose.Result.NO_VALID_PATH, message)
+        return route
 
     def detour(
         self, start: Point, goal: Point, speed: float, closed: Collection[Lane], avoid: Collection[Lane]

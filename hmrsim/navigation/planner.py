@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hmrsim.caches import LruCache, exact
-from hmrsim.errors import NoRoute
 from hmrsim.geometry import SAME_PLACE, Point, distance, foot
-from hmrsim.interfaces.nav2_msgs import ComputePathToPose
 from hmrsim.navigation.route import Leg, Route
 
 if TYPE_CHECKING:
@@ -220,20 +218,17 @@ class Planner:
             self._lanes.check(goal)
         return self._trees.to(goal, speed).cost
 
-    def plan(self, start: Point, goal: Point, speed: float) -> Route:
+    def plan(self, start: Point, goal: Point, speed: float) -> Route | None:
         """Return the quickest route for a robot of this greatest *speed*, by the rules of `WaypointGraph.plan`.
 
+        Returns:
+            None if no way leads there.
+
         Raises:
-            NoRoute: The goal is outside the map (204), inside an obstacle (206), or no way leads there (208).
+            NoRoute: The goal is outside the map (204), or inside an obstacle (206).
         """
         speed = speed if self._lanes.limited else 1.0
-        route = self._routes.get(exact(*start, *goal, speed), lambda: self._quickest(start, goal, speed))
-        if route is None:
-            raise NoRoute(
-                ComputePathToPose.Result.NO_VALID_PATH,
-                f"no route from ({start[0]:g}, {start[1]:g}) to ({goal[0]:g}, {goal[1]:g})",
-            )
-        return route
+        return self._routes.get(exact(*start, *goal, speed), lambda: self._quickest(start, goal, speed))
 
     def _quickest(self, start: Point, goal: Point, speed: float) -> Route | None:
         """Return the quickest route; None when no way leads to the destination."""

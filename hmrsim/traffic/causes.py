@@ -12,8 +12,6 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 from hmrsim.diagnostics import listed
-from hmrsim.geometry import PlaceNames
-from hmrsim.world.model import Derived
 
 if TYPE_CHECKING:
     from hmrsim.traffic.lane_closures import Barriers, LaneClosures
@@ -138,7 +136,7 @@ class Causes:
         self._queues: dict[Vehicle, _Queue] = {}
         self._given_up: dict[str, Link] = {}
         self._gave_up_at = -1.0
-        self.places = _PLACE_NAMES(world)
+        self.places = world.place_names
 
     def queue(self, robot: Vehicle, dock: str, since: float, holders: Callable[[], Sequence[Vehicle]]) -> None:
         """Record that a vehicle queues for a dock until one of its *holders* leaves."""
@@ -332,13 +330,3 @@ def _opening(cause: str, why: str) -> str:
     if "jammed" in why:
         return "end the fault: `hmrsim fault clear door_jammed`"
     return f"open the door: `hmrsim service call /_world/set_door_state '{{name: {name}, state: open}}'`"
-
-
-def _names_of(world: World) -> PlaceNames:
-    places = {name: place.at for name, place in world.places.items()}
-    docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
-    return PlaceNames(world.points, places, docks)
-
-
-_PLACE_NAMES: Final = Derived(_names_of, "waypoints", "places", "docks")
-"""The names of a world's points: waypoints, places and docks."""

@@ -31,7 +31,7 @@ from pydantic import (
 )
 
 from hmrsim.distributions import PositiveRandomSeconds, RandomFactor, RandomSeconds, mean
-from hmrsim.geometry import MAX_COORDINATE, Obstacles, distance
+from hmrsim.geometry import MAX_COORDINATE, Obstacles, PlaceNames, distance
 from hmrsim.interfaces.quantities import ACCELERATION, SECONDS, SPEED, TURNING_RATE
 from hmrsim.world.network import Pairs, Way, as_networkx, levels, nearest
 from hmrsim.world.segments import SegmentGrid
@@ -558,6 +558,11 @@ class World(Model):
         return {name: at.at if isinstance(at, Waypoint) else at for name, at in self.waypoints.items()}
 
     @property
+    def place_names(self) -> PlaceNames:
+        """The names of the points of waypoints, places and docks."""
+        return _PLACE_NAMES(self)
+
+    @property
     def polylines(self) -> list[Sequence[Point]]:
         """The walls that are not solid."""
         return [wall for wall in self.walls if isinstance(wall, tuple)]
@@ -751,3 +756,12 @@ class Derived(Generic[T]):
                 owner = world
             weakref.finalize(owner, self._known.pop, key, None).atexit = False
             return value
+
+
+def _place_names(world: World) -> PlaceNames:
+    places = {name: place.at for name, place in world.places.items()}
+    docks = {name: dock.at for name, dock in world.docks.items() if not isinstance(dock.at, str)}
+    return PlaceNames(world.points, places, docks)
+
+
+_PLACE_NAMES = Derived(_place_names, "waypoints", "places", "docks")

@@ -55,7 +55,7 @@ class TestNavigateToPose:
             (21.0, 2.0, 204, "target (21, 2) is outside the map, which spans (0, 0) to (20, 10)"),
             (7.0, 5.0, 206, "target (7, 5) is inside an obstacle"),
             (12.0, 5.0, 206, "target (12, 5) is inside an obstacle"),
-            (15.0, 2.0, 208, "no route from (1, 2) to (15, 2)"),
+            (15.0, 2.0, 208, "no route from home to island"),
         ],
     )
     def test_an_unreachable_target_is_aborted_with_the_planner_s_code(self, run, x, y, code, text):

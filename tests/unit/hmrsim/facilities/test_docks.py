@@ -190,7 +190,7 @@ class TestDocking:
         log = make_run(made)((0.0, dock()))
 
         assert 903 == log.result(A).error_code
-        assert log.result(A).error_msg.startswith("can't line up for 'bay': no route from (0, 0)")
+        assert log.result(A).error_msg.startswith("can't line up for 'bay': no route from west to bay")
 
     def test_a_staging_pose_behind_an_obstacle_is_aborted(self, make_run):
         made = world(staging=[5, 0])
