@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from hmrsim.cli.connection import value_of
 from hmrsim.cli.options import WrongUse
-from hmrsim.diagnostics import dotted, shown
+from hmrsim.diagnostics import dotted, instead, shown
 from hmrsim.documents import yaml_text
 from hmrsim.errors import HmrsimError
 from hmrsim.interfaces.builtin_interfaces import NANOSECONDS, Duration, Time
@@ -105,8 +105,9 @@ def _error_line(noun: str, path: Path, message: str, value: object, kind: type[B
     if message == _UNKNOWN and value is None and ":" in str(path[-1]):
         return f"{where}: put a space after the colon, as in '{str(path[-1]).replace(':', ': ', 1)}'"
     if message == _UNKNOWN:
-        remedy = "remove it" if kind is None else f"known fields: {', '.join(_fields(kind, path[:-1])) or 'none'}"
-        return f"{where}: unknown field; {remedy}"
+        known = [] if kind is None else _fields(kind, path[:-1])
+        remedy = "; remove it" if kind is None else instead(str(path[-1]), known, verb="known fields:")
+        return f"{where}: unknown field{remedy}"
     expected = _EXPECTED_MAPPING if message.startswith(_MAPPING) else _EXPECTED.get(message)
     if expected == _EXPECTED_MAPPING and kind is not None and _fields(kind, path) in _POSES:
         expected = "expected the name of a place, [x, y], [x, y, yaw] or a mapping"

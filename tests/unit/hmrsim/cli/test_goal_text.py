@@ -41,7 +41,8 @@ def test_an_empty_goal_has_ros_defaults():
     [
         ("{pose: {pose: {position: {x: abc}}}}", "goal: pose.pose.position.x: expected a number, got 'abc'"),
         ("{pose: {pose: {position: {x: .nan}}}}", "goal: pose.pose.position.x: expected a finite number, got nan"),
-        ("{pose: {pos: 1}}", "goal: pose.pos: unknown field; known fields: header, pose"),
+        ("{pose: {pos: 1}}", "goal: pose.pos: unknown field; did you mean 'pose'?"),
+        ("{pose: {where: 1}}", "goal: pose.where: unknown field; known fields: header, pose"),
         ("{pose: {header: {stamp: {sec: 1.5}}}}", "goal: pose.header.stamp.sec: expected an integer, got 1.5"),
         ("{pose: [1]}", "goal: pose: expected the name of a place, [x, y], [x, y, yaw] or a mapping, got [1]"),
         ("{behavior_tree:x}", "goal: behavior_tree:x: put a space after the colon, as in 'behavior_tree: x'"),
