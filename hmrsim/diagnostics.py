@@ -121,8 +121,11 @@ def _cut(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[:limit]}…"
 
 
-def meant(name: str, known: Iterable[str]) -> str | None:
-    """Return the most similar known name, or else the only one that begins with *name*; None if there is none."""
+def meant(name: str, known: Iterable[str], *, similarity: float = 0.6) -> str | None:
+    """Return the most similar known name, or else the only one that begins with *name*; None if there is none.
+
+    *similarity* is the least ratio of difflib, from 0 to 1, that makes two names similar.
+    """
     if len(name) > _MAX_STEP:
         return None
     # Takes 7 ms to load, and is only needed for errors.
@@ -130,7 +133,7 @@ def meant(name: str, known: Iterable[str]) -> str | None:
 
     names = list(known)
     near = [other for other in names if abs(len(other) - len(name)) <= 3 and other[:1] == name[:1]]  # noqa: PLR2004
-    similar = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1)
+    similar = difflib.get_close_matches(name, near[:_COMPARED] or names[:_COMPARED], n=1, cutoff=similarity)
     if similar:
         return similar[0]
     longer = [other for other in names if other.startswith(name)] if len(name) >= _MIN_BEGINNING else []

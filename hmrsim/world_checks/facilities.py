@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from hmrsim.diagnostics import Finding, Path, instead, warning
+from hmrsim.diagnostics import Finding, Path, instead, meant, warning
 from hmrsim.geometry import SAME_PLACE, distance, foot
 from hmrsim.world.model import BUILT_IN_TYPES
 from hmrsim.world.network import connected
@@ -19,6 +19,12 @@ if TYPE_CHECKING:
     from hmrsim.documents.valid_parts import Lost
     from hmrsim.geometry import Point
     from hmrsim.world.model import Dock, Lift, RobotSpec, World
+
+_DOOR_TYPES: Final = ("door", "sliding", "hinged", "double_sliding", "double_hinged", "telescope", "double_telescope")
+"""The usual types of doors: the default, and those of Open-RMF."""
+
+_MISSPELLED: Final = 0.85
+"""The similarity from which another type is a misspelled one: *swing* is not *sliding*."""
 
 
 def check_docks(world: World, lost: Lost) -> Iterator[Finding]:
@@ -142,6 +148,9 @@ def check_fixtures(world: World, lost: Lost) -> Iterator[Finding]:
             yield Finding((*path, "at"), "has no length: name both its jambs", [*map(list, door.at)])
         else:
             yield from _check_users(world, (*path, "opens_for"), door.opens_for, lost)
+        # Any description is valid.
+        if door.type not in _DOOR_TYPES and (similar := meant(door.type, _DOOR_TYPES, similarity=_MISSPELLED)):
+            yield warning((*path, "type"), f"unusual type {door.type!r}; did you mean {similar!r}?", door.type)
     yield from _check_standing(world)
     driven: dict[frozenset[str], str] = {
         frozenset((lane.from_, lane.to)): f"lanes.{i}" for i, lane in enumerate(world.lanes if world.lifts else ())

@@ -148,6 +148,11 @@ WARNINGS = [
         "no way leads to 'charger' at (5, 5) for wall_e; join it with their lanes",
     ),
     ({"doors": {"gate": {"at": [[3, 4], [3, 5]]}}}, "doors.gate.at", "no lane leads through it"),
+    (
+        {"doors": {"gate": {"at": [[3, 0], [3, 2]], "type": "slidng"}}},
+        "doors.gate.type",
+        "unusual type 'slidng'; did you mean 'sliding'?",
+    ),
     ({"walls": [BOX]}, "robots.wall_e.at", "is inside an obstacle; only its lane leads out"),
 ]
 
@@ -158,6 +163,11 @@ def test_unusual_values_are_warnings(fields, path, message):
 
     assert {severity for severity, _, _ in found} == {"warning"}
     assert (path, True) in [(where, message in text) for _, where, text in found]
+
+
+@pytest.mark.parametrize("kind", ["sliding", "hinged", "door", "swing", "folding", "fire door"])
+def test_any_other_type_of_door_is_no_warning(kind):
+    assert problems(doors={"gate": {"at": [[3, 0], [3, 2]], "type": kind}}) == []
 
 
 def test_lanes_in_opposite_directions_are_no_duplicates():
