@@ -11,7 +11,7 @@ import pytest
 from hmrsim.settings.run import RunSettings
 from hmrsim.trace.replay import replay
 from hmrsim.trace.writer import DeferredTrace
-from hmrsim.trials.command import Command, CommandTrial, ControllerProcess
+from hmrsim.trials.command import CommandTrial, ControllerProcess
 from hmrsim.trials.disturbances import Disturbance, Disturber
 from hmrsim.world_checks.loading import load_world
 from tests.patience import PATIENCE
@@ -65,8 +65,10 @@ def disturbed(tmp_path):
         def watchers(simulator, pacing):
             return [disturber.watch(simulator, pacing)]
 
-        command = Command([sys.executable, "controller.py"], tmp_path)
-        with CommandTrial(loaded, settings, command, sinks=[trace], watchers=watchers, disturber=disturber) as trial:
+        words = [sys.executable, "controller.py"]
+        with CommandTrial(
+            loaded, settings, words, tmp_path, {}, sinks=[trace], watchers=watchers, disturber=disturber
+        ) as trial:
             ended = trial.play()
         text = trace.whole(trial.simulator.now)
         assert replay(text.splitlines(keepends=True)).difference is None

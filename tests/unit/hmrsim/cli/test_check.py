@@ -331,7 +331,7 @@ def test_a_failure_is_written_as_a_page(found, folder, capsys):
     err = capsys.readouterr().err
 
     assert "page: failure.html\n" in err
-    assert "<title>no_vain_goals" in (folder / "failure.html").read_text("utf-8")
+    assert "violates no_vain_goals" in (folder / "failure.html").read_text("utf-8")
 
 
 def test_a_search_writes_the_page_of_its_first_failure(folder, capsys):
