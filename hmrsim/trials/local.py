@@ -89,10 +89,18 @@ class LocalTrial(Trial):
             each.end()
         if self._first is not None:
             self._first.close()
-        for client in reversed(self._clients):
-            client.close()
+        self._close_clients()
         self._over, self._closed = self._host.pacing.over, True
         self._host.stop()
+
+    def _close_clients(self) -> None:
+        """Close all clients, the last one first, even if Ctrl-C interrupts one of them."""
+        try:
+            while self._clients:
+                self._clients.pop().close()
+        finally:
+            if self._clients:
+                self._close_clients()
 
     def _begin(self) -> Actor:
         if self._player is None:
