@@ -149,7 +149,6 @@ class _Goal(NamedTuple):
     end: int | None
     robot: str
     text: str
-    charge: str
     ended: str
 
 
@@ -159,8 +158,8 @@ def _goals(log: RunLog, until: float) -> list[_Goal]:
     for each in log.happenings:
         event = each.event
         if each.told and isinstance(event, GoalAccepted) and in_seconds(each.at) < until + _INSTANT:
-            text, charge = goal_text(log, event), charge_at(log, event.robot, each.at)
-            sent[event.goal_id] = _Goal(each.at, each.line + 1, None, event.robot, text, charge, "does not end")
+            text = goal_text(log, event)
+            sent[event.goal_id] = _Goal(each.at, each.line + 1, None, event.robot, text, "does not end")
         elif each.told and isinstance(event, GoalStatusChanged) and event.goal_id in sent:
             ended = f"{GoalStatus(event.status).name} at {in_seconds(each.at):.3f} s"
             sent[event.goal_id] = sent[event.goal_id]._replace(end=each.line + 1, ended=ended)
@@ -186,7 +185,7 @@ def _last_goals(
         yield Moment(
             round(in_seconds(goal.at), 6),
             "goal",
-            f"{goal.text}{goal.charge}, {goal.ended}{times}{also}",
+            f"{goal.text}{charge_at(failing.log, goal.robot, goal.at)}, {goal.ended}{times}{also}",
             seen=goal.seen,
         )
 

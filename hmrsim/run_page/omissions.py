@@ -26,8 +26,10 @@ def robots_in(texts: Sequence[str], log: RunLog) -> list[str]:
     found = {robot: None for robot in log.poses if _named(robot, words)}
     items = [item for item in log.changes("item") if _named(item, words)]
     for each in log.happenings:
-        if isinstance(each.event, GoalAccepted) and any(_named(item, log.describe(each.event)) for item in items):
-            found[each.event.robot] = None
+        if items and isinstance(each.event, GoalAccepted):
+            text = log.describe(each.event)
+            if any(_named(item, text) for item in items):
+                found[each.event.robot] = None
     return [*found]
 
 
@@ -58,8 +60,10 @@ def never_sent(log: RunLog, other: RunLog, until: float) -> Iterator[Omission]:
     for each in other.happenings:
         event, at = each.event, in_seconds(each.at)
         if isinstance(event, GoalAccepted) and event.action not in sent and at <= until:
-            text = f"{goal_text(other, event)}{charge_at(other, event.robot, each.at)}"
-            firsts[event.action].setdefault(event.robot, Omission(at, text))
+            goals = firsts[event.action]
+            if event.robot not in goals:
+                text = f"{goal_text(other, event)}{charge_at(other, event.robot, each.at)}"
+                goals[event.robot] = Omission(at, text)
     for action, goals in firsts.items():
         first, *more = [*goals.values()][:_MOST_NAMED]
         also = "".join(f", {text} at {at:.3f} s" for at, text in more)
