@@ -45,7 +45,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Page:
-    """A page that a notebook shows, in a frame of its own, so that neither disturbs the other.
+    """A page that a notebook shows in a separate frame, so that neither disturbs the other.
 
     Attributes:
         html: The page, as a document of HTML.

@@ -76,7 +76,7 @@ class EventLog:
             if self._goals:
                 self._log_goal(output)
         elif isinstance(output, EventStamped) and not isinstance(output.event, GoalAccepted):
-            # An accepted goal is logged as a change, which it is also where nobody subscribes to this event.
+            # An accepted goal is logged as a change, which is published even without a subscriber to this event.
             level = _LEVELS[output.event.severity]
             if level >= self._least and _log.isEnabledFor(level):
                 at, text = output.stamp / NANOSECONDS, printable(output.event.describe())

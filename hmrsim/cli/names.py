@@ -255,7 +255,7 @@ def add_list_arguments(
     Args:
         parser: The parser of the command.
         names: Returns the names of a running simulator.
-        of_actions: What actions have that is listed only on request, in the plural; empty for nothing.
+        of_actions: The names of actions, in the plural, that are listed only on request; empty for none.
     """
     parser.set_defaults(hidden=False)
     if of_actions:

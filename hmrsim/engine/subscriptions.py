@@ -95,7 +95,7 @@ class EventPublisher:
     Attributes:
         interest: To be checked before frequent events are published.
         emit: For outputs that are no events of the world.
-        handlers: What processes the outputs of each type that has been emitted since sinks or reactions have changed.
+        handlers: The functions that process each type of output emitted since sinks or reactions have changed.
     """
 
     def __init__(

@@ -64,7 +64,7 @@ class ShownRun:
         ending: How it ended, in words.
         at: When it ended, in seconds since it began.
         violations: The violated properties in words, each with its time in seconds.
-        failure: What fails, in words; empty if nothing does.
+        failure: The failure in words; empty if there is none.
         stopped: Whether it was stopped before its controller ended.
     """
 

@@ -56,7 +56,7 @@ _RUNNING: Final = "R"
 MAX_LINES: Final = 20_000
 """The maximum number of events in words, and of ticks of a tree: what a controller that runs away does first."""
 _WIDTH: Final = 560.0
-"""The width of the map, in pixels of its own."""
+"""The width of the map, in its own pixels."""
 _WIDTH_OF_SPARSE: Final = 460.0
 """That of a sparse world, whose names are larger as a page scales them with the map."""
 _COORDINATES: Final = re.compile(r"\([-+.e\d]+, [-+.e\d]+\)")
@@ -259,12 +259,12 @@ class RunLog:
 
     @property
     def sparse(self) -> bool:
-        """Whether there is room for large names on the map, and for names of items."""
+        """True if there is room for large names on the map, and for names of items."""
         return len(self.world.points) <= _SPARSE
 
     @property
     def width(self) -> float:
-        """The width of the map, in pixels of its own."""
+        """The width of the map, in its own pixels."""
         return _WIDTH_OF_SPARSE if self.sparse else _WIDTH
 
     @cached_property
@@ -416,7 +416,7 @@ class RunLog:
         """Record a value that holds from now on, unless it is that of the last record; None if it is gone."""
         changes, now = self._changes[kind][name], self._story.now
         if value != (changes[-1].value if changes else None):
-            # What changes between events, such as at the end of a motion, does so before the event.
+            # A change between two events, such as at the end of a motion, comes before the second one.
             between = now + INSTANT < self._event_at + self._story.timeline.offset
             changes.append(Change(in_seconds(now), len(self.lines) if between else self._event_line, value))
 

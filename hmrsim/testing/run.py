@@ -130,7 +130,7 @@ class _Canceled:
         at: The time of the cancellation, in simulated seconds.
         stuck: Why robots that were held up did not go on, by name, as of `Causes.stuck`.
         chains: The causes for each robot of then; later robots may have the same names.
-        waits: What its tasks waited for, and where.
+        waits: The waits of its tasks, in words, with their places in the code.
     """
 
     def __init__(self, simulator: Simulator, waits: str) -> None:

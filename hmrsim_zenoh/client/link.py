@@ -54,7 +54,7 @@ class Link:
         self.acknowledge_timeout = acknowledge_timeout
         self._grace = grace
         self._lock = threading.Lock()
-        # What fails the active goals and the participation in lockstep, in the order in which these began.
+        # The functions that fail the active goals and the participation in lockstep, in the order in which these began.
         self._active: dict[Callable[[Exception], None], None] = {}
         self._owner = self.connection.token()
         self._sent = 0
@@ -97,7 +97,7 @@ class Link:
             self._active[fail] = None
 
     def leave(self, fail: Callable[[Exception], None]) -> None:
-        """Don't call a function of `enter` any more."""
+        """Remove a function of `enter`."""
         with self._lock:
             self._active.pop(fail, None)
 

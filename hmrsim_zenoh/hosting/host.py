@@ -143,7 +143,7 @@ class Host:
             self._session.close()
             self._join()
             raise
-        # Called in a thread of its own, which may lag behind the requests of participants.
+        # Called in a separate thread, which may lag behind the requests of participants.
         handler = zenoh.handlers.Callback(self._note_token)
         liveliness = self._session.liveliness()
         self._participants = liveliness.declare_subscriber(keys.participants(), handler, history=True)

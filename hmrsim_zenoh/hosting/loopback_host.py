@@ -276,7 +276,7 @@ class LocalInbox(QueryInbox):
         super().__init__()
         self._queryables: list[zenoh.Queryable[None]] = []
 
-    def open(self, session: zenoh.Session, key_expr: str, reader: Reader, *, wakeup_key: str) -> None:  # noqa: ARG002 - nobody sleeps
+    def open(self, session: zenoh.Session, key_expr: str, reader: Reader, *, wakeup_key: str) -> None:  # noqa: ARG002 - no thread sleeps
         """Take the queries on a key expression from now on."""
         self._reader = reader
         self._queryables.append(session.declare_queryable(key_expr, self.put_query))
@@ -299,7 +299,7 @@ class LocalInbox(QueryInbox):
         self._commands.append(command)
 
     def close(self) -> None:
-        """Close the inbox; nobody waits for it."""
+        """Close the inbox, for which no thread waits."""
         self.closed = True
 
     def poll(self) -> AnyCommand | None:

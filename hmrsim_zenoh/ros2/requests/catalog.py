@@ -54,7 +54,7 @@ _MAX_LOST: Final = 10_000
 
 
 class _Known(Generic[_T]):
-    """The names that are served, and those that are not served any more."""
+    """The names that are served, and those that were served before."""
 
     def __init__(self) -> None:
         self._served: Mapping[str, _T] = {}

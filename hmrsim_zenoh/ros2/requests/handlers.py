@@ -264,7 +264,7 @@ class NodeHandler(Handler):
 
     @property
     def serving(self) -> Node:
-        """The node."""
+        """The node that serves the requests."""
         return self.node
 
     def refusal(self, text: str) -> Message:

@@ -34,7 +34,7 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class FromTopic:
-    """The origin of a command that nobody waits for.
+    """The origin of a command whose answer no client awaits.
 
     Attributes:
         name: The topic, such as ``/wall_e/goal_pose``.

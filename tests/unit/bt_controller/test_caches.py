@@ -1,4 +1,4 @@
-"""What the package keeps of the classes of trees."""
+"""The classes of trees that the package caches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the key moments of a run leave out, merge and mark."""
+"""The key moments of a run: those left out, merged and marked."""
 
 from __future__ import annotations
 
